@@ -1,0 +1,96 @@
+"""The look-up table that ``c`` makes from the encoder's readings at 200 full steps. Pure.
+
+Source: firmware 0.1.5's behaviour, checked against tables that it wrote (float32 to the bit).
+"""
+
+from array import array
+from collections.abc import Sequence
+
+from hil.firmware.arduino import float32
+
+STEPS_PER_REV = 200
+COUNTS_PER_REV = 16384
+AVERAGED = 10
+_STEP_DEG = float32(360.0 / STEPS_PER_REV)
+_ROW_ANGLES = 64
+"""Angles in a 256-byte row of the SAMD21's flash: what is written at once."""
+
+
+def average(readings: Sequence[int]) -> int:
+    """The mean of readings taken at one step, made whole across the encoder's zero."""
+    total = 0
+    last = readings[0]
+    for raw in readings:
+        if raw - last < -COUNTS_PER_REV // 2:
+            raw += COUNTS_PER_REV
+        elif raw - last > COUNTS_PER_REV // 2:
+            raw -= COUNTS_PER_REV
+        total += raw
+        last = raw
+    mean = int(total / AVERAGED)
+    if mean > COUNTS_PER_REV:
+        return mean - COUNTS_PER_REV
+    return mean + COUNTS_PER_REV if mean < 0 else mean
+
+
+def _ticks(means: Sequence[int], step: int) -> int:
+    """Counts from a step to the next."""
+    ticks = means[(step + 1) % STEPS_PER_REV] - means[step % STEPS_PER_REV]
+    if ticks < -15000:
+        return ticks + COUNTS_PER_REV
+    return ticks - COUNTS_PER_REV if ticks > 15000 else ticks
+
+
+def _zero_crossing(means: Sequence[int]) -> tuple[int, int]:
+    """The step after which the encoder passes its zero, and how many counts after."""
+    found = (0, 0)
+    for step in range(STEPS_PER_REV):
+        ticks = _ticks(means, step)
+        start = means[step] if ticks > 1 else means[STEPS_PER_REV - 1 - step]
+        counts = range(ticks) if ticks > 1 else range(-ticks, 0, -1) if ticks < 1 else range(0)
+        for j in counts:
+            if (start + j) % COUNTS_PER_REV == 0:
+                found = (step, j)
+    return found
+
+
+def _angle(step: int, part: int, ticks: int) -> float:
+    """The angle of a count, in the firmware's float32 and int arithmetic, degrees."""
+    fraction = float32(float32(_STEP_DEG * part) / ticks)
+    thousandths = int(float32(1000 * float32(float32(_STEP_DEG * step) + fraction)))
+    return 0.001 * (thousandths % 360000)
+
+
+def angles(means: Sequence[int]) -> "array[float]":
+    """The calibrated angle of each encoder count from 0 up, as many as the readings cover: 16,384 after
+    a turn that went well, none when the encoder did not move."""
+    first, first_count = _zero_crossing(means)
+    out = array("f")
+    for step in range(first, first + STEPS_PER_REV + 1):
+        ticks = _ticks(means, step)
+        if ticks > 1:
+            low = first_count if step == first else 0
+            high = first_count if step == first + STEPS_PER_REV else ticks
+            out.extend(_angle(step, j, ticks) for j in range(low, high))
+        elif ticks < 1:
+            low = first_count if step == first else 0
+            high = first_count if step == first + STEPS_PER_REV else -ticks
+            out.extend(_angle(step, ticks + j, ticks) for j in range(high, low, -1))
+    return out
+
+
+def written(old: bytes, new: "array[float]") -> bytes:
+    """The table after ``new`` was written over ``old``: whole rows only, nothing past the table's end."""
+    whole = len(new) - len(new) % _ROW_ANGLES
+    packed = new[: min(whole, COUNTS_PER_REV)].tobytes()
+    return packed + old[len(packed) :]
+
+
+def progress(new: "array[float]", address: int) -> str:
+    """What is printed while rows are written from ``address``: a dot for each, the address instead at
+    each 4,096 bytes."""
+    text = []
+    for row in range(len(new) // _ROW_ANGLES):
+        at = address + 256 * row
+        text.append(f"\r\n0x{at:X}" if at % 4096 == 0 else ".")
+    return "".join(text)

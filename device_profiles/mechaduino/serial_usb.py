@@ -1,0 +1,41 @@
+"""The sketch's ``SerialUSB``: prints in the Arduino's formats, waits and parses."""
+
+from collections.abc import Generator
+from typing import Any
+
+from hil.firmware.arduino import parse_float, print_float
+from hil.vocab.firmware import ByteAvailable, Request, Uart
+
+
+class SerialUSB:
+    """Print and Stream over the board's UART."""
+
+    def __init__(self, uart: Uart) -> None:
+        self._uart = uart
+
+    def print(self, text: str) -> None:
+        self._uart.write(text.encode("latin-1"))
+
+    def println(self, *lines: str) -> None:
+        """Lines, each with CR LF."""
+        self._uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
+
+    def print_float(self, value: float, digits: int = 2) -> None:
+        self.print(print_float(value, digits))
+
+    @staticmethod
+    def format_float(value: float) -> str:
+        """As ``print(value)`` does it: two decimals."""
+        return print_float(value)
+
+    def wait(self) -> Generator[Request, Any, None]:
+        """``while (SerialUSB.available() == 0) {}``"""
+        yield ByteAvailable()
+
+    def read(self) -> int:
+        return self._uart.read()
+
+    def ask_float(self) -> Generator[Request, Any, float]:
+        """Wait for a first byte for ever, then parse a number as Stream::parseFloat does."""
+        yield from self.wait()
+        return (yield from parse_float(self._uart))

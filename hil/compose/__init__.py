@@ -1,0 +1,10 @@
+"""Builds a bench from a configuration, for the daemon and for the test kit alike.
+
+Finds profiles and ports by their folder's name. May import every room of the core but ``hil.testing``
+and ``hil.daemon``; imports the sibling packages only by a name that a configuration gives.
+"""
+
+from hil.compose.build import bench_runtime, load_firmware, start_sections
+from hil.compose.find import find_catalogue, make_port
+
+__all__ = ["bench_runtime", "find_catalogue", "load_firmware", "make_port", "start_sections"]

@@ -1,0 +1,117 @@
+"""Devices, axes and firmware for a validated configuration."""
+
+from array import array
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+
+from hil.compose.find import PROFILES
+from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
+from hil.core import Core
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device, Store
+from hil.vocab.firmware import Board, Firmware
+
+TABLE_LEN = 16384
+LOOKUP_SECTION = "lookup"
+"""The section of a board's memory that holds the encoder's look-up table."""
+
+
+class TableFileError(Exception):
+    """A look-up table's file cannot be used: ``str(error)`` says which and why."""
+
+
+def identity_table() -> bytes:
+    """The table of a perfect encoder: angle = count * 360 / 16384, as float32."""
+    return array("f", [i * 360 / TABLE_LEN for i in range(TABLE_LEN)]).tobytes()
+
+
+def table_from_file(path: Path) -> bytes:
+    """A table from a file: 16,384 numbers in degrees separated by white space or commas, as ``q``
+    prints them, or 65,536 bytes of little-endian float32.
+
+    Raises:
+        TableFileError: it cannot be read, or is neither.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise TableFileError(f"{path}: {error.strerror}") from error
+    if len(data) == TABLE_LEN * 4:
+        return data
+    try:
+        angles = array("f", [float(word) for word in data.decode().replace(",", " ").split()])
+    except (UnicodeDecodeError, ValueError) as error:
+        raise TableFileError(f"{path}: neither numbers nor 65,536 bytes of float32 ({error})") from error
+    if len(angles) != TABLE_LEN:
+        raise TableFileError(f"{path}: {len(angles):,} angles instead of {TABLE_LEN:,}")
+    return angles.tobytes()
+
+
+def start_sections(config: DeviceConfig, stored: Mapping[str, bytes], folder: Path) -> dict[str, bytes]:
+    """A device's memory at the start: what the configuration asks for, over what is stored. A table's
+    file is looked up from ``folder``.
+
+    Raises:
+        TableFileError: the configured table's file cannot be used.
+    """
+    table = config.flash.table
+    if table == "stored":
+        return dict(stored)
+    if table == "empty":
+        return {name: data for name, data in stored.items() if name != LOOKUP_SECTION}
+    packed = identity_table() if table == "identity" else table_from_file(folder / table)
+    return dict(stored) | {LOOKUP_SECTION: packed}
+
+
+def load_firmware(profile: ProfileInfo) -> Callable[[Board], Firmware]:
+    """The class that a profile names as its firmware."""
+    module, name = profile.firmware.split(":")
+    made: Callable[[Board], Firmware] = getattr(import_module(f"{PROFILES}.{profile.name}.{module}"), name)
+    return made
+
+
+def add_device(
+    bench: BenchRuntime,
+    name: str,
+    config: DeviceConfig,
+    profile: ProfileInfo,
+    sections: Mapping[str, bytes],
+    store: Store,
+) -> Device:
+    """Open an axis and start the device's firmware."""
+    group, axis = bench.open_group(config.axis_parameters(profile))
+    for register, value in config.register_values(profile).items():
+        axis.set(register, value)
+    axis.set("spi_previous_command", config.spi_previous_command)
+    device = Device(
+        name,
+        profile.name,
+        axis,
+        load_firmware(profile),
+        baud=config.baud,
+        nvm=sections,
+        facts={},
+        store=store,
+        sent=bench.sent,
+    )
+    bench.add(group, device)
+    return device
+
+
+def bench_runtime(
+    config: BenchConfig,
+    catalogue: Catalogue,
+    memories: Mapping[str, Mapping[str, bytes]],
+    store: Store,
+) -> BenchRuntime:
+    """All devices of a configuration at simulated time 0, none of which has run yet.
+
+    ``memories`` has each device's non-volatile sections. The core has room for twice the devices, so
+    that a reload can add some.
+    """
+    bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
+    for name, device in config.devices.items():
+        profile = catalogue.profiles[device.profile]
+        add_device(bench, name, device, profile, memories.get(name, {}), store)
+    return bench

@@ -1,0 +1,62 @@
+"""What exists: profiles and kinds of ports, found by scanning the folders of their packages."""
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from hil.config import Catalogue, PortConfig, profile_from_yaml
+from hil.vocab.ports import Port, PortContext
+
+PROFILES = "device_profiles"
+PORTS = "virtual_ports"
+
+
+def _folders(package: str, marker: str) -> Iterator[Path]:
+    """Folders of a package that have the marker file, in the order of their names."""
+    spec = find_spec(package)
+    for root in (spec.submodule_search_locations or []) if spec else []:
+        yield from (path.parent for path in sorted(Path(root).glob(f"*/{marker}")))
+
+
+class _Ports(Mapping[str, type[BaseModel]]):
+    """Options models by kind; a kind's module is imported only when it is asked for."""
+
+    def __init__(self, extra: Mapping[str, type[BaseModel]]) -> None:
+        self._extra = extra
+        self._names = [*extra, *(folder.name for folder in _folders(PORTS, "port.py"))]
+
+    def __getitem__(self, kind: str) -> type[BaseModel]:
+        if kind in self._extra:
+            return self._extra[kind]
+        if kind not in self._names:
+            raise KeyError(kind)
+        options: type[BaseModel] = import_module(f"{PORTS}.{kind}.port").Options
+        return options
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> Catalogue:
+    """All profiles and kinds of ports of this installation; ``extra_ports`` are the caller's own.
+
+    Raises:
+        ConfigError: a ``profile.yaml`` is wrong.
+    """
+    profiles = {
+        folder.name: profile_from_yaml((folder / "profile.yaml").read_text(), folder)
+        for folder in _folders(PROFILES, "profile.yaml")
+    }
+    return Catalogue(profiles, _Ports(extra_ports or {}))
+
+
+def make_port(config: PortConfig, context: PortContext) -> Port:
+    """The port that a configuration describes, not yet open."""
+    port: Port = import_module(f"{PORTS}.{config.kind}.port").make(config.options, context)
+    return port

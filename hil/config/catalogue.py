@@ -1,0 +1,151 @@
+"""What a configuration may name: profiles with their parameters, and kinds of ports."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from hil.config.document import Finding
+from hil.config.explain import findings_of, suggestion
+from hil.config.yaml_text import document_from_yaml
+
+
+@dataclass(frozen=True)
+class AxisParameter:
+    """A number that describes the motor, its driver or its load. The name ends in the unit."""
+
+    name: str
+    value: float
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    source: str
+    above: float | None = None
+    """An exclusive minimum, for what cannot be 0."""
+    whole: bool = False
+    """Only whole numbers make sense."""
+    about: str = ""
+
+    def refusal(self, value: float) -> tuple[str, str] | None:
+        """Why the value cannot be used and what can, or None for a good one."""
+        if self.above is not None and value <= self.above:
+            return f"{value:g} {self.unit} is too small", f"write more than {self.above:g}"
+        if self.minimum is not None and value < self.minimum:
+            return f"{value:g} {self.unit} is too small", f"write {self.minimum:g} or more"
+        if self.maximum is not None and value > self.maximum:
+            return f"{value:g} {self.unit} is too large", f"write {self.maximum:g} or less"
+        if self.whole and not float(value).is_integer():
+            return f"{value:g} is not a whole number", "write a whole number"
+        return None
+
+
+@dataclass(frozen=True)
+class HardwareVersion:
+    """A version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
+
+    name: str
+    supply_min_V: float
+    supply_max_V: float
+    inputs_5V: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ProfileInfo:
+    """A kind of board, as its ``profile.yaml`` describes it."""
+
+    name: str
+    title: str
+    law: str
+    plant: Literal["simple"]
+    hardware: Mapping[str, HardwareVersion]
+    default_hardware: str
+    axis: Mapping[str, AxisParameter]
+    registers: Mapping[str, int]
+    folder: Path
+    firmware: str = "firmware:Firmware"
+    """``module:class``; the module is in the profile's folder."""
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """All that exists. ``ports`` has the options model of each kind of port."""
+
+    profiles: Mapping[str, ProfileInfo]
+    ports: Mapping[str, type[BaseModel]]
+
+
+class _Text(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+
+
+class _AxisText(_Text):
+    value: float
+    unit: str
+    about: str
+    source: str
+    minimum: float | None = None
+    maximum: float | None = None
+    above: float | None = None
+    whole: bool = False
+
+
+class _HardwareText(_Text):
+    supply_min_V: float
+    supply_max_V: float
+    inputs_5V: list[str]
+
+
+class _ProfileText(_Text):
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
+    title: str
+    firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
+    law: str
+    plant: Literal["simple"]
+    hardware: dict[str, _HardwareText] = Field(min_length=1)
+    default_hardware: str
+    axis: dict[str, _AxisText]
+    registers: dict[str, int]
+
+
+def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
+    """Read a ``profile.yaml``; ``folder`` is where it stands, and the last part is the profile's name.
+
+    Raises:
+        ConfigError: with every problem of the text.
+    """
+    document = document_from_yaml(text, str(folder / "profile.yaml"))
+    findings = document.findings
+    try:
+        read = _ProfileText.model_validate(document.value)
+    except ValidationError as error:
+        raise document.error(findings + findings_of(error, _ProfileText, (), document)) from None
+    info = ProfileInfo(
+        name=read.name,
+        title=read.title,
+        law=read.law,
+        plant=read.plant,
+        hardware={
+            name: HardwareVersion(name, item.supply_min_V, item.supply_max_V, tuple(item.inputs_5V))
+            for name, item in read.hardware.items()
+        },
+        default_hardware=read.default_hardware,
+        axis={
+            name: AxisParameter(name=name, **parameter.model_dump()) for name, parameter in read.axis.items()
+        },
+        registers=read.registers,
+        folder=folder,
+        firmware=read.firmware,
+    )
+    if info.name != folder.name:
+        findings.append(Finding(("name",), "this is not its folder's name", f'write "{folder.name}"'))
+    if info.default_hardware not in info.hardware:
+        remedy = suggestion(info.default_hardware, info.hardware)
+        findings.append(Finding(("default_hardware",), "there is no such version", remedy))
+    for name, parameter in info.axis.items():
+        if refusal := parameter.refusal(parameter.value):
+            findings.append(Finding(("axis", name, "value"), *refusal))
+    if findings:
+        raise document.error(findings)
+    return info

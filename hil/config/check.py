@@ -1,0 +1,235 @@
+"""From text or a mapping to a validated bench, with every problem found at once."""
+
+import difflib
+import json
+import posixpath
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeGuard
+
+from pydantic import BaseModel, ValidationError
+
+from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
+from hil.config.document import Document, Finding, KeyPath, document_from_mapping
+from hil.config.explain import findings_of, nearest, shown, unknown_key
+from hil.config.model import BenchConfig, PortConfig
+from hil.config.yaml_text import document_from_yaml
+
+DEFAULT_PORT = "pty"
+SUPPLY = "supply_V"
+"""The axis parameter that the hardware version's supply range applies to."""
+
+
+class _NoOptions(BaseModel):
+    """Stands in for the options of a port that has a finding."""
+
+
+def parse(text: str, file: str, catalogue: Catalogue) -> BenchConfig:
+    """Read a bench's YAML. ``file`` is the name that problems carry; nothing is opened.
+
+    Raises:
+        ConfigError: with all problems, in file order.
+    """
+    document = document_from_yaml(text, file)
+    if document.value is None and not document.findings:
+        remedy = 'begin with "bench: NAME" and "devices:"'
+        raise document.error([Finding((), "the file is empty", remedy)])
+    return _check(document, catalogue)
+
+
+def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
+    """The same bench from Python data, with the same checks; problems have line 0.
+
+    Raises:
+        ConfigError: with all problems.
+    """
+    return _check(document_from_mapping(data, "<dict>"), catalogue)
+
+
+def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
+    findings = list(document.findings)
+    config: BenchConfig | None = None
+    value: Any = document.value
+    runtime_dir: object = None
+    ports: dict[str, PortConfig] = {}
+    if isinstance(value, dict) and isinstance(value.get("devices"), dict):
+        devices = dict(value["devices"])
+        for name, raw in devices.items():
+            if isinstance(raw, dict):
+                device = _Device(("devices", name), raw, document, catalogue)
+                devices[name] = device.completed()
+                findings += device.findings
+                if device.port is not None:
+                    ports[name] = device.port
+        value = {**value, "devices": devices}
+        runtime_dir = value.get("runtime_dir")
+    try:
+        config = BenchConfig.model_validate(value)
+    except ValidationError as error:
+        findings += findings_of(error, BenchConfig, (), document)
+    findings += _clashes(ports, runtime_dir)
+    if config is None or findings:
+        raise document.error(findings)
+    return config
+
+
+class _Device:
+    """One device's mapping against the catalogue; what the models alone can tell is left to them."""
+
+    def __init__(self, path: KeyPath, raw: dict[str, Any], document: Document, catalogue: Catalogue) -> None:
+        self.path = path
+        self.raw = raw
+        self.document = document
+        self.catalogue = catalogue
+        self.findings: list[Finding] = []
+        self.port: PortConfig | None = None
+
+    def completed(self) -> dict[str, Any]:
+        """The mapping with the defaults that the catalogue gives."""
+        result = dict(self.raw)
+        self.port = self._port(self.raw.get("port", DEFAULT_PORT))
+        # After a finding the value no longer matters, but it must not raise a second one.
+        result["port"] = self.port or PortConfig(kind="", options=_NoOptions())
+        result.setdefault("hardware", "")
+        profile = self._profile()
+        if profile is not None:
+            result["hardware"] = self.raw.get("hardware", profile.default_hardware)
+            result.setdefault("plant", profile.plant)
+            self._axis(profile)
+            self._hardware(profile, result["hardware"])
+            self._registers(profile)
+        return result
+
+    def _profile(self) -> ProfileInfo | None:
+        name = self.raw.get("profile")
+        if not isinstance(name, str):
+            return None
+        profile = self.catalogue.profiles.get(name)
+        if profile is None:
+            self._unknown("profile", "profile", name, self.catalogue.profiles)
+        return profile
+
+    def _unknown(self, key: str, what: str, name: str, known: Mapping[str, object]) -> None:
+        near = nearest(name, known)
+        meant = f'did you mean "{near}"? ' if near else ""
+        remedy = f"{meant}known are: {', '.join(sorted(known)) or 'none'}"
+        self._add(f"there is no {what} {shown(name)}", remedy, *key.split("."))
+
+    def _add(self, message: str, remedy: str, *keys: str, at_key: bool = False) -> None:
+        self.findings.append(Finding((*self.path, *keys), message, remedy, at_key))
+
+    def _port(self, value: object) -> PortConfig | None:
+        if isinstance(value, str):
+            return self._options(value, {}, "port")
+        kinds = f"known kinds are: {', '.join(sorted(self.catalogue.ports)) or 'none'}"
+        wanted = "the name of a kind of port is wanted here"
+        if not isinstance(value, dict):
+            self._add(f"{wanted}, or its options, not {shown(value)}", kinds, "port")
+            return None
+        options = dict(value)
+        kind = options.pop("kind", None)
+        if isinstance(kind, str):
+            return self._options(kind, options, "port.kind")
+        if "kind" in value:
+            self._add(f"{wanted}, not {shown(kind)}", kinds, "port", "kind")
+        elif close := difflib.get_close_matches("kind", value, n=1):
+            self._add("unknown key", 'did you mean "kind"?', "port", close[0], at_key=True)
+        else:
+            self._add("this key is missing", 'say which kind of port, as in "kind: pty"', "port", "kind")
+        return None
+
+    def _options(self, kind: str, options: dict[str, object], kind_key: str) -> PortConfig | None:
+        model = self.catalogue.ports.get(kind)
+        if model is None:
+            self._unknown(kind_key, "kind of port", kind, self.catalogue.ports)
+            return None
+        path = (*self.path, "port")
+        known = [field.alias or name for name, field in model.model_fields.items()]
+        for key in options:
+            if key not in known:
+                self.findings.append(unknown_key((*path, key), ["kind", *known], {"kind", *options}))
+        mine = json.dumps({key: value for key, value in options.items() if key in known})
+        try:
+            # As JSON, so that strict still reads a path or an enumeration from text.
+            return PortConfig(kind=kind, options=model.model_validate_json(mine, strict=True))
+        except ValidationError as error:
+            unknown = {f.remedy for f in self.findings if f.path[:-1] == path}
+            self.findings += [
+                finding
+                for finding in findings_of(error, model, path, self.document)
+                if f'did you mean "{finding.path[-1]}"?' not in unknown
+            ]
+            return None
+
+    def _axis(self, profile: ProfileInfo) -> None:
+        given = self.raw.get("axis")
+        if not isinstance(given, dict):
+            return
+        for name, value in given.items():
+            parameter = profile.axis.get(name)
+            if parameter is None:
+                self.findings.append(unknown_key((*self.path, "axis", name), profile.axis, given))
+            elif _is_number(value) and (refusal := parameter.refusal(value)):
+                self._add(*refusal, "axis", name)
+
+    def _hardware(self, profile: ProfileInfo, name: object) -> None:
+        if not isinstance(name, str):
+            return
+        version = profile.hardware.get(name)
+        if version is None:
+            self._unknown("hardware", "hardware version", name, profile.hardware)
+            return
+        axis = self.raw.get("axis")
+        own = axis if isinstance(axis, dict) and SUPPLY in axis else None
+        given = own[SUPPLY] if own else profile.axis[SUPPLY].value if SUPPLY in profile.axis else None
+        if not _is_number(given) or _supplied(version, given):
+            return
+        message = f"{given:g} V is outside the supply range of {profile.name} {version.name}"
+        choices = [f"write {version.supply_min_V:g} to {version.supply_max_V:g}"]
+        choices += [f'hardware: "{v.name}"' for v in profile.hardware.values() if _supplied(v, given)]
+        self._add(message, ", or ".join(choices), *(("axis", SUPPLY) if own else ("hardware",)))
+
+    def _registers(self, profile: ProfileInfo) -> None:
+        given = self.raw.get("registers")
+        if not isinstance(given, dict):
+            return
+        for name in given:
+            if name not in profile.registers:
+                self.findings.append(unknown_key((*self.path, "registers", name), profile.registers, given))
+
+
+def _supplied(version: HardwareVersion, supply_volts: float) -> bool:
+    return version.supply_min_V <= supply_volts <= version.supply_max_V
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _clashes(ports: Mapping[str, PortConfig], runtime_dir: object) -> list[Finding]:
+    """Ports in a place that another device's port has already."""
+    findings: list[Finding] = []
+    taken: dict[tuple[object, ...], str] = {}
+    directory = runtime_dir if isinstance(runtime_dir, str) else ""
+    for device, port in ports.items():
+        for place, key in _places(device, port.options, directory):
+            owner = taken.setdefault(place, device)
+            if owner != device:
+                where = shown(":".join(map(str, place)))
+                message = f"device {owner} has its port in the same place, {where}"
+                path = ("devices", device, "port", key)
+                findings.append(Finding(path, message, "give each device a place of its own"))
+    return findings
+
+
+def _places(device: str, options: BaseModel, runtime_dir: str) -> Iterator[tuple[tuple[object, ...], str]]:
+    """Where a port is, as its options say, and the option that says so.
+
+    By convention ``path`` is relative to the runtime directory and None stands for the device's
+    name there; ``host`` and ``port`` are a listener's address, and port 0 any free one.
+    """
+    if hasattr(options, "path"):
+        path = device if options.path is None else str(options.path)
+        yield (posixpath.normpath(posixpath.join(runtime_dir, path)),), "path"
+    host, port = getattr(options, "host", None), getattr(options, "port", None)
+    if host is not None and port:
+        yield (str(host).lower(), port), "port"

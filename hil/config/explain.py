@@ -1,0 +1,151 @@
+"""pydantic's errors in the words of a configuration file's author."""
+
+import difflib
+import json
+import re
+from collections.abc import Collection, Iterable
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from hil.config.document import Document, Finding, KeyPath
+
+NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
+
+_BOUNDS = {
+    "greater_than_equal": ("too small", "write {ge} or more"),
+    "greater_than": ("too small", "write more than {gt}"),
+    "less_than_equal": ("too large", "write {le} or less"),
+    "less_than": ("too large", "write less than {lt}"),
+}
+_NUMBERS = {
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+}
+_MAPPINGS = {"model_type", "model_attributes_type", "dict_type", "mapping_type"}
+_TEXTS = {"string_type", "path_type"}
+
+
+def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -> Finding:
+    """A key that nothing reads. ``present``: the keys beside it, which cannot be the one meant."""
+    known = list(known)
+    free = [key for key in known if key not in present]
+    remedy = suggestion(str(path[-1]), free or known) if known else "remove it"
+    return Finding(path, "unknown key", remedy, at_key=True)
+
+
+def suggestion(word: str, known: Collection[str]) -> str:
+    """``did you mean "x"?`` for the nearest known word, else all of them."""
+    if near := nearest(word, known):
+        return f'did you mean "{near}"?'
+    return "known are: " + ", ".join(sorted(known))
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that the given one is most likely a slip of, if any."""
+    by_lower = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
+    return by_lower[close[0]] if close else None
+
+
+def findings_of(
+    error: ValidationError, model: type[BaseModel], prefix: KeyPath, document: Document
+) -> list[Finding]:
+    """Every error with its key path; ``prefix`` is where the model's data stand in the document."""
+    findings: list[Finding] = []
+    missing: list[Finding] = []
+    for detail in error.errors(include_url=False):
+        path = (*prefix, *detail["loc"])
+        if detail["type"] == "missing":
+            remedy = f'add the line "{path[-1]}: ..."'
+            missing.append(Finding(path, "this key is missing", remedy))
+        elif detail["type"] == "extra_forbidden":
+            known = _keys_of(_model_at(model, detail["loc"][:-1]))
+            findings.append(unknown_key(path, known, _keys_in(document, path[:-1])))
+        elif path[-1:] == ("[key]",):
+            findings.append(_explain(detail, path[:-1], document, at_key=True))
+        else:
+            findings.append(_explain(detail, document.known(path), document))
+    # A mistyped key is also a missing one: the first is enough to say.
+    meant = {(f.path[:-1], f.remedy) for f in findings}
+    return findings + [f for f in missing if (f.path[:-1], f'did you mean "{f.path[-1]}"?') not in meant]
+
+
+def _explain(detail: ErrorDetails, path: KeyPath, document: Document, at_key: bool = False) -> Finding:
+    message, remedy = _words(detail, document.raw.get(path))
+    return Finding(path, message, remedy, at_key)
+
+
+def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
+    kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
+    if "remedy" in context:
+        return detail["msg"], str(context["remedy"])
+    if kind in _BOUNDS:
+        size, remedy = _BOUNDS[kind]
+        return f"{shown(value)} is {size}", remedy.format_map(context)
+    if kind in _TEXTS:
+        if isinstance(value, bool | int | float):
+            written = raw if raw is not None else str(value)
+            return (
+                f"YAML takes this for {shown(value)}; text is wanted",
+                f'write it in quotes: "{written}"',
+            )
+        return f"text is wanted here, not {shown(value)}", "write one word or text in quotes"
+    if kind in _NUMBERS:
+        quoted = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9.]+", value)
+        remedy = "write it without quotes" if quoted else f"write {_NUMBERS[kind]}"
+        return f"{_NUMBERS[kind]} is wanted here, not {shown(value)}", remedy
+    if kind in _MAPPINGS:
+        return f"keys are wanted here, not {shown(value)}", 'write "key: value" lines, indented below'
+    if kind == "bool_type":
+        return f"true or false is wanted here, not {shown(value)}", "write true or false"
+    if kind in ("literal_error", "enum"):
+        return f"{shown(value)} is none of the choices", f"write {context.get('expected', 'one of them')}"
+    if kind == "string_pattern_mismatch" and context.get("pattern") == NAME_PATTERN:
+        remedy = "a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -"
+        return f"{shown(value)} is not a name", remedy
+    if kind == "string_pattern_mismatch":
+        return f"{shown(value)} has the wrong form", f"the form is {context.get('pattern')}"
+    if kind == "too_short":
+        return "there is nothing in it", "add one at least"
+    return detail["msg"], "see the key in the configuration reference"
+
+
+def shown(value: object) -> str:
+    """A value as a message shows it: short, on one line."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list):
+        return "a list"
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"the number {value}"
+    text = json.dumps(value, default=ascii)
+    return text if len(text) <= 60 else text[:56] + "..."
+
+
+def _keys_in(document: Document, path: KeyPath) -> Collection[str]:
+    value: Any = document.value
+    for part in path:
+        value = value[part]
+    return value if isinstance(value, dict) else ()
+
+
+def _keys_of(model: type[BaseModel] | None) -> list[str]:
+    return [] if model is None else [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseModel] | None:
+    annotation: Any = model
+    for part in loc:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            field = annotation.model_fields.get(str(part))
+            annotation = None if field is None else field.annotation
+        else:
+            annotation = next(iter(get_args(annotation)[-1:]), None)
+    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None

@@ -1,0 +1,170 @@
+"""A bench as its configuration describes it, checked. The field descriptions are the reference's text."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    WithJsonSchema,
+)
+from pydantic_core import PydanticCustomError
+
+from hil.config.catalogue import ProfileInfo
+from hil.config.explain import NAME_PATTERN, suggestion
+
+BUILT_IN_TABLES = ("stored", "identity", "empty")
+_TABLE_FILE_PATTERN = "[./]"
+
+
+def _usable_path(value: Any) -> Any:
+    if isinstance(value, str) and (not value or "\0" in value):
+        raise PydanticCustomError("path", "this is not a path", {"remedy": "write the path, or null"})
+    if isinstance(value, str) and value.startswith("~"):
+        raise PydanticCustomError("path", "no shell expands ~ here", {"remedy": "write the whole path"})
+    return value
+
+
+def _table(value: str) -> str:
+    if value in BUILT_IN_TABLES:
+        return value
+    if "/" not in value and "." not in value:
+        raise PydanticCustomError(
+            "table",
+            "there is no such table",
+            {"remedy": suggestion(value, BUILT_IN_TABLES) + "; a file is written with its folder, as in ./x"},
+        )
+    usable: str = _usable_path(value)
+    return usable
+
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+_Path = Annotated[Path, Field(strict=False), BeforeValidator(_usable_path)]
+_Table = Annotated[
+    str,
+    AfterValidator(_table),
+    WithJsonSchema(
+        {"anyOf": [{"enum": list(BUILT_IN_TABLES)}, {"type": "string", "pattern": _TABLE_FILE_PATTERN}]}
+    ),
+]
+_Register = Annotated[int, Field(ge=0, le=0x7FFF)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class FlashConfig(_Model):
+    """What the board's flash holds when the bench starts for the first time."""
+
+    table: _Table = Field(
+        default="stored",
+        description=(
+            "The encoder's look-up table: `stored` is what the last calibration left in the state"
+            " directory; `identity` is that of a perfect encoder, angle = count * 360 / 16384;"
+            " `empty` is a board that was never calibrated, all zeros; else the path of a file."
+        ),
+    )
+
+
+class PortConfig(_Model):
+    """Where clients reach a device: a kind of port and that kind's own options."""
+
+    kind: str
+    options: SerializeAsAny[BaseModel]
+
+
+class DeviceConfig(_Model):
+    """One emulated board."""
+
+    profile: str = Field(description="The kind of board, by the name of its profile.")
+    port: PortConfig = Field(
+        description=(
+            "Where clients reach the board: the name of a kind of port, or a mapping of `kind` and"
+            " that kind's own options."
+        )
+    )
+    baud: int | None = Field(
+        default=None,
+        ge=50,
+        le=4_000_000,
+        description=(
+            "Character timing of the serial line, in baud (10 bit times a character), as of a UART;"
+            " null: bytes take no time, as over USB CDC."
+        ),
+    )
+    flash: FlashConfig = Field(
+        default=FlashConfig(), description="What the board's non-volatile memory starts with."
+    )
+    hardware: str = Field(
+        description="The board's version, one of its profile's; left out: the profile's default."
+    )
+    plant: Literal["simple"] = Field(
+        default="simple",
+        description=(
+            "The model of motor and load. `simple`: inertia, viscous friction and a torque constant;"
+            " coil currents follow their command at once."
+        ),
+    )
+    axis: Mapping[str, float] = Field(
+        default={},
+        description="Axis parameters that differ from the profile's; each name ends in its unit.",
+    )
+    registers: Mapping[str, _Register] = Field(
+        default={},
+        description="Contents of the encoder's registers at power-up that differ from the profile's.",
+    )
+    spi_previous_command: int = Field(
+        default=0xFFFF,
+        ge=0,
+        le=0xFFFF,
+        description=(
+            "The SPI frame sent before the first one. The encoder answers one frame late, so the first"
+            " answer belongs to this; 0xFFFF reads the angle."
+        ),
+    )
+
+    def axis_parameters(self, profile: ProfileInfo) -> dict[str, float]:
+        """All the axis's parameters: the profile's, with this device's own in their place."""
+        return {name: parameter.value for name, parameter in profile.axis.items()} | dict(self.axis)
+
+    def register_values(self, profile: ProfileInfo) -> dict[str, int]:
+        """All the registers at power-up: the profile's, with this device's own in their place."""
+        return dict(profile.registers) | dict(self.registers)
+
+
+class BenchConfig(_Model):
+    """A daemon's whole set-up."""
+
+    bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
+    devices: Mapping[Name, DeviceConfig] = Field(
+        min_length=1, description="The boards, each under a name of its own (same form as the bench's)."
+    )
+    rate_hz: int = Field(
+        default=1000,
+        ge=100,
+        le=6500,
+        description=(
+            "How often the real-time core wakes, in Hz. Not the control rate: each wake runs every"
+            " control step that is due, at its exact simulated time."
+        ),
+    )
+    speed: float = Field(
+        default=1.0, gt=0, le=1000, description="Simulated seconds that pass in one second of wall time."
+    )
+    seed: int = Field(default=0, description="Where all randomness starts: same seed and inputs, same bytes.")
+    cpu: int | None = Field(
+        default=None, ge=0, le=1023, description="The CPU that the real-time core is pinned to; null: any."
+    )
+    runtime_dir: _Path | None = Field(
+        default=None,
+        description="Where ports, sockets and their stable names are put; null: the daemon's choice.",
+    )
+    state_dir: _Path | None = Field(
+        default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
+    )

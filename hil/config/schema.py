@@ -1,0 +1,92 @@
+"""The configuration as a JSON Schema (draft 2020-12), from which an editor completes and checks."""
+
+from typing import Any
+
+from pydantic import BaseModel
+
+from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
+from hil.config.check import DEFAULT_PORT
+from hil.config.model import BenchConfig
+
+
+def schema(catalogue: Catalogue) -> dict[str, object]:
+    """The schema of what ``parse`` takes with this catalogue. What needs arithmetic across keys
+    (supply ranges, two ports in one place) is left to ``parse``."""
+    result: dict[str, Any] = BenchConfig.model_json_schema()
+    definitions: dict[str, Any] = result["$defs"]
+    for replaced in ("PortConfig", "BaseModel"):
+        definitions.pop(replaced, None)
+    devices = result["properties"]["devices"]
+    devices["additionalProperties"] = False
+    device = definitions["DeviceConfig"]
+    properties = device["properties"]
+    properties["profile"]["enum"] = sorted(catalogue.profiles)
+    properties["port"] = {
+        "description": properties["port"]["description"],
+        "default": DEFAULT_PORT,
+        "anyOf": [
+            {"enum": sorted(catalogue.ports)},
+            *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
+        ],
+    }
+    # The catalogue fills these in when they are left out.
+    device["required"] = ["profile"]
+    device["allOf"] = [_profile(profile) for _, profile in sorted(catalogue.profiles.items())]
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **result}
+
+
+def _port(kind: str, model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
+    prefix = f"port_{kind}_"
+    options: dict[str, Any] = model.model_json_schema(ref_template=f"#/$defs/{prefix}{{model}}")
+    definitions.update({prefix + name: value for name, value in options.pop("$defs", {}).items()})
+    options["properties"] = {
+        "kind": {"const": kind, "description": f"The kind of port: {kind}."},
+        **options.get("properties", {}),
+    }
+    options["required"] = ["kind", *options.get("required", [])]
+    options["additionalProperties"] = False
+    return options
+
+
+def _profile(profile: ProfileInfo) -> dict[str, Any]:
+    versions = "; ".join(
+        f"{v.name}: {v.supply_min_V:g} to {v.supply_max_V:g} V, 5 V inputs {', '.join(v.inputs_5V)}"
+        for v in profile.hardware.values()
+    )
+    return {
+        "if": {"properties": {"profile": {"const": profile.name}}, "required": ["profile"]},
+        "then": {
+            "properties": {
+                "hardware": {
+                    "enum": list(profile.hardware),
+                    "default": profile.default_hardware,
+                    "description": versions,
+                },
+                "axis": {
+                    "properties": {name: _parameter(item) for name, item in profile.axis.items()},
+                    "additionalProperties": False,
+                },
+                "registers": {
+                    "properties": {
+                        name: {"default": value, "description": f"Register {name} at power-up."}
+                        for name, value in profile.registers.items()
+                    },
+                    "additionalProperties": False,
+                },
+            }
+        },
+    }
+
+
+def _parameter(parameter: AxisParameter) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "type": "integer" if parameter.whole else "number",
+        "default": parameter.value,
+        "description": f"{parameter.about} Unit: {parameter.unit}. Source: {parameter.source}.",
+    }
+    bounds = {
+        "minimum": parameter.minimum,
+        "maximum": parameter.maximum,
+        "exclusiveMinimum": parameter.above,
+    }
+    return result | {name: bound for name, bound in bounds.items() if bound is not None}

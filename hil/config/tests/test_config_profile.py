@@ -1,0 +1,77 @@
+"""The description of a kind of board: the real one, and broken ones."""
+
+from pathlib import Path
+
+import pytest
+
+from hil.config import AxisParameter, ConfigError, HardwareVersion, profile_from_yaml
+
+FOLDER = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
+TEXT = (FOLDER / "profile.yaml").read_text()
+
+
+def problem(old: str, new: str) -> str:
+    assert old in TEXT
+    with pytest.raises(ConfigError) as caught:
+        profile_from_yaml(TEXT.replace(old, new, 1), FOLDER)
+    (found,) = caught.value.problems
+    assert found.file == str(FOLDER / "profile.yaml")
+    assert found.line > 1
+    return f"{found.message} ({found.remedy})"
+
+
+def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
+    profile = profile_from_yaml(TEXT, FOLDER)
+    assert (profile.name, profile.law, profile.plant) == ("mechaduino", "mechaduino", "simple")
+    assert profile.firmware == "firmware:Mechaduino"
+    assert profile.folder == FOLDER
+    assert {name: parameter.value for name, parameter in profile.axis.items()} == {
+        "inertia_kg_m2": 5.4e-6,
+        "viscous_Nm_s_per_rad": 0.004,
+        "torque_constant_Nm_per_A": 0.225,
+        "rotor_teeth": 50,
+        "sense_resistor_ohm": 0.150,
+        "start_deg": 6.3,
+        "load_torque_Nm": 0.0,
+        "supply_V": 12.0,
+    }
+    assert all(item.unit and item.source and item.about for item in profile.axis.values())
+    assert profile.registers == {"diaagc": 0x0180, "errfl": 0}
+    assert profile.default_hardware == "0.1"
+    assert profile.hardware == {
+        "0.1": HardwareVersion("0.1", 8, 25, ("D0", "D1")),
+        "0.2": HardwareVersion("0.2", 8, 35, ("D0", "D1", "D2", "D3")),
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("name: mechaduino", "name: other", "name: this is not its folder's name (write \"mechaduino\")"),
+        ("law: ", "lwa: ", 'lwa: unknown key (did you mean "law"?)'),
+        ("plant: simple", "plant: cubic", "plant: \"cubic\" is none of the choices (write 'simple')"),
+        ('default_hardware: "0.1"', 'default_hardware: "0.3"',
+         'default_hardware: there is no such version (did you mean "0.2"?)'),
+        ('  "0.1":', "  0.1:", 'hardware."0.1": YAML takes this key for a number'),
+        ("firmware: firmware:Mechaduino", "firmware: Mechaduino",
+         'firmware: "Mechaduino" has the wrong form'),
+        ("value: 5.4e-6", "value: -1", "axis.inertia_kg_m2.value: -1 kg m2 is too small (write more than 0)"),
+        ("    unit: kg m2\n", "", 'axis.inertia_kg_m2.unit: this key is missing (add the line "unit: ...")'),
+        ("    unit: kg m2\n", "    unit: kg m2\n    unot: x\n",
+         "axis.inertia_kg_m2.unot: unknown key (known are: "),
+        ("inputs_5V: [D0, D1]", "inputs_5V: D0", 'hardware."0.1".inputs_5V: '),
+    ],
+)  # fmt: skip
+def test_a_broken_profile_says_where(old: str, new: str, expected: str) -> None:
+    assert problem(old, new).replace("'0.1'", '"0.1"').startswith(expected)
+
+
+def test_limits_of_a_parameter() -> None:
+    limited = AxisParameter("x_V", 1.0, "V", minimum=-1.0, maximum=2.0, source="here")
+    assert limited.refusal(-1.0) is None
+    assert limited.refusal(2.0) is None
+    assert limited.refusal(-1.5) == ("-1.5 V is too small", "write -1 or more")
+    assert limited.refusal(2.5) == ("2.5 V is too large", "write 2 or less")
+    above = AxisParameter("x_V", 1.0, "V", minimum=None, maximum=None, source="here", above=0.0)
+    assert above.refusal(0.0) == ("0 V is too small", "write more than 0")
+    assert above.refusal(1e-300) is None

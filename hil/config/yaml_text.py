@@ -1,0 +1,184 @@
+"""YAML text to plain values with their places: what YAML itself says, and what it would hide.
+
+PyYAML reads YAML 1.1: it takes ``on`` for true, ``0660`` for 432 and the last of two equal keys
+without a word. Those are findings here.
+"""
+
+import re
+
+import yaml
+
+from hil.config.document import MAX_DEPTH, Document, Finding, KeyPath, Spot, is_unicode
+from hil.config.problem import ConfigError, Problem
+
+_TAG = "tag:yaml.org,2002:"
+_TEXT_TAGS = {"str", "timestamp", "value", "merge"}
+_MAX_NUMBER_CHARACTERS = 100
+_TRUE = {"yes", "true", "on"}
+_FALSE = {"no", "false", "off"}
+
+
+class _Loader(yaml.SafeLoader):
+    depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node | None:
+        # Without this bound a line of opening brackets ends in a RecursionError.
+        if self.depth > MAX_DEPTH:
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            raise yaml.MarkedYAMLError(problem=f"nested more than {MAX_DEPTH} deep", problem_mark=mark)
+        self.depth += 1
+        node: yaml.Node | None = super().compose_node(parent, index)  # type: ignore[arg-type]
+        self.depth -= 1
+        return node
+
+
+# YAML 1.1 takes 5e-6 for text, because it has no point; everybody else takes it for a number.
+_Loader.add_implicit_resolver(
+    _TAG + "float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
+
+
+def document_from_yaml(text: str, file: str) -> Document:
+    """Read one YAML document; ``value`` is None for an empty one.
+
+    Raises:
+        ConfigError: the text is not YAML.
+    """
+    document = Document(file, values={(): Spot(1, 1)})
+    node = _compose(text, file)
+    if node is not None:
+        document.value = _value(document, (), node)
+    return document
+
+
+def _compose(text: str, file: str) -> yaml.Node | None:
+    loader = None
+    try:
+        loader = _Loader(text)
+        return loader.get_single_node()
+    except yaml.reader.ReaderError as error:
+        before = text[: error.position]
+        spot = Spot(before.count("\n") + 1, len(before) - before.rfind("\n"))
+        message = f"the character {text[error.position]!a} is not allowed"
+        remedy = "remove it; in double quotes it can be written as an escape"
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        spot = Spot(mark.line + 1, mark.column + 1) if mark else Spot(1, 1)
+        message, remedy = _syntax(error.problem or "this is not YAML")
+    except (ValueError, OverflowError):
+        # PyYAML lets these through from escapes and directives whose number is out of range.
+        spot = Spot(loader.line + 1, loader.column + 1) if loader else Spot(1, 1)
+        message, remedy = "a number here is out of range", "check the escapes (\\U...) on this line"
+    finally:
+        if loader is not None:
+            loader.dispose()
+    raise ConfigError([Problem(file, spot.line, spot.column, message, remedy)])
+
+
+def _syntax(problem: str) -> tuple[str, str]:
+    remedies = {
+        r"'\t'": "indent with spaces, not with tabs",
+        "mapping values": "check the indentation; text with a colon in it wants quotes",
+        "expected ':'": "write a colon and a space after the key",
+        "alias": "an alias (*name) wants its anchor (&name) further up",
+        "but found another document": "keep one bench in a file: remove the line ---",
+        "nested": "no key is nested so deep",
+        "found character": "put the text in quotes",
+    }
+    default = "check the indentation, brackets and quotes here"
+    remedy = next((remedy for part, remedy in remedies.items() if part in problem), default)
+    return " ".join(problem.split()), remedy
+
+
+def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
+    if not document.enter(path, _spot(node)):
+        return None
+    match node:
+        case yaml.MappingNode(tag="tag:yaml.org,2002:map"):
+            return _mapping(document, path, node)
+        case yaml.SequenceNode(tag="tag:yaml.org,2002:seq"):
+            return [_value(document, (*path, index), item) for index, item in enumerate(node.value)]
+        case yaml.ScalarNode():
+            document.raw[path] = node.value
+            return _scalar(document, path, node)
+    document.findings.append(Finding(path, f"the tag {node.tag} is not used here", "remove the tag"))
+    return None
+
+
+def _mapping(document: Document, path: KeyPath, node: yaml.MappingNode) -> dict[str, object]:
+    result: dict[str, object] = {}
+    for key_node, value_node in node.value:
+        name = key_node.value
+        spot = _spot(key_node)
+        if not isinstance(name, str) or not is_unicode(name):
+            document.findings.append(
+                Finding(path, "a key must be a name", "write a plain name before the colon", spot=spot)
+            )
+            continue
+        here = (*path, name)
+        if here in document.keys:
+            message = f"this key is given twice, first in line {document.keys[here].line}"
+            document.findings.append(Finding(here, message, "keep one of the two", spot=spot))
+            continue
+        document.keys[here] = spot
+        document.findings += _key_findings(here, name, key_node.tag)
+        result[name] = _value(document, here, value_node)
+    return result
+
+
+def _key_findings(path: KeyPath, name: str, tag: str) -> list[Finding]:
+    kind = tag.removeprefix(_TAG)
+    if kind == "merge":
+        return [Finding(path, "keys cannot be merged in with <<", "write them out", at_key=True)]
+    if kind in _TEXT_TAGS:
+        return []
+    meaning = {
+        "bool": "the truth value " + ("true" if name.lower() in _TRUE else "false"),
+        "int": "a number",
+        "float": "a number",
+        "null": "nothing",
+    }.get(kind, f"a value of type {kind}")
+    quotable = re.fullmatch("[A-Za-z][A-Za-z0-9_-]*", name)
+    remedy = f'write it in quotes: "{name}"' if quotable else "a name begins with a letter, as in m1"
+    return [Finding(path, f"YAML takes this key for {meaning}, not for a name", remedy, at_key=True)]
+
+
+def _scalar(document: Document, path: KeyPath, node: yaml.ScalarNode) -> object:
+    text: str = node.value
+    kind = node.tag.removeprefix(_TAG)
+    # 1:30 is 90 to YAML 1.1, in base 60; nobody means that.
+    if kind in _TEXT_TAGS or (kind in ("int", "float") and ":" in text):
+        return document.scalar(path, text)
+    if kind == "null":
+        return None
+    if kind == "bool" and text.lower() in _TRUE | _FALSE:
+        return text.lower() in _TRUE
+    if kind in ("int", "float"):
+        return _number(document, path, text, kind)
+    document.findings.append(Finding(path, f"the tag {node.tag} does not fit here", "remove the tag"))
+    return None
+
+
+def _number(document: Document, path: KeyPath, text: str, kind: str) -> object:
+    plain = text.replace("_", "").lower()
+    if len(text) > _MAX_NUMBER_CHARACTERS:
+        document.findings.append(Finding(path, "is too long for a number", "write fewer digits"))
+        return None
+    if kind == "int" and re.fullmatch("[-+]?0[0-7]+", plain):
+        value = int(plain, 8)
+        remedy = f'write it in quotes: "{text}"; if a number is meant, without the leading 0'
+        message = f"{text} is a number in base 8 to YAML: {value}"
+        document.findings.append(Finding(path, message, remedy))
+        return None
+    try:
+        number = (
+            int(plain, 0) if kind == "int" else float(plain.replace(".inf", "inf").replace(".nan", "nan"))
+        )
+    except ValueError:
+        document.findings.append(Finding(path, f"{text!a} is not a number", "write a number"))
+        return None
+    return document.scalar(path, number)
+
+
+def _spot(node: yaml.Node) -> Spot:
+    return Spot(node.start_mark.line + 1, node.start_mark.column + 1)

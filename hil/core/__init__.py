@@ -1,0 +1,10 @@
+"""The facade over the native core: clock, groups, axes, events, snapshots.
+
+Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session or a port. What the
+native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
+"""
+
+from hil.core.core import Core, CoreAxis
+from hil.core.fields import FIELDS, Field, Snapshot
+
+__all__ = ["FIELDS", "Core", "CoreAxis", "Field", "Snapshot"]

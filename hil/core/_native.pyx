@@ -1,0 +1,328 @@
+# cython: language_level=3, boundscheck=False, freethreading_compatible=False
+"""The binding of the native core. Thin: ids and numbers in, numbers out; see native/hil_core.h for
+what each call means and who may make it. `hil.core` is the face for the rest of the project."""
+
+from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint64_t
+from libc.string cimport memcpy
+
+cdef extern from "native/hil_core.h" nogil:
+    int HIL_TABLE_LEN, HIL_HISTOGRAM_LEN, HIL_FIELDS
+    ctypedef struct hil_core
+    ctypedef int hil_field
+    ctypedef struct hil_snapshot:
+        pass
+    ctypedef struct hil_field_info:
+        const char *name
+        const char *type
+        const char *unit
+        const char *meaning
+        size_t offset
+        int writable
+    const hil_field_info hil_field_table[]
+    ctypedef struct hil_event:
+        int64_t at_ns
+        int32_t axis
+        int32_t kind
+        double value
+    ctypedef struct hil_axis_params:
+        double inertia_kg_m2
+        double viscous_Nm_s_per_rad
+        double torque_constant_Nm_per_A
+        double sense_resistor_ohm
+        double start_deg
+        double load_torque_Nm
+        int32_t rotor_teeth
+    ctypedef struct hil_rt_options:
+        int64_t period_ns
+        double speed
+        int priority
+        int cpu
+    ctypedef struct hil_rt_stats:
+        int64_t ticks
+        int64_t missed
+        int64_t elapsed_ns
+        int64_t overruns
+        uint64_t wake_latency[40]
+        int fifo_errno
+        int pin_errno
+        int lock_errno
+        int running
+    hil_core *hil_core_new(int, int *)
+    void hil_core_free(hil_core *)
+    int hil_group_open(hil_core *, int64_t)
+    void hil_group_close(hil_core *, int)
+    int hil_axis_open(hil_core *, int, const hil_axis_params *)
+    void hil_axis_power_up(hil_core *, int)
+    int64_t hil_group_advance(hil_core *, int, int64_t)
+    int64_t hil_group_now(const hil_core *, int)
+    void hil_group_set_horizon(hil_core *, int, int64_t)
+    int hil_group_failed(const hil_core *, int)
+    int hil_group_take_event(hil_core *, int, hil_event *)
+    void hil_group_acquire(hil_core *, int)
+    void hil_group_release(hil_core *, int)
+    double hil_axis_get(hil_core *, int, hil_field)
+    int hil_axis_set(hil_core *, int, hil_field, double)
+    void hil_axis_output(hil_core *, int, float, int)
+    void hil_axis_vref(hil_core *, int, int, int)
+    void hil_axis_loop(hil_core *, int, int)
+    int hil_axis_spi(hil_core *, int, int)
+    float *hil_axis_table(hil_core *, int)
+    void hil_axis_pin(hil_core *, int, int, int)
+    int hil_axis_script_encoder(hil_core *, int, int, const int64_t *, const int64_t *, int)
+    void hil_axis_snapshot(hil_core *, int, hil_snapshot *)
+    void hil_axis_published(const hil_core *, int, hil_snapshot *)
+    int hil_rt_start(hil_core *, const hil_rt_options *)
+    void hil_rt_stop(hil_core *)
+    int64_t hil_rt_now(const hil_core *)
+    void hil_rt_stats_read(const hil_core *, hil_rt_stats *)
+    int hil_rt_take_due(hil_core *, int *, int)
+    ctypedef struct hil_watchdog
+    hil_watchdog *hil_watchdog_new(int)
+    void hil_watchdog_arm(hil_watchdog *, int64_t)
+    void hil_watchdog_free(hil_watchdog *)
+    ctypedef struct hil_replay_row:
+        float y_meas, y_excite, yw, e, ITerm, DTerm, v, u
+        int32_t U, wrap_count
+        int16_t vref1, vref2
+        int8_t in1, in2, in3, in4, led
+    ctypedef struct hil_replay
+    hil_replay *hil_replay_new(const float *)
+    int hil_replay_set(hil_replay *, hil_field, double)
+    void hil_replay_step(hil_replay *, int, hil_replay_row *)
+    void hil_replay_output(hil_replay *, float, int, hil_replay_row *)
+    void hil_replay_free(hil_replay *)
+
+TABLE_LEN = HIL_TABLE_LEN
+
+FIELDS = tuple(
+    (hil_field_table[i].name.decode(), hil_field_table[i].type.decode(), hil_field_table[i].unit.decode(),
+     bool(hil_field_table[i].writable), hil_field_table[i].meaning.decode())
+    for i in range(HIL_FIELDS)
+)
+
+
+cdef tuple unpack(const hil_snapshot *s):
+    cdef const char *base = <const char *>s
+    cdef list values = []
+    cdef int i
+    cdef const char *at
+    for i in range(HIL_FIELDS):
+        at = base + hil_field_table[i].offset
+        if hil_field_table[i].type[0] == b"f":
+            values.append((<const double *>at)[0] if hil_field_table[i].type[1] == b"6" else (<const float *>at)[0])
+        else:
+            values.append((<const int64_t *>at)[0] if hil_field_table[i].type[1] == b"6" else (<const int32_t *>at)[0])
+    return tuple(values)
+
+
+cdef class NativeCore:
+    cdef hil_core *core
+    cdef readonly int event_fd
+    cdef readonly int max_axes
+
+    def __cinit__(self, int max_axes):
+        if max_axes < 1:
+            raise ValueError("max_axes must be at least 1")
+        self.core = hil_core_new(max_axes, &self.event_fd)
+        if self.core is NULL:
+            raise MemoryError(f"no memory for a core of {max_axes} axes")
+        self.max_axes = max_axes
+
+    def __dealloc__(self):
+        if self.core is not NULL:
+            hil_core_free(self.core)
+
+    def group_open(self, int64_t now_ns):
+        cdef int group = hil_group_open(self.core, now_ns)
+        if group < 0:
+            raise MemoryError(f"all {self.max_axes} groups of the core are taken")
+        return group
+
+    def group_close(self, int group):
+        hil_group_close(self.core, group)
+
+    def axis_open(self, int group, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
+                  double sense_resistor_ohm, double start_deg, double load_torque_Nm, int rotor_teeth):
+        cdef hil_axis_params p = hil_axis_params(inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A,
+                                                 sense_resistor_ohm, start_deg, load_torque_Nm, rotor_teeth)
+        cdef int axis = hil_axis_open(self.core, group, &p)
+        if axis < 0:
+            raise MemoryError(f"all {self.max_axes} axes of the core are taken")
+        return axis
+
+    def power_up(self, int axis):
+        hil_axis_power_up(self.core, axis)
+
+    def advance(self, int group, int64_t until_ns):
+        cdef int64_t now_ns
+        with nogil:
+            now_ns = hil_group_advance(self.core, group, until_ns)
+        return now_ns
+
+    def now(self, int group):
+        return hil_group_now(self.core, group)
+
+    def set_horizon(self, int group, int64_t horizon_ns):
+        hil_group_set_horizon(self.core, group, horizon_ns)
+
+    def failed(self, int group):
+        return hil_group_failed(self.core, group) != 0
+
+    def take_events(self, int group):
+        cdef hil_event e
+        events = []
+        while hil_group_take_event(self.core, group, &e):
+            events.append((e.at_ns, e.axis, e.kind, e.value))
+        return events
+
+    def acquire(self, int group):
+        hil_group_acquire(self.core, group)
+
+    def release(self, int group):
+        hil_group_release(self.core, group)
+
+    def get(self, int axis, int field):
+        return hil_axis_get(self.core, axis, field)
+
+    def set(self, int axis, int field, double value):
+        if hil_axis_set(self.core, axis, field, value):
+            raise AttributeError(f"axis field {FIELDS[field][0]} is read-only")
+
+    def output(self, int axis, float theta_deg, int effort):
+        hil_axis_output(self.core, axis, theta_deg, effort)
+
+    def vref(self, int axis, int vref1, int vref2):
+        hil_axis_vref(self.core, axis, vref1, vref2)
+
+    def loop(self, int axis, bint on):
+        hil_axis_loop(self.core, axis, on)
+
+    def spi(self, int axis, int command):
+        return hil_axis_spi(self.core, axis, command)
+
+    def table(self, int axis):
+        cdef const float *table = hil_axis_table(self.core, axis)
+        return (<const char *>table)[:HIL_TABLE_LEN * 4]
+
+    def write_table(self, int axis, const unsigned char[::1] packed):
+        if packed.shape[0] != HIL_TABLE_LEN * 4:
+            raise ValueError(f"a table is {HIL_TABLE_LEN * 4} bytes, not {packed.shape[0]}")
+        memcpy(hil_axis_table(self.core, axis), &packed[0], HIL_TABLE_LEN * 4)
+
+    def pin(self, int axis, int pin, int level):
+        hil_axis_pin(self.core, axis, pin, level)
+
+    def script_encoder(self, int axis, const int64_t[::1] at_ns, const int64_t[::1] raw, bint linear):
+        cdef int n = <int>at_ns.shape[0]
+        if raw.shape[0] != n:
+            raise ValueError("as many times as counts")
+        cdef int failed = (hil_axis_script_encoder(self.core, axis, n, &at_ns[0], &raw[0], linear) if n
+                           else hil_axis_script_encoder(self.core, axis, 0, NULL, NULL, 0))
+        if failed:
+            raise MemoryError("no memory for the encoder's script")
+
+    def snapshot(self, int axis):
+        cdef hil_snapshot s
+        hil_axis_snapshot(self.core, axis, &s)
+        return unpack(&s)
+
+    def published(self, int axis):
+        cdef hil_snapshot s
+        hil_axis_published(self.core, axis, &s)
+        return unpack(&s)
+
+    def rt_start(self, int64_t period_ns, double speed, int priority, int cpu):
+        cdef hil_rt_options o = hil_rt_options(period_ns, speed, priority, cpu)
+        cdef int error
+        with nogil:
+            error = hil_rt_start(self.core, &o)
+        if error:
+            raise OSError(error, "the real-time thread could not be started")
+
+    def rt_stop(self):
+        with nogil:
+            hil_rt_stop(self.core)
+
+    def rt_now(self):
+        return hil_rt_now(self.core)
+
+    def rt_stats(self):
+        cdef hil_rt_stats s
+        hil_rt_stats_read(self.core, &s)
+        return {
+            "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
+            "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
+            "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
+            "running": s.running != 0,
+        }
+
+    def take_due(self):
+        cdef int groups[64]
+        cdef int n, i
+        due = []
+        while True:
+            n = hil_rt_take_due(self.core, groups, 64)
+            for i in range(n):
+                due.append(groups[i])
+            if n < 64:
+                return due
+
+
+cdef class Watchdog:
+    cdef hil_watchdog *watchdog
+
+    def __cinit__(self, int signal_number):
+        self.watchdog = hil_watchdog_new(signal_number)
+        if self.watchdog is NULL:
+            raise OSError("no CPU-time timer for this thread")
+
+    def __dealloc__(self):
+        if self.watchdog is not NULL:
+            hil_watchdog_free(self.watchdog)
+
+    def arm(self, int64_t ns):
+        hil_watchdog_arm(self.watchdog, ns)
+
+    def disarm(self):
+        hil_watchdog_arm(self.watchdog, 0)
+
+
+cdef dict as_dict(const hil_replay_row *row):
+    return {
+        "y_meas": row.y_meas, "y_excite": row.y_excite, "yw": row.yw, "e": row.e, "ITerm": row.ITerm,
+        "DTerm": row.DTerm, "v": row.v, "u": row.u, "U": row.U, "vref1": row.vref1, "vref2": row.vref2,
+        "in1": row.in1, "in2": row.in2, "in3": row.in3, "in4": row.in4, "wrap_count": row.wrap_count,
+        "led": row.led,
+    }
+
+
+cdef class Replay:
+    """The Mechaduino's law alone; one call a control step."""
+    cdef hil_replay *replay
+
+    def __cinit__(self, const unsigned char[::1] table):
+        if table.shape[0] != HIL_TABLE_LEN * 4:
+            raise ValueError(f"a table is {HIL_TABLE_LEN * 4} bytes, not {table.shape[0]}")
+        cdef float aligned[16384]
+        memcpy(aligned, &table[0], sizeof(aligned))
+        self.replay = hil_replay_new(aligned)
+        if self.replay is NULL:
+            raise MemoryError
+
+    def __dealloc__(self):
+        if self.replay is not NULL:
+            hil_replay_free(self.replay)
+
+    def set(self, int field, double value):
+        if hil_replay_set(self.replay, field, value):
+            raise AttributeError(f"the law has no writable {FIELDS[field][0]}")
+
+    def step(self, int raw):
+        cdef hil_replay_row row
+        hil_replay_step(self.replay, raw, &row)
+        return as_dict(&row)
+
+    def output(self, float theta_deg, int effort):
+        cdef hil_replay_row row
+        hil_replay_output(self.replay, theta_deg, effort, &row)
+        return as_dict(&row)

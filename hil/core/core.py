@@ -1,0 +1,104 @@
+"""A core and its axes, with names instead of numbers."""
+
+from array import array
+from collections.abc import Mapping, Sequence
+
+from hil.core._native import NativeCore
+from hil.core.fields import INDEX, Snapshot
+from hil.vocab.firmware import CoreEvent
+from hil.vocab.time import SimTimeNs
+
+EVENT_KINDS = {1: "step_response", 2: "enable"}
+"""Names of ``hil_event_kind`` in ``native/hil_core.h``."""
+
+PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
+"""Inputs of an axis: the board's names, and what the step/dir interface uses them for."""
+
+
+class CoreAxis:
+    """One axis of a core; what a firmware sees is ``hil.vocab.firmware.Axis``.
+
+    Every call acts at the group's present time and needs the caller to own the group.
+    """
+
+    def __init__(self, native: NativeCore, axis: int) -> None:
+        self._native = native
+        self.id = axis
+
+    def get(self, field: str) -> float:
+        """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
+        return self._native.get(self.id, INDEX[field])
+
+    def set(self, field: str, value: float) -> None:
+        """Set a writable field. Raises KeyError, or AttributeError for one that is read-only."""
+        self._native.set(self.id, INDEX[field], value)
+
+    def output(self, theta_deg: float, effort: int) -> None:
+        self._native.output(self.id, theta_deg, effort)
+
+    def vref(self, vref1: int, vref2: int) -> None:
+        self._native.vref(self.id, vref1, vref2)
+
+    def loop(self, on: bool) -> None:
+        self._native.loop(self.id, on)
+
+    def spi(self, command: int) -> int:
+        return self._native.spi(self.id, command)
+
+    def table(self) -> bytes:
+        return self._native.table(self.id)
+
+    def write_table(self, packed: bytes) -> None:
+        self._native.write_table(self.id, packed)
+
+    def power_up(self) -> None:
+        """Cold-start the control law and the driver; the shaft stays where it is."""
+        self._native.power_up(self.id)
+
+    def pin(self, name: str, level: int) -> None:
+        """Drive an input: D0 (direction: high is towards smaller counts), D1 (step, rising edge),
+        D2 (enable, active low), D3. Raises KeyError for another name."""
+        self._native.pin(self.id, PINS[name], level)
+
+    def script_encoder(self, points: Sequence[tuple[int, int]], linear: bool) -> None:
+        """Encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""
+        times = array("q", [at_ns for at_ns, _ in points])
+        self._native.script_encoder(self.id, times, array("q", [raw for _, raw in points]), linear)
+
+    def snapshot(self) -> Snapshot:
+        """The state now."""
+        return Snapshot(self._native.snapshot(self.id))
+
+    def published(self) -> Snapshot:
+        """The state as of the last wake or release; any thread, owner or not."""
+        return Snapshot(self._native.published(self.id))
+
+
+class Core:
+    """Simulated time and axes of one bench. See ``native/hil_core.h``."""
+
+    def __init__(self, max_axes: int) -> None:
+        self.native = NativeCore(max_axes)
+        self.event_fd = self.native.event_fd
+
+    def open_axis(self, group: int, parameters: Mapping[str, float]) -> CoreAxis:
+        """A cold-started axis with the profile's axis parameters (their names carry the units)."""
+        p = parameters
+        axis = self.native.axis_open(
+            group,
+            p["inertia_kg_m2"],
+            p["viscous_Nm_s_per_rad"],
+            p["torque_constant_Nm_per_A"],
+            p["sense_resistor_ohm"],
+            p["start_deg"],
+            p["load_torque_Nm"],
+            int(p["rotor_teeth"]),
+        )
+        return CoreAxis(self.native, axis)
+
+    def take_events(self, group: int) -> list[CoreEvent]:
+        """What interrupts of this group did since the last call, in time's order."""
+        return [
+            CoreEvent(SimTimeNs(at_ns), axis, EVENT_KINDS[kind], value)
+            for at_ns, axis, kind, value in self.native.take_events(group)
+        ]

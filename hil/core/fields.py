@@ -1,0 +1,49 @@
+"""The fields of an axis, by name, from the native core's one table (``native/fields.def``)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from hil.core import _native
+
+
+@dataclass(frozen=True)
+class Field:
+    """One value of an axis. ``type`` is f32, f64, i32 or i64."""
+
+    name: str
+    type: str
+    unit: str
+    writable: bool
+    meaning: str
+
+
+FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
+INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
+
+
+class Snapshot:
+    """The state of an axis at one simulated time: one attribute for each name in ``FIELDS``."""
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: tuple[float, ...]) -> None:
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self._values[INDEX[name]]
+        except KeyError:
+            raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(INDEX)}") from None
+
+    def as_dict(self) -> dict[str, float]:
+        """Every field by its name, in the table's order."""
+        return dict(zip(INDEX, self._values, strict=True))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Snapshot) and repr(self._values) == repr(other._values)
+
+    def __hash__(self) -> int:
+        return hash(repr(self._values))
+
+    def __repr__(self) -> str:
+        return "Snapshot(" + ", ".join(f"{k}={v}" for k, v in self.as_dict().items()) + ")"

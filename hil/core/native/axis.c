@@ -1,0 +1,364 @@
+/* An axis: law, driver, motor and encoder joined. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core.h"
+
+const hil_field_info hil_field_table[HIL_FIELDS] = {
+#define RO 0
+#define RW 1
+#define X(name, type, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access},
+#include "fields.def"
+#undef X
+#undef RO
+#undef RW
+};
+
+/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
+enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
+
+static int64_t floor_div(__int128 n, int64_t d)
+{
+    __int128 q = n / d;
+    return (int64_t)(q - (n % d < 0));
+}
+
+static int scripted_raw(const encoder *s, int64_t t_ns)
+{
+    int i = 0, last = s->script_len - 1;
+    if (t_ns < s->script_ns[0]) return (int)(s->script_raw[0] & 16383);
+    for (int high = last + 1; high - i > 1;) { /* the last point not after t_ns */
+        int middle = (i + high) / 2;
+        if (s->script_ns[middle] <= t_ns) i = middle; else high = middle;
+    }
+    int64_t raw = s->script_raw[i];
+    if (s->script_linear && i < last)
+        raw += floor_div((__int128)(s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
+                         s->script_ns[i + 1] - s->script_ns[i]);
+    return (int)(raw & 16383); /* two's complement: & is the mathematical modulo, below 0 too */
+}
+
+static int shaft_raw(double rev)
+{
+    return (int)((rev - floor(rev)) * 16384) & 16383;
+}
+
+static int raw_at(const hil_axis *a, int64_t t_ns)
+{
+    return a->encoder.script_len ? scripted_raw(&a->encoder, t_ns) : shaft_raw(plant_at(&a->plant, t_ns).rev);
+}
+
+static int parity(unsigned v)
+{
+    return __builtin_parity(v & 0x7FFF);
+}
+
+/* The answer to the frame before, as the AS5047D's pipeline has it; the angle is that of now. */
+static int spi_exchange(hil_axis *a, int command, int raw)
+{
+    int value = 0;
+    switch (a->encoder.previous_command & 0x3FFF) {
+    case SPI_ANGLE: value = raw; break;
+    case SPI_DIAAGC: value = a->encoder.diaagc; break;
+    case SPI_ERRFL:
+        value = a->encoder.errfl;
+        a->encoder.errfl = 0;
+        break;
+    }
+    a->encoder.previous_command = command;
+    return value | parity((unsigned)value) << 15;
+}
+
+/* A4954: current command = Vref / (10 Rsense), 255 counts = 3.3 V; direction by the IN pins. */
+static void drive(hil_axis *a)
+{
+    const mechaduino_pins *p = &a->law.pins;
+    plant_set_currents(&a->plant, p->vref1 * a->amps_per_count * (p->in2 - p->in1),
+                       p->vref2 * a->amps_per_count * (p->in4 - p->in3));
+}
+
+static int64_t step_time_ns(const hil_axis *a, int64_t k)
+{
+    return a->loop_since_ns + (int64_t)((__int128)k * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN);
+}
+
+static void set_loop(hil_axis *a, int on, int64_t now_ns)
+{
+    if (on && !a->loop_on) {
+        a->loop_since_ns = now_ns;
+        a->loop_steps = 0;
+        a->next_step_ns = step_time_ns(a, 1);
+    }
+    a->loop_on = on;
+}
+
+void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
+{
+    while (a->loop_on && a->next_step_ns <= t_ns) {
+        int64_t at_ns = a->next_step_ns;
+        plant_node(&a->plant, at_ns);
+        int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns) : shaft_raw(a->plant.shaft.rev);
+        float y;
+        int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
+        drive(a);
+        if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
+        a->control_steps++;
+        a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
+    }
+    plant_advance(&a->plant, t_ns);
+}
+
+/* ---- the firmware's and the daemon's face ---- */
+
+static hil_axis *at(hil_core *c, int axis, int64_t *now_ns)
+{
+    hil_axis *a = &c->axes[axis];
+    *now_ns = atomic_load_explicit(&c->groups[a->group].now_ns, memory_order_relaxed);
+    return a;
+}
+
+int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
+{
+    int axis = 0;
+    while (axis < c->max_axes && c->axes[axis].open) axis++;
+    if (axis == c->max_axes) return -1;
+    hil_axis *a = &c->axes[axis];
+    memset(a, 0, sizeof *a);
+    a->open = 1;
+    a->group = group;
+    a->next_in_group = c->groups[group].first_axis;
+    c->groups[group].first_axis = axis;
+    a->amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm);
+    a->encoder.previous_command = 0xFFFF;
+    plant_init(&a->plant, params->inertia_kg_m2, params->viscous_Nm_s_per_rad, params->torque_constant_Nm_per_A,
+               params->rotor_teeth, params->start_deg / 360, params->load_torque_Nm,
+               atomic_load(&c->groups[group].now_ns));
+    hil_axis_power_up(c, axis);
+    return axis;
+}
+
+void hil_axis_power_up(hil_core *c, int axis)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    plant_node(&a->plant, now_ns);
+    mechaduino_power_up(&a->law);
+    set_loop(a, 0, now_ns);
+    a->control_steps = 0;
+    drive(a);
+}
+
+void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    plant_node(&a->plant, now_ns);
+    mechaduino_output(&a->law, c->sine, theta_deg, effort);
+    drive(a);
+}
+
+void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    plant_node(&a->plant, now_ns);
+    a->law.pins.vref1 = vref1;
+    a->law.pins.vref2 = vref2;
+    drive(a);
+}
+
+void hil_axis_loop(hil_core *c, int axis, int on)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    set_loop(a, on, now_ns);
+}
+
+int hil_axis_spi(hil_core *c, int axis, int command)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    return spi_exchange(a, command, raw_at(a, now_ns));
+}
+
+float *hil_axis_table(hil_core *c, int axis) { return c->axes[axis].table; }
+
+/* Stock firmware leaves the three interrupts commented out; the twin has them on its inputs always. */
+void hil_axis_pin(hil_core *c, int axis, int pin, int level)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    level = level != 0;
+    switch (pin) {
+    case 0:
+        a->pins.dir = level;
+        break;
+    case 1:
+        if (level && !a->pins.step) mechaduino_step_pin(&a->law, a->pins.dir);
+        a->pins.step = level;
+        break;
+    case 2:
+        if (level == a->pins.enable) break;
+        a->pins.enable = level;
+        set_loop(a, !level, now_ns);
+        if (level) hil_axis_vref(c, axis, (int)(0.33 * a->law.uMAX), (int)(0.33 * a->law.uMAX));
+        core_post(c, axis, now_ns, HIL_EVENT_ENABLE, level);
+        break;
+    default:
+        a->pins.d3 = level;
+    }
+}
+
+int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
+{
+    encoder *s = &c->axes[axis].encoder;
+    int64_t *copy = n ? malloc((size_t)n * 2 * sizeof *copy) : NULL;
+    if (n && !copy) return -1;
+    if (n) {
+        memcpy(copy, at_ns, (size_t)n * sizeof *copy);
+        memcpy(copy + n, raw, (size_t)n * sizeof *copy);
+    }
+    free(s->script_ns);
+    s->script_ns = copy;
+    s->script_raw = copy ? copy + n : NULL;
+    s->script_len = n;
+    s->script_linear = linear;
+    return 0;
+}
+
+static void fill_view(hil_axis *a, int64_t now_ns)
+{
+    plant_shaft s = plant_at(&a->plant, now_ns);
+    a->view.rev = s.rev;
+    a->view.rev_per_s = s.rev_per_s;
+    a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
+    a->view.raw = a->encoder.script_len ? scripted_raw(&a->encoder, now_ns) : shaft_raw(s.rev);
+}
+
+static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
+{
+    memset(out, 0, sizeof *out);
+    fill_view(a, now_ns);
+#define X(name, type, access, unit, expression, meaning) out->name = expression;
+#include "fields.def"
+#undef X
+}
+
+void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    fill(a, now_ns, out);
+}
+
+void axis_publish(hil_axis *a, int64_t now_ns)
+{
+    union { hil_snapshot s; uint64_t words[SNAPSHOT_WORDS]; } u = {.words = {0}};
+    fill(a, now_ns, &u.s);
+    seqlock_write(&a->published_lock, a->published, u.words, SNAPSHOT_WORDS);
+}
+
+void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out)
+{
+    union { hil_snapshot s; uint64_t words[SNAPSHOT_WORDS]; } u;
+    seqlock_read(&c->axes[axis].published_lock, c->axes[axis].published, u.words, SNAPSHOT_WORDS);
+    *out = u.s;
+}
+
+double hil_axis_get(hil_core *c, int axis, hil_field field)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    if (field == HIL_FIELD_position_deg || field == HIL_FIELD_velocity_rpm || field == HIL_FIELD_torque_Nm ||
+        field == HIL_FIELD_raw)
+        fill_view(a, now_ns);
+    switch (field) {
+#define X(name, type, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
+#include "fields.def"
+#undef X
+    default: return NAN;
+    }
+}
+
+static int set_law(mechaduino *m, hil_field field, double value)
+{
+    switch (field) {
+    case HIL_FIELD_mode: m->mode = (int32_t)value; return 0;
+    case HIL_FIELD_r: m->r = (float)value; return 0;
+    case HIL_FIELD_pKp: m->pKp = (float)value; return 0;
+    case HIL_FIELD_pKi: m->pKi = (float)value; return 0;
+    case HIL_FIELD_pKd: m->pKd = (float)value; return 0;
+    case HIL_FIELD_pLPF: mechaduino_set_pLPF(m, (float)value); return 0;
+    case HIL_FIELD_vKp: m->vKp = (float)value; return 0;
+    case HIL_FIELD_vKi: m->vKi = (float)value; return 0;
+    case HIL_FIELD_vKd: m->vKd = (float)value; return 0;
+    case HIL_FIELD_vLPF: mechaduino_set_vLPF(m, (float)value); return 0;
+    case HIL_FIELD_PA: m->PA = (float)value; return 0;
+    case HIL_FIELD_uMAX: m->uMAX = (int32_t)value; return 0;
+    case HIL_FIELD_print_yw: m->print_yw = value != 0; return 0;
+    default: return -1;
+    }
+}
+
+int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    switch (field) {
+    case HIL_FIELD_load_torque_Nm:
+        plant_node(&a->plant, now_ns);
+        plant_set_load(&a->plant, value);
+        return 0;
+    case HIL_FIELD_diaagc: a->encoder.diaagc = (int32_t)value; return 0;
+    case HIL_FIELD_errfl: a->encoder.errfl = (int32_t)value; return 0;
+    case HIL_FIELD_spi_previous_command: a->encoder.previous_command = (int32_t)value; return 0;
+    default: return set_law(&a->law, field, value);
+    }
+}
+
+/* ---- the law alone ---- */
+
+struct hil_replay {
+    mechaduino law;
+    int16_t sine[MECHADUINO_SINE_LEN];
+    float table[HIL_TABLE_LEN];
+};
+
+hil_replay *hil_replay_new(const float *table)
+{
+    hil_replay *p = calloc(1, sizeof *p);
+    if (!p) return NULL;
+    mechaduino_sine(p->sine);
+    mechaduino_power_up(&p->law);
+    memcpy(p->table, table, sizeof p->table);
+    return p;
+}
+
+int hil_replay_set(hil_replay *p, hil_field field, double value) { return set_law(&p->law, field, value); }
+
+static void fill_row(const hil_replay *p, float y, hil_replay_row *row)
+{
+    const mechaduino *m = &p->law;
+    const mechaduino_pins *n = &m->pins;
+    *row = (hil_replay_row){.y_meas = y, .y_excite = m->y, .yw = m->yw, .e = m->e, .ITerm = m->ITerm, .DTerm = m->DTerm,
+                            .v = m->v, .u = m->u, .U = m->U, .wrap_count = m->wrap_count,
+                            .vref1 = (int16_t)n->vref1, .vref2 = (int16_t)n->vref2, .in1 = (int8_t)n->in1,
+                            .in2 = (int8_t)n->in2, .in3 = (int8_t)n->in3, .in4 = (int8_t)n->in4,
+                            .led = (int8_t)m->led};
+}
+
+void hil_replay_step(hil_replay *p, int raw, hil_replay_row *row)
+{
+    float y;
+    mechaduino_step(&p->law, p->sine, p->table, raw & 16383, &y);
+    fill_row(p, y, row);
+}
+
+void hil_replay_output(hil_replay *p, float theta_deg, int effort, hil_replay_row *row)
+{
+    mechaduino_output(&p->law, p->sine, theta_deg, effort);
+    fill_row(p, 0, row);
+}
+
+void hil_replay_free(hil_replay *p) { free(p); }

@@ -1,0 +1,167 @@
+#include "mechaduino.h"
+
+#include <math.h>
+#include <string.h>
+
+static const float Fs = 6500.0f;
+static const float aps = 360.0f / 200;    /* angle per full step */
+static const float stepangle = 1.8f / 32; /* of the step input: 1/32 step */
+
+/* The M0+'s float-to-int: truncates, saturates, and makes 0 of a NaN; C leaves the last two undefined. */
+static int32_t to_int(float x)
+{
+    if (x != x) return 0;
+    if (x >= 2147483648.0f) return INT32_MAX;
+    if (x <= -2147483648.0f) return INT32_MIN;
+    return (int32_t)x;
+}
+
+static int32_t modulo(int32_t x, int32_t m)
+{
+    int32_t k = x % m;
+    return k < 0 ? k + m : k;
+}
+
+void mechaduino_sine(int16_t sine[MECHADUINO_SINE_LEN])
+{
+    for (int a = 0; a < MECHADUINO_SINE_LEN; a++)
+        sine[a] = (int16_t)lround(1024 * sin(a * 3.1415 / 1800));
+}
+
+void mechaduino_set_pLPF(mechaduino *m, float hz)
+{
+    m->pLPF = hz;
+    m->pLPFa = (float)exp(-2 * 3.14159 * hz / Fs);
+    m->pLPFb = (float)(1.0 - m->pLPFa);
+}
+
+void mechaduino_set_vLPF(mechaduino *m, float hz)
+{
+    m->vLPF = hz;
+    m->vLPFa = (float)exp(-2 * 3.14159 * hz / Fs);
+    m->vLPFb = (float)((1.0 - m->vLPFa) * Fs * 0.16666667);
+}
+
+void mechaduino_power_up(mechaduino *m)
+{
+    memset(m, 0, sizeof *m);
+    m->pKp = 15.0f;
+    m->pKi = 0.2f;
+    m->pKd = 250.0f;
+    mechaduino_set_pLPF(m, 30.0f);
+    m->vKp = 0.001f;
+    m->vKi = 0.001f;
+    m->vKd = 0.0f;
+    mechaduino_set_vLPF(m, 100.0f);
+    m->PA = 1.8f;
+    m->uMAX = 115;
+    m->pins.vref1 = m->pins.vref2 = 37; /* (int)(0.33 uMAX) */
+    m->pins.in2 = m->pins.in4 = 1;
+}
+
+void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort)
+{
+    int32_t a = effort * sine[modulo(to_int(500.0f * theta_deg), 3600)] / 1024;
+    int32_t b = effort * sine[modulo(to_int(500.0f * theta_deg + 900.0f), 3600)] / 1024;
+    m->pins.vref1 = a < 0 ? -a : a;
+    m->pins.in2 = a >= 0;
+    m->pins.in1 = a < 0;
+    m->pins.vref2 = b < 0 ? -b : b;
+    m->pins.in4 = b >= 0;
+    m->pins.in3 = b < 0;
+}
+
+void mechaduino_step_pin(mechaduino *m, int dir_level)
+{
+    if (dir_level)
+        m->r -= stepangle;
+    else
+        m->r += stepangle;
+}
+
+static void position_control(mechaduino *m)
+{
+    m->e = m->r - m->yw;
+    m->ITerm += m->pKi * m->e;
+    if (m->ITerm > 150.0f)
+        m->ITerm = 150.0f;
+    else if (m->ITerm < -150.0f)
+        m->ITerm = -150.0f;
+    m->DTerm = m->pLPFa * m->DTerm - m->pLPFb * m->pKd * (m->yw - m->yw_1);
+    m->u = m->pKp * m->e + m->ITerm + m->DTerm;
+}
+
+static void velocity_control(mechaduino *m)
+{
+    m->v = m->vLPFa * m->v + m->vLPFb * (m->yw - m->yw_1);
+    m->e = m->r - m->v;
+    m->ITerm += m->vKi * m->e;
+    if (m->ITerm > 200.0f)
+        m->ITerm = 200.0f;
+    else if (m->ITerm < -200.0f)
+        m->ITerm = -200.0f;
+    m->u = m->vKp * m->e + m->ITerm - m->vKd * (m->e - m->e_1);
+}
+
+static void hybrid_control(mechaduino *m, const int16_t *sine)
+{
+    if (m->yw < m->r - aps)
+        m->missed_steps -= 1;
+    else if (m->yw > m->r + aps)
+        m->missed_steps += 1;
+    /* 69 counts: 255/3.3 * (0.6 A * 10 * 0.15 ohm) */
+    mechaduino_output(m, sine, (float)(0.1125 * -(m->r - (float)m->missed_steps)), 69);
+}
+
+static void commutate(mechaduino *m, const int16_t *sine)
+{
+    m->y_1 = m->y;
+    if (m->u > 0) {
+        m->y += m->PA;
+        if (m->u > (float)m->uMAX) m->u = (float)m->uMAX;
+    } else {
+        m->y -= m->PA;
+        if (m->u < (float)-m->uMAX) m->u = (float)-m->uMAX;
+    }
+    m->U = to_int(fabsf(m->u));
+    m->led = fabsf(m->e) < 0.1;
+    mechaduino_output(m, sine, -m->y, m->U);
+}
+
+int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured)
+{
+    m->y = *y_measured = table[raw];
+    float d = m->y - m->y_1;
+    if (d < -180.0f)
+        m->wrap_count += 1;
+    else if (d > 180.0f)
+        m->wrap_count -= 1;
+    m->yw = (float)(m->y + 360.0 * m->wrap_count);
+
+    switch (m->mode) {
+    case 'h':
+        hybrid_control(m, sine);
+        break;
+    case 'x':
+        position_control(m);
+        commutate(m, sine);
+        break;
+    case 'v':
+        velocity_control(m);
+        commutate(m, sine);
+        break;
+    case 't':
+        m->u = m->r;
+        commutate(m, sine);
+        break;
+    default:
+        m->u = 0;
+        commutate(m, sine);
+    }
+    m->e_1 = m->e;
+    m->yw_1 = m->yw;
+
+    if (!m->print_yw || ++m->print_counter < 5) return 0;
+    m->print_counter = 0;
+    return 1;
+}

@@ -1,0 +1,40 @@
+/* The control law of Mechaduino firmware 0.1.5, in the float32 arithmetic of its Cortex-M0+.
+   Names are the firmware's own. Pure: no time, no plant. */
+#ifndef HIL_CONTROL_MECHADUINO_H
+#define HIL_CONTROL_MECHADUINO_H
+
+#include <stdint.h>
+
+#define MECHADUINO_SINE_LEN 3601
+/* One control step every 7385 cycles of 48 MHz: round(48e6 / 6500). */
+#define MECHADUINO_STEP_NUM_NS 7385000
+#define MECHADUINO_STEP_DEN 48
+
+typedef struct mechaduino_pins {
+    int32_t vref1, vref2; /* counts, 0 to 255 */
+    int32_t in1, in2, in3, in4;
+} mechaduino_pins;
+
+typedef struct mechaduino {
+    float r, y, y_1, yw, yw_1, e, e_1, ITerm, DTerm, v, u;
+    int32_t U, wrap_count, missed_steps, mode, led;
+    float pKp, pKi, pKd, pLPF, pLPFa, pLPFb;
+    float vKp, vKi, vKd, vLPF, vLPFa, vLPFb;
+    float PA;
+    int32_t uMAX;
+    int32_t print_yw, print_counter;
+    mechaduino_pins pins;
+} mechaduino;
+
+/* The firmware's built-in table: round(1024 sin(a 3.1415 / 1800)), a = 0 to 3600. */
+void mechaduino_sine(int16_t sine[MECHADUINO_SINE_LEN]);
+/* RAM as after power-up, and the pins as setup() leaves them. */
+void mechaduino_power_up(mechaduino *m);
+void mechaduino_set_pLPF(mechaduino *m, float hz);
+void mechaduino_set_vLPF(mechaduino *m, float hz);
+void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort);
+/* One control interrupt. Returns 1 when the step response print is due. y_measured: the calibrated angle. */
+int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured);
+void mechaduino_step_pin(mechaduino *m, int dir_level);
+
+#endif

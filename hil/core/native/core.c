@@ -1,0 +1,146 @@
+/* Cores and groups: who owns what, how far time has come, events. */
+#define _GNU_SOURCE
+#include <sched.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "core.h"
+
+static size_t round_up(size_t n) { return (n + 63) & ~(size_t)63; }
+
+hil_core *hil_core_new(int max_axes, int *event_fd)
+{
+    size_t axes_at = round_up(sizeof(hil_core)), groups_at = axes_at + round_up(sizeof(hil_axis) * (size_t)max_axes);
+    size_t due_at = groups_at + round_up(sizeof(hil_group) * (size_t)max_axes), len = due_at + (size_t)max_axes;
+    char *arena = mmap(NULL, len, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (arena == MAP_FAILED) return NULL;
+    hil_core *c = (hil_core *)arena;
+    c->event_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (c->event_fd < 0) {
+        munmap(arena, len);
+        return NULL;
+    }
+    c->arena_len = len;
+    c->max_axes = max_axes;
+    c->axes = (hil_axis *)(arena + axes_at);
+    c->groups = (hil_group *)(arena + groups_at);
+    c->due = (_Atomic uint8_t *)(arena + due_at);
+    mechaduino_sine(c->sine);
+    *event_fd = c->event_fd;
+    return c;
+}
+
+void hil_core_free(hil_core *c)
+{
+    hil_rt_stop(c);
+    for (int i = 0; i < c->max_axes; i++) free(c->axes[i].encoder.script_ns);
+    close(c->event_fd);
+    munmap(c, c->arena_len);
+}
+
+int hil_group_open(hil_core *c, int64_t now_ns)
+{
+    int group = 0;
+    while (group < c->max_axes && c->groups[group].open) group++;
+    if (group == c->max_axes) return -1;
+    hil_group *g = &c->groups[group];
+    atomic_store(&g->owner, GROUP_LOOP_THREAD);
+    atomic_store(&g->now_ns, now_ns);
+    atomic_store(&g->failed, 0);
+    atomic_store(&g->events.head, 0);
+    atomic_store(&g->events.tail, 0);
+    g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
+    g->reported = 1;
+    g->open = 1;
+    g->first_axis = -1;
+    if (group >= atomic_load(&c->groups_used)) atomic_store(&c->groups_used, group + 1);
+    return group;
+}
+
+void hil_group_close(hil_core *c, int group)
+{
+    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group) {
+        hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
+        c->axes[i].open = 0;
+    }
+    c->groups[group].open = 0; /* stays with the loop thread: the real-time thread never enters it again */
+}
+
+void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
+{
+    hil_group *g = &c->groups[c->axes[axis].group];
+    hil_event e = {.at_ns = at_ns, .axis = axis, .kind = kind, .value = value};
+    if (!ring_put(&g->events, &e)) atomic_store_explicit(&g->failed, 1, memory_order_relaxed);
+}
+
+static int64_t next_step_ns(const hil_core *c, int group, int *axis)
+{
+    int64_t next = HIL_FOREVER;
+    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group)
+        if (c->axes[i].loop_on && c->axes[i].next_step_ns < next) {
+            next = c->axes[i].next_step_ns;
+            *axis = i;
+        }
+    return next;
+}
+
+int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
+{
+    hil_group *g = &c->groups[group];
+    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
+    if (until_ns <= now_ns) return now_ns;
+    int axis = 0, full = 0;
+    int64_t next;
+    while ((next = next_step_ns(c, group, &axis)) <= until_ns) {
+        axis_advance(c, &c->axes[axis], axis, next);
+        if (ring_used(&g->events) >= RING_LEN / 2) {
+            until_ns = next;
+            full = 1;
+            break;
+        }
+    }
+    for (int i = g->first_axis; i >= 0 && !full; i = c->axes[i].next_in_group)
+        axis_advance(c, &c->axes[i], i, until_ns);
+    atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
+    return until_ns;
+}
+
+int64_t hil_group_now(const hil_core *c, int group)
+{
+    return atomic_load_explicit(&c->groups[group].now_ns, memory_order_acquire);
+}
+
+void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
+{
+    c->groups[group].horizon_ns = horizon_ns;
+    c->groups[group].reported = 0;
+}
+
+int hil_group_failed(const hil_core *c, int group)
+{
+    return atomic_load_explicit(&c->groups[group].failed, memory_order_relaxed);
+}
+
+int hil_group_take_event(hil_core *c, int group, hil_event *out) { return ring_take(&c->groups[group].events, out); }
+
+void hil_group_acquire(hil_core *c, int group)
+{
+    int free_group = GROUP_FREE;
+    while (!atomic_compare_exchange_weak_explicit(&c->groups[group].owner, &free_group, GROUP_LOOP_THREAD,
+                                                  memory_order_acquire, memory_order_relaxed)) {
+        free_group = GROUP_FREE;
+        sched_yield();
+    }
+}
+
+void hil_group_release(hil_core *c, int group)
+{
+    hil_group *g = &c->groups[group];
+    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_publish(&c->axes[i], now_ns);
+    atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
+}

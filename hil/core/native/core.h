@@ -1,0 +1,78 @@
+/* The insides of a core, for its own files only: core.c (groups), axis.c (axes), rt/thread.c. */
+#ifndef HIL_CORE_PRIVATE_H
+#define HIL_CORE_PRIVATE_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "control/mechaduino.h"
+#include "hil_core.h"
+#include "plant/simple.h"
+#include "rt/ring.h"
+#include "rt/seqlock.h"
+
+#define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
+
+typedef struct encoder {
+    int32_t previous_command, diaagc, errfl;
+    int script_len, script_linear;
+    int64_t *script_ns, *script_raw;
+} encoder;
+
+typedef struct hil_axis {
+    int open, group, next_in_group; /* -1: the last of its group */
+    mechaduino law;
+    plant plant;
+    encoder encoder;
+    double amps_per_count;
+    struct { int32_t dir, step, enable, d3; } pins;
+    int32_t loop_on;
+    int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
+    int64_t control_steps;
+    struct { double rev, rev_per_s, torque_Nm; int32_t raw; } view; /* filled for a snapshot */
+    seqlock published_lock;
+    _Atomic uint64_t published[SNAPSHOT_WORDS];
+    float table[HIL_TABLE_LEN];
+} hil_axis;
+
+enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
+
+typedef struct hil_group {
+    int open, first_axis; /* -1: none */
+    _Atomic int owner;
+    _Atomic int64_t now_ns;
+    _Atomic int failed;
+    int64_t horizon_ns;
+    int reported; /* the due horizon has been told once */
+    event_ring events;
+} hil_group;
+
+typedef struct rt_state {
+    pthread_t thread;
+    _Atomic int running, stop;
+    hil_rt_options options;
+    int64_t anchor_ns, anchor_sim_ns;
+    seqlock stats_lock;
+    _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
+    hil_rt_stats live; /* the thread's own */
+    void *stack;
+    size_t stack_len;
+} rt_state;
+
+struct hil_core {
+    int max_axes;
+    _Atomic int groups_used;
+    size_t arena_len;
+    int event_fd;
+    int16_t sine[MECHADUINO_SINE_LEN];
+    rt_state rt;
+    hil_axis *axes;
+    hil_group *groups;
+    _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
+};
+
+void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* every control step up to and at t_ns */
+void axis_publish(hil_axis *a, int64_t now_ns);
+void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
+
+#endif

@@ -1,0 +1,147 @@
+/* The native core: groups of axes, each with its own simulated time.
+
+   Handles are opaque; there is no global or static mutable state, so many cores live in one
+   process. All memory is taken by hil_core_new; only hil_axis_script_encoder allocates later, in
+   its caller's thread.
+
+   Who may touch a group: its owner. A group is free, or owned by the loop thread (hil_group_acquire)
+   or by the real-time thread; every function below that takes a group or an axis needs the caller to
+   own it, unless its comment says "any thread". A core without a real-time thread needs no acquire. */
+#ifndef HIL_CORE_H
+#define HIL_CORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define HIL_TABLE_LEN 16384
+#define HIL_HISTOGRAM_LEN 40 /* bucket b counts values of [2^(b-1), 2^b) ns; bucket 0 counts 0 */
+#define HIL_FOREVER INT64_MAX
+
+typedef struct hil_core hil_core;
+
+typedef float hil_f32;
+typedef double hil_f64;
+typedef int32_t hil_i32;
+typedef int64_t hil_i64;
+
+typedef struct hil_snapshot {
+#define X(name, type, access, unit, expression, meaning) hil_##type name;
+#include "fields.def"
+#undef X
+} hil_snapshot;
+
+typedef enum hil_field {
+#define X(name, type, access, unit, expression, meaning) HIL_FIELD_##name,
+#include "fields.def"
+#undef X
+    HIL_FIELDS
+} hil_field;
+
+typedef struct hil_field_info {
+    const char *name, *type, *unit, *meaning;
+    size_t offset; /* in hil_snapshot */
+    int writable;
+} hil_field_info;
+
+extern const hil_field_info hil_field_table[HIL_FIELDS];
+
+typedef enum hil_event_kind {
+    HIL_EVENT_STEP_RESPONSE = 1, /* value: yw * 1024, the number that 'j' prints before truncation */
+    HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
+} hil_event_kind;
+
+typedef struct hil_event {
+    int64_t at_ns;
+    int32_t axis;
+    int32_t kind;
+    double value;
+} hil_event;
+
+/* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
+   constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
+typedef struct hil_axis_params {
+    double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
+    double sense_resistor_ohm, start_deg, load_torque_Nm;
+    int32_t rotor_teeth;
+} hil_axis_params;
+
+typedef struct hil_rt_options {
+    int64_t period_ns;
+    double speed;      /* simulated seconds per second */
+    int priority;      /* SCHED_FIFO priority wanted */
+    int cpu;           /* CPU to pin to, -1: none */
+} hil_rt_options;
+
+typedef struct hil_rt_stats {
+    int64_t ticks, missed, elapsed_ns, overruns;
+    uint64_t wake_latency[HIL_HISTOGRAM_LEN];
+    int fifo_errno, pin_errno, lock_errno; /* 0: granted */
+    int running;
+} hil_rt_stats;
+
+hil_core *hil_core_new(int max_axes, int *event_fd); /* NULL: no memory. event_fd: eventfd, owned by the core */
+void hil_core_free(hil_core *c);                     /* stops the real-time thread first */
+
+/* Groups and axes: one group for each device with its axis, or for all devices joined by a wire.
+   Return the new id, or -1 when all slots are taken. Opening cold-starts: boot pins, zeroed law. */
+int hil_group_open(hil_core *c, int64_t now_ns);
+void hil_group_close(hil_core *c, int group);
+int hil_axis_open(hil_core *c, int group, const hil_axis_params *params);
+void hil_axis_power_up(hil_core *c, int axis); /* cold start; shaft, table, inputs and registers stay */
+
+/* Simulated time. advance: runs every control step up to and at min(until_ns, horizon) and returns the
+   time reached; earlier than that only when the event ring is half full (drain it and call again). */
+int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
+int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
+void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
+int hil_group_failed(const hil_core *c, int group);      /* any thread; 1: the event ring overflowed */
+int hil_group_take_event(hil_core *c, int group, hil_event *out); /* consumer's thread; 0: none */
+
+/* Ownership. acquire spins while the real-time thread is in the group: microseconds. */
+void hil_group_acquire(hil_core *c, int group);
+void hil_group_release(hil_core *c, int group); /* publishes the snapshots of its axes */
+
+/* An axis. Values act at the group's present time. */
+double hil_axis_get(hil_core *c, int axis, hil_field field);
+int hil_axis_set(hil_core *c, int axis, hil_field field, double value); /* -1: read-only */
+void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort);
+void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2); /* current commands only; IN pins stay */
+void hil_axis_loop(hil_core *c, int axis, int on);
+int hil_axis_spi(hil_core *c, int axis, int command);
+float *hil_axis_table(hil_core *c, int axis); /* HIL_TABLE_LEN angles in degrees */
+void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 1 D1 step, 2 D2 enable, 3 D3 */
+/* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
+   and after the last. n = 0 gives the encoder back to the shaft. -1: no memory. */
+int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
+void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
+void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
+
+/* The real-time thread. start: 0, or an errno when no thread could be made at all. */
+int hil_rt_start(hil_core *c, const hil_rt_options *options);
+void hil_rt_stop(hil_core *c);
+int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that the wall's time asks for */
+void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */
+int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events */
+
+/* A CPU-time watchdog for the calling thread: raises a signal in it when it has burnt `ns` of CPU
+   since `arm`. Process stops and stolen time do not count. NULL: not available. */
+typedef struct hil_watchdog hil_watchdog;
+hil_watchdog *hil_watchdog_new(int signal_number);
+void hil_watchdog_arm(hil_watchdog *w, int64_t ns); /* 0 disarms */
+void hil_watchdog_free(hil_watchdog *w);
+
+/* The Mechaduino's law alone, fed from arrays: one row for each control step. */
+typedef struct hil_replay_row {
+    float y_meas, y_excite, yw, e, ITerm, DTerm, v, u;
+    int32_t U, wrap_count;
+    int16_t vref1, vref2;
+    int8_t in1, in2, in3, in4, led;
+} hil_replay_row;
+typedef struct hil_replay hil_replay;
+hil_replay *hil_replay_new(const float *table);
+int hil_replay_set(hil_replay *p, hil_field field, double value);
+void hil_replay_step(hil_replay *p, int raw, hil_replay_row *row);
+void hil_replay_output(hil_replay *p, float theta_deg, int effort, hil_replay_row *row); /* commutation alone */
+void hil_replay_free(hil_replay *p);
+
+#endif

@@ -1,0 +1,41 @@
+/* The simple plant: a rotor with inertia, viscous friction and a sinusoidal torque constant; coil
+   currents follow their command at once (no inductance, back-EMF, detent or supply limit).
+
+   State lives on a grid of nodes: one at every change of a current or of the load, and one every
+   PLANT_STEP_NS after it. Between nodes nothing is stored: reading the shaft at any time integrates a
+   copy. So the motion does not depend on how often anybody looked, bit for bit. */
+#ifndef HIL_PLANT_SIMPLE_H
+#define HIL_PLANT_SIMPLE_H
+
+#include <stdint.h>
+
+/* Four steps to a Mechaduino control step (153854.17 ns), and rounded up so that the fourth ends it. */
+#define PLANT_STEP_NS 38464
+
+typedef struct plant_shaft {
+    double rev, rev_per_s;
+} plant_shaft;
+
+typedef struct plant {
+    plant_shaft shaft; /* at node_ns */
+    int64_t node_ns;
+    double acceleration; /* at the node, rev/s2, friction left out */
+    double current_a_A, current_b_A, load_torque_Nm;
+    int at_rest; /* the last full step changed nothing: later ones will not either */
+    double torque_constant_Nm_per_A, per_inertia, damping_per_s, teeth, full_step_decay;
+} plant;
+
+void plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
+                int teeth, double start_rev, double load_torque_Nm, int64_t now_ns);
+/* Runs the whole steps up to t_ns; the node stays behind t_ns by less than a step. */
+void plant_advance(plant *p, int64_t t_ns);
+/* Makes t_ns a node: call it before a change of current or load, then plant_set_*. */
+void plant_node(plant *p, int64_t t_ns);
+void plant_set_currents(plant *p, double a_A, double b_A);
+void plant_set_load(plant *p, double torque_Nm);
+/* The shaft at t_ns, not before the node. */
+plant_shaft plant_at(const plant *p, int64_t t_ns);
+/* The motor's torque at a shaft angle, Nm. */
+double plant_motor_torque_Nm(const plant *p, double rev);
+
+#endif

@@ -1,0 +1,221 @@
+/* The real-time thread: wakes at a fixed rate and takes every free group to the wall's time. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <link.h>
+#include <math.h>
+#include <sched.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "../core.h"
+
+#define STACK_LEN (256 * 1024)
+/* A wake that works longer leaves the rest to the next one, so that a core that has fallen far behind
+   (a stopped process) does not take its CPU for long at a FIFO priority. */
+#define BUDGET_NS 20000000
+#define STATS_WORDS ((int)(sizeof(hil_rt_stats) / 8))
+
+static int64_t monotonic_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+static int64_t sim_ns(const rt_state *rt, int64_t wall_ns)
+{
+    int64_t elapsed = wall_ns - rt->anchor_ns;
+    return rt->anchor_sim_ns + (rt->options.speed == 1.0 ? elapsed : (int64_t)((double)elapsed * rt->options.speed));
+}
+
+int64_t hil_rt_now(const hil_core *c) { return sim_ns(&c->rt, monotonic_ns()); }
+
+static int bucket(int64_t ns)
+{
+    int b = ns <= 0 ? 0 : 64 - __builtin_clzll((unsigned long long)ns);
+    return b < HIL_HISTOGRAM_LEN ? b : HIL_HISTOGRAM_LEN - 1;
+}
+
+static void publish_stats(rt_state *rt)
+{
+    uint64_t words[STATS_WORDS];
+    memcpy(words, &rt->live, sizeof rt->live);
+    seqlock_write(&rt->stats_lock, rt->stats, words, STATS_WORDS);
+}
+
+void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out)
+{
+    uint64_t words[STATS_WORDS];
+    seqlock_read(&c->rt.stats_lock, c->rt.stats, words, STATS_WORDS);
+    memcpy(out, words, sizeof *out);
+    out->running = atomic_load(&((hil_core *)c)->rt.running);
+}
+
+static int enter(hil_group *g)
+{
+    int free_group = GROUP_FREE;
+    return atomic_compare_exchange_strong_explicit(&g->owner, &free_group, GROUP_RT_THREAD, memory_order_acquire,
+                                                   memory_order_relaxed);
+}
+
+/* Returns 1 when the loop thread has something to do in this group. */
+static int run_group(hil_core *c, int group, int64_t target_ns)
+{
+    hil_group *g = &c->groups[group];
+    if (!enter(g)) return 0; /* the loop thread has it, and catches it up itself */
+    int64_t now_ns = hil_group_advance(c, group, target_ns);
+    int tell = ring_used(&g->events) > 0 || atomic_load_explicit(&g->failed, memory_order_relaxed);
+    if (now_ns >= g->horizon_ns && !g->reported) tell = g->reported = 1;
+    hil_group_release(c, group);
+    if (tell) atomic_store_explicit(&c->due[group], 1, memory_order_release);
+    return tell;
+}
+
+static void wake(hil_core *c)
+{
+    int64_t started_ns = monotonic_ns(), target_ns = sim_ns(&c->rt, started_ns);
+    int tell = 0, groups = atomic_load_explicit(&c->groups_used, memory_order_acquire);
+    for (int group = 0; group < groups; group++) {
+        tell |= run_group(c, group, target_ns);
+        if (monotonic_ns() - started_ns > BUDGET_NS) {
+            c->rt.live.overruns++;
+            break;
+        }
+    }
+    if (tell) {
+        uint64_t one = 1;
+        /* Full only after 2^64 wakes: nothing to handle. */
+        if (write(c->event_fd, &one, sizeof one) < 0) return;
+    }
+}
+
+static int pin(int cpu)
+{
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(cpu, &set);
+    return sched_setaffinity(0, sizeof set, &set) ? errno : 0;
+}
+
+static void *run(void *argument)
+{
+    hil_core *c = argument;
+    rt_state *rt = &c->rt;
+    if (rt->options.cpu >= 0) rt->live.pin_errno = pin(rt->options.cpu);
+    int64_t period_ns = rt->options.period_ns, k = 1;
+    while (!atomic_load_explicit(&rt->stop, memory_order_relaxed)) {
+        int64_t deadline_ns = rt->anchor_ns + k * period_ns;
+        struct timespec t = {.tv_sec = deadline_ns / 1000000000, .tv_nsec = deadline_ns % 1000000000};
+        while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) {
+        }
+        int64_t now_ns = monotonic_ns(), n = (now_ns - rt->anchor_ns) / period_ns;
+        rt->live.wake_latency[bucket(now_ns - deadline_ns)]++;
+        rt->live.ticks++;
+        rt->live.missed += n - k;
+        rt->live.elapsed_ns = now_ns - rt->anchor_ns;
+        k = n + 1;
+        wake(c);
+        publish_stats(rt);
+    }
+    return NULL;
+}
+
+typedef struct lock_result {
+    int error, object;
+} lock_result;
+
+/* The text and data that the thread runs: this extension (or test program), libc and libm. */
+static int lock_object(struct dl_phdr_info *info, size_t size, void *argument)
+{
+    (void)size;
+    lock_result *result = argument;
+    const char *name = info->dlpi_name;
+    int ours = 0;
+    for (int i = 0; i < info->dlpi_phnum; i++) {
+        const ElfW(Phdr) *p = &info->dlpi_phdr[i];
+        uintptr_t from = info->dlpi_addr + p->p_vaddr;
+        if (p->p_type == PT_LOAD && (uintptr_t)&lock_object - from < p->p_memsz) ours = 1;
+    }
+    if (!ours && !strstr(name, "/libc.so") && !strstr(name, "/libm.so")) return 0;
+    for (int i = 0; i < info->dlpi_phnum; i++) {
+        const ElfW(Phdr) *p = &info->dlpi_phdr[i];
+        if (p->p_type == PT_LOAD && mlock((void *)(info->dlpi_addr + p->p_vaddr), p->p_memsz) && !result->error)
+            result->error = errno;
+    }
+    return 0;
+}
+
+static int lock_memory(hil_core *c)
+{
+    lock_result result = {0, 0};
+    if (mlock(c, c->arena_len) || mlock(c->rt.stack, c->rt.stack_len)) return errno;
+    dl_iterate_phdr(lock_object, &result);
+    return result.error;
+}
+
+/* Tries with SCHED_FIFO and pinned, and then with less: what was refused is in the stats. */
+static int spawn(hil_core *c)
+{
+    rt_state *rt = &c->rt;
+    pthread_attr_t attr;
+    int error = pthread_attr_init(&attr);
+    if (error) return error;
+    pthread_attr_setstack(&attr, rt->stack, rt->stack_len);
+    pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
+    pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
+    pthread_attr_setschedparam(&attr, &(struct sched_param){.sched_priority = rt->options.priority});
+    error = pthread_create(&rt->thread, &attr, run, c);
+    if (error) {
+        rt->live.fifo_errno = error;
+        pthread_attr_setschedpolicy(&attr, SCHED_OTHER);
+        pthread_attr_setschedparam(&attr, &(struct sched_param){.sched_priority = 0});
+        error = pthread_create(&rt->thread, &attr, run, c);
+    }
+    pthread_attr_destroy(&attr);
+    return error;
+}
+
+int hil_rt_start(hil_core *c, const hil_rt_options *options)
+{
+    rt_state *rt = &c->rt;
+    if (atomic_load(&rt->running)) return EALREADY;
+    rt->stack = mmap(NULL, STACK_LEN, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
+    if (rt->stack == MAP_FAILED) return errno;
+    rt->stack_len = STACK_LEN;
+    rt->options = *options;
+    memset(&rt->live, 0, sizeof rt->live);
+    rt->live.lock_errno = lock_memory(c);
+    rt->anchor_ns = monotonic_ns();
+    rt->anchor_sim_ns = 0;
+    atomic_store(&rt->stop, 0);
+    int error = spawn(c);
+    if (error) {
+        munmap(rt->stack, rt->stack_len);
+        return error;
+    }
+    atomic_store(&rt->running, 1);
+    return 0;
+}
+
+void hil_rt_stop(hil_core *c)
+{
+    rt_state *rt = &c->rt;
+    if (!atomic_load(&rt->running)) return;
+    atomic_store(&rt->stop, 1);
+    pthread_join(rt->thread, NULL);
+    munmap(rt->stack, rt->stack_len);
+    atomic_store(&rt->running, 0);
+}
+
+int hil_rt_take_due(hil_core *c, int *groups, int max)
+{
+    uint64_t count;
+    ssize_t got = read(c->event_fd, &count, sizeof count); /* clears it; empty is fine */
+    (void)got;
+    int n = 0;
+    for (int group = 0; group < atomic_load(&c->groups_used) && n < max; group++)
+        if (atomic_exchange_explicit(&c->due[group], 0, memory_order_acquire)) groups[n++] = group;
+    return n;
+}

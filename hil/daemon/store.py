@@ -1,0 +1,222 @@
+"""Where boards' non-volatile memories survive: one file for each device, written by a thread.
+
+A commit writes a new file, syncs it, renames it over the old one and syncs the directory; only then
+is it acknowledged. Whatever dies in between, the file is whole and not older than the last
+acknowledgement. A failed sync is never retried: the kernel may have dropped the data, and a second
+try would succeed without it.
+"""
+
+import contextlib
+import logging
+import os
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from queue import SimpleQueue
+
+from hil.firmware.nvm import VERSION, Content, NvmError, decode, encode
+
+Done = Callable[[bool, str], None]
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A device's memory, and what the operator should know about it, in one line."""
+
+    content: Content
+    note: str | None
+
+
+class StoreError(Exception):
+    """The store cannot be used: ``str(error)`` says what to look at, in one line."""
+
+
+class Files:
+    """The calls to the operating system that the store makes. Each raises OSError."""
+
+    def read(self, path: Path) -> bytes:
+        return path.read_bytes()
+
+    def create(self, path: Path) -> int:
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
+
+    def write(self, fd: int, data: memoryview) -> int:
+        return os.write(fd, data)
+
+    def open_directory(self, path: Path) -> int:
+        return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+
+    def fsync(self, fd: int) -> None:
+        os.fsync(fd)
+
+    def close(self, fd: int) -> None:
+        os.close(fd)
+
+    def link(self, existing: Path, new: Path) -> None:
+        os.link(existing, new)
+
+    def rename(self, old: Path, new: Path) -> None:
+        os.rename(old, new)
+
+    def unlink(self, path: Path) -> None:
+        os.unlink(path)
+
+
+class NvmStore:
+    """A directory of ``<device>.nvm`` files. One process at a time may use a directory."""
+
+    def __init__(self, directory: Path, files: Files | None = None) -> None:
+        """``directory`` exists and is on a file system that has hard links.
+
+        Raises:
+            StoreError: it does not exist.
+        """
+        if not directory.is_dir():
+            raise StoreError(f"{directory} is not a directory: create it, writable for the daemon")
+        self._directory = directory
+        self._files = files or Files()
+        self._queue: SimpleQueue[tuple[str, bytes, Done] | None] = SimpleQueue()
+        self._closed = False
+        self._worker = threading.Thread(target=self._work, name="nvm-store", daemon=True)
+        self._worker.start()
+
+    def load(self, device: str, profile: str) -> Loaded:
+        """The device's memory as it was last stored; empty if there is none that can be used.
+
+        Called before the device's first commit. A file that cannot be used is kept under another name.
+
+        Raises:
+            StoreError: the file cannot be read, or not be kept aside.
+        """
+        path = self._path(device)
+        empty = Content(profile=profile, counter=0, sections={})
+        try:
+            decoded = decode(self._files.read(path))
+        except FileNotFoundError:
+            return Loaded(empty, None)
+        except NvmError as error:
+            return Loaded(empty, self._keep_aside(path, str(error)))
+        except OSError as error:
+            raise StoreError(f"{path} cannot be read: {_why(error)}") from error
+        if decoded.migrated_from is not None:
+            note = f"{path.name}: format version {decoded.migrated_from} was migrated to {VERSION}"
+            return Loaded(replace(decoded.content, profile=profile), note)
+        if decoded.content.profile != profile:
+            reason = f"it belongs to a {decoded.content.profile!r}, not to a {profile!r}"
+            return Loaded(empty, self._keep_aside(path, reason))
+        return Loaded(decoded.content, None)
+
+    def commit(self, device: str, content: Content, done: Done) -> None:
+        """Store ``content`` as it is now; commits are carried out in the order of the calls.
+
+        ``done(True, "")`` says that it is durable; ``done(False, reason)`` that it is not, and that the
+        old content is still there. It is called in the worker thread and must not block.
+
+        Raises:
+            ValueError: the content is too large for the format, or the device's name is not a file name.
+            RuntimeError: the store is closed.
+        """
+        if self._closed:
+            raise RuntimeError("the store is closed")
+        self._path(device)
+        self._queue.put((device, encode(content), done))
+
+    def close(self) -> None:
+        """Wait until all commits have been answered. Safe to call twice."""
+        if not self._closed:
+            self._closed = True
+            self._queue.put(None)
+        self._worker.join()
+
+    def _path(self, device: str) -> Path:
+        if not device or Path(device).name != device:
+            raise ValueError(f"{device!r} is not a file name")
+        return self._directory / f"{device}.nvm"
+
+    def _keep_aside(self, path: Path, reason: str) -> str:
+        number = 1
+        while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
+            number += 1
+        try:
+            self._files.rename(path, aside)
+        except OSError as error:
+            # Going on would let the next commit overwrite what may be the only copy.
+            raise StoreError(f"{path}: {reason}; it cannot be kept as {aside.name}: {_why(error)}") from error
+        return f"{path.name}: {reason}; it was kept as {aside.name}, and the memory starts empty"
+
+    def _work(self) -> None:
+        while (job := self._queue.get()) is not None:
+            device, data, done = job
+            failure = self._store(self._path(device), data)
+            try:
+                done(not failure, failure)
+            except Exception:
+                # Such as an event loop that is gone. The commits behind this one still count.
+                _log.exception("%s: the end of a commit could not be reported", device)
+
+    def _store(self, path: Path, data: bytes) -> str:
+        """Why it failed, or "" if the data is durable."""
+        new = path.with_name(f"{path.name}.new")
+        old = path.with_name(f"{path.name}.old")
+        try:
+            self._write(new, data)
+            had_old = self._keep(path, old)
+            self._files.rename(new, path)
+        except OSError as error:
+            self._remove(new)
+            self._remove(old)
+            return f"{path.name} was not written: {_why(error)}"
+        try:
+            self._sync_directory()
+        except OSError as error:
+            return f"{path.name} was not written: {_why(error)}" + self._take_back(path, old, had_old)
+        self._remove(old)
+        return ""
+
+    def _write(self, path: Path, data: bytes) -> None:
+        fd = self._files.create(path)
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[self._files.write(fd, rest) :]
+            self._files.fsync(fd)
+        finally:
+            self._files.close(fd)
+
+    def _keep(self, path: Path, old: Path) -> bool:
+        """Give the present file a second name, for ``_take_back``; False if there is none yet."""
+        with contextlib.suppress(FileNotFoundError):
+            self._files.unlink(old)  # of a process that was killed
+        try:
+            self._files.link(path, old)
+        except FileNotFoundError:
+            return False
+        return True
+
+    def _sync_directory(self) -> None:
+        fd = self._files.open_directory(self._directory)
+        try:
+            self._files.fsync(fd)
+        finally:
+            self._files.close(fd)
+
+    def _take_back(self, path: Path, old: Path, had_old: bool) -> str:
+        try:
+            if had_old:
+                self._files.rename(old, path)
+            else:
+                self._files.unlink(path)
+        except OSError as error:
+            return f"; nor could the old content be put back: {_why(error)}"
+        return ""
+
+    def _remove(self, path: Path) -> None:
+        with contextlib.suppress(OSError):  # it is in nobody's way: the next commit replaces it
+            self._files.unlink(path)
+
+
+def _why(error: OSError) -> str:
+    return error.strerror or str(error)

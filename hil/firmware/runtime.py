@@ -1,0 +1,101 @@
+"""Runs a firmware's main program: gives it what it waits for, at the simulated time it is due.
+
+Pure: time comes in as an argument, what the board sends goes out through its UART, and a request to
+store is handed to the caller.
+"""
+
+from collections.abc import Callable
+
+from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main, Request, Uart
+from hil.vocab.time import FOREVER, SimTimeNs
+
+STEPS_WITHOUT_TIME = 1_000_000
+"""A main program that is resumed this often at one instant is in an endless loop: a board's would
+have used up time. Far above what a full receive buffer can cause."""
+
+
+class FirmwareStuck(Exception):
+    """The main program loops without letting simulated time pass, or returned."""
+
+
+class Runtime:
+    """One power-up of a board's main program.
+
+    ``due_ns`` is the next time at which ``resume`` has to be called; it may be called earlier, when a
+    byte has arrived. ``print_returns(now_ns)`` says when what has been printed so far lets the program
+    go on: at once, unless a slow line's transmit buffer is full.
+    """
+
+    def __init__(
+        self,
+        main: Main,
+        uart: Uart,
+        commit: Callable[[Commit], None],
+        print_returns: Callable[[SimTimeNs], SimTimeNs],
+    ) -> None:
+        self._main = main
+        self._uart = uart
+        self._commit = commit
+        self._print_returns = print_returns
+        self._waiting: Request | None = None
+        self._answer: object = None
+        self._committing = False
+        self._ready_ns = SimTimeNs(0)
+        self._deadline_ns = SimTimeNs(0)
+        self.due_ns = SimTimeNs(0)
+
+    def resume(self, now_ns: SimTimeNs) -> None:
+        """Let the program run as far as it gets at ``now_ns``.
+
+        Raises:
+            FirmwareStuck: it loops for ever at one instant.
+            Exception: whatever the program raised.
+        """
+        for _ in range(STEPS_WITHOUT_TIME):
+            if not self._met(now_ns):
+                self.due_ns = self._ready_ns if now_ns < self._ready_ns else self._deadline_ns
+                return
+            try:
+                self._waiting = self._main.send(self._answer)
+            except StopIteration:
+                raise FirmwareStuck("the main program returned") from None
+            self._begin(self._print_returns(now_ns))
+        raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
+
+    def commit_done(self, durable: bool) -> None:
+        """The store has answered; call ``resume`` next."""
+        self._committing = False
+        self._answer = durable
+
+    def close(self) -> None:
+        """Cut the power."""
+        self._main.close()
+        self.due_ns = FOREVER
+
+    def _begin(self, start_ns: SimTimeNs) -> None:
+        request = self._waiting
+        self._answer = None
+        self._ready_ns = start_ns
+        self._deadline_ns = FOREVER
+        if isinstance(request, Delay):
+            self._deadline_ns = SimTimeNs(start_ns + request.duration_ns)
+        elif isinstance(request, ByteAvailable):
+            if request.timeout_ns is not None:
+                self._deadline_ns = SimTimeNs(start_ns + request.timeout_ns)
+        elif isinstance(request, Commit):
+            self._committing = True
+            self._commit(request)
+        else:
+            raise FirmwareStuck(f"the main program yielded {request!r}, which is not a request")
+
+    def _met(self, now_ns: SimTimeNs) -> bool:
+        if now_ns < self._ready_ns:
+            return False
+        if isinstance(self._waiting, ByteAvailable):
+            # The time-out comes first: a byte that arrives at its very end is too late.
+            timed_out = now_ns >= self._deadline_ns
+            self._answer = not timed_out and self._uart.available() > 0
+            return timed_out or self._uart.available() > 0
+        if isinstance(self._waiting, Commit):
+            return not self._committing
+        return self._waiting is None or now_ns >= self._deadline_ns

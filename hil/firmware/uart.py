@@ -1,0 +1,42 @@
+"""The receive side of a board's serial interface, with the Arduino core's held byte."""
+
+from collections import deque
+
+
+class RxBuffer:
+    """Received bytes that the sketch has not read: at most ``capacity``, and the one held by ``peek``.
+
+    ``peek`` takes its byte out of the buffer, as the SAMD core's USB serial does up to 1.6.21: the
+    byte is neither counted by ``available`` nor does it take room.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
+        self._unread: deque[int] = deque()
+        self._held = -1
+
+    def feed(self, data: bytes) -> int:
+        """Bytes from the line; answers how many were taken, the rest found no room."""
+        taken = data[: self.room()]
+        self._unread.extend(taken)
+        return len(taken)
+
+    def room(self) -> int:
+        """How many bytes ``feed`` would take now."""
+        return self._capacity - len(self._unread)
+
+    def available(self) -> int:
+        """Unread bytes in the buffer, the held one not counted."""
+        return len(self._unread)
+
+    def read(self) -> int:
+        """The next byte, the held one first, or -1."""
+        byte = self.peek()
+        self._held = -1
+        return byte
+
+    def peek(self) -> int:
+        """The next byte, or -1; it is held until ``read``."""
+        if self._held < 0 and self._unread:
+            self._held = self._unread.popleft()
+        return self._held

@@ -1,0 +1,123 @@
+"""A built bench: its core, groups and devices, in real or in virtual time.
+
+Every input goes through ``give``, which fixes its effective time once and logs it.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from hil.core import Core, CoreAxis
+from hil.session.device import Device
+from hil.session.group import Group
+from hil.session.input_log import InputLogWriter
+from hil.session.inputs import Input, Logged
+from hil.vocab.time import SimTimeNs
+
+Listener = Callable[[Device, SimTimeNs, bytes], None]
+"""Called with everything a device sends: when its first bit is on the line, and the bytes."""
+
+LAG_BUCKETS = 40
+
+
+class BenchRuntime:
+    """Devices by name. In virtual time the caller says how far (``advance``); in real time the core's
+    thread drives the groups, and ``service`` runs what it asks for."""
+
+    def __init__(self, name: str, core: Core) -> None:
+        self.name = name
+        self.core = core
+        self.devices: dict[str, Device] = {}
+        self.listeners: list[Listener] = []
+        self.log: InputLogWriter | None = None
+        self.real_time = False
+        self.lag = [0] * LAG_BUCKETS
+        """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
+        self._groups: dict[int, Group] = {}
+        self._group_of: dict[str, Group] = {}
+        self._now_ns = SimTimeNs(0)
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """Virtual time: how far the bench was taken. Real time: what the wall's time asks for."""
+        return SimTimeNs(self.core.native.rt_now()) if self.real_time else self._now_ns
+
+    def open_group(self, parameters: Mapping[str, float]) -> tuple[Group, CoreAxis]:
+        """A group of its own for a device with one axis."""
+        group = Group(self.core, self.core.native.group_open(self.now_ns))
+        self._groups[group.id] = group
+        return group, self.core.open_axis(group.id, parameters)
+
+    def add(self, group: Group, device: Device) -> None:
+        """The device's firmware starts now."""
+        group.devices.append(device)
+        self.devices[device.name] = device
+        self._group_of[device.name] = group
+
+    def sent(self, device: Device, at_ns: SimTimeNs, data: bytes) -> None:
+        """A device's UART sends; its ``sent`` callback."""
+        for listener in self.listeners:
+            listener(device, at_ns, data)
+
+    def give(self, device: Device, given: Input) -> SimTimeNs:
+        """An input from outside takes effect: at its arrival, or at the time its group has reached if
+        that is later. Answers the effective time."""
+        return self.give_at(device, given, self.now_ns)
+
+    def give_at(self, device: Device, given: Input, arrival_ns: SimTimeNs) -> SimTimeNs:
+        """As ``give``, for an input that arrives at ``arrival_ns``."""
+        group = self._group_of[device.name]
+        with self._owned(group):
+            group.advance(arrival_ns)
+            at_ns = group.now_ns
+            if self.log:
+                self.log.write(Logged(at_ns, device.name, given))
+            group.apply(device, given)
+            group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
+        return at_ns
+
+    def advance(self, until_ns: SimTimeNs) -> None:
+        """Virtual time: take every group to ``until_ns``."""
+        for group in self._groups.values():
+            group.advance(until_ns)
+        self._now_ns = max(self._now_ns, until_ns)
+
+    def run_real_time(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
+        """Hand the groups to the core's real-time thread; simulated time 0 is now.
+
+        Raises:
+            OSError: no thread could be started at all.
+        """
+        self.core.native.rt_start(period_ns, speed, priority, cpu)
+        self.real_time = True
+        for group in self._groups.values():
+            group.advance(SimTimeNs(0))
+            self.core.native.release(group.id)
+
+    def service(self) -> None:
+        """Real time: run the firmware of every group that the core has parked or has events of."""
+        for group_id in self.core.native.take_due():
+            group = self._groups[group_id]
+            with self._owned(group):
+                now_ns = self.now_ns
+                due_ns = min(device.due_ns for device in group.devices)
+                if due_ns <= now_ns:
+                    self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
+                group.advance(now_ns)
+
+    def stop(self) -> None:
+        """End the real-time thread; the groups are the caller's again."""
+        if self.real_time:
+            self._now_ns = self.now_ns
+            self.core.native.rt_stop()
+            self.real_time = False
+
+    @contextmanager
+    def _owned(self, group: Group) -> Iterator[None]:
+        if not self.real_time:
+            yield
+            return
+        self.core.native.acquire(group.id)
+        try:
+            yield
+        finally:
+            self.core.native.release(group.id)

@@ -1,0 +1,133 @@
+"""One emulated board: its firmware's main program, UART, axis and memory, driven by simulated time."""
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import Protocol
+
+from hil.core import CoreAxis
+from hil.firmware.runtime import Runtime
+from hil.session.inputs import Bytes, CommitDone, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.uart import DeviceUart
+from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware
+from hil.vocab.time import FOREVER, SimTimeNs
+
+
+class Store(Protocol):
+    """Where a device's memory is kept. It answers each commit once, by an input ``CommitDone``, or by
+    calling ``device.commit_done`` before ``commit`` returns."""
+
+    def commit(self, device: "Device", sections: Mapping[str, bytes]) -> None:
+        """Make ``sections`` the device's whole non-volatile memory."""
+
+
+class Device:
+    """Runs at the times its group gives it; ``due_ns`` is the next one it needs.
+
+    A firmware that raises, loops or takes too long stops this device alone: ``failed`` says why, and
+    ``on_failed`` is called once.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        profile: str,
+        axis: CoreAxis,
+        firmware: Callable[[Board], Firmware],
+        *,
+        baud: int | None,
+        nvm: Mapping[str, bytes],
+        facts: Mapping[str, int],
+        store: Store,
+        sent: Callable[["Device", SimTimeNs, bytes], None],
+    ) -> None:
+        self.name = name
+        self.profile = profile
+        self.axis = axis
+        self.nvm = dict(nvm)
+        self.failed: str | None = None
+        self.on_failed: Callable[[Device], None] | None = None
+        self.guard: Callable[[], AbstractContextManager[object]] = nullcontext
+        self.uart = DeviceUart(baud, lambda at_ns, data: sent(self, at_ns, data))
+        self._facts = dict(facts)
+        self._make_firmware = firmware
+        self._store = store
+        self._committing: Commit | None = None
+        self._start()
+
+    @property
+    def due_ns(self) -> SimTimeNs:
+        """The earliest time at which ``step`` has to be called."""
+        if self.failed:
+            return FOREVER
+        return min(self._runtime.due_ns, self.uart.next_arrival_ns)
+
+    def step(self, now_ns: SimTimeNs) -> None:
+        """Let the firmware run at ``now_ns``, as far as it gets."""
+        if self.failed:
+            return
+        self.uart.now_ns = now_ns
+        self.uart.take_arrivals()
+        try:
+            with self.guard():
+                self._runtime.resume(now_ns)
+        except Exception as error:  # the firmware is a plug-in: whatever it raises stops its device only
+            self.fail(f"{type(error).__name__}: {error}")
+
+    def interrupt(self, event: CoreEvent) -> None:
+        """Let the firmware handle an interrupt, at the event's own time."""
+        if self.failed:
+            return
+        self.uart.now_ns = event.at_ns
+        try:
+            with self.guard():
+                self._firmware.interrupt(event)
+        except Exception as error:  # as in step
+            self.fail(f"{type(error).__name__}: {error}")
+
+    def apply(self, given: Input, now_ns: SimTimeNs) -> None:
+        """An input takes effect at ``now_ns``; ``step`` comes next."""
+        self.uart.now_ns = now_ns
+        match given:
+            case Bytes(data, client_baud):
+                self.uart.arrive(data, client_baud)
+            case Pin(pin, level):
+                self.axis.pin(pin, level)
+            case SetField(field, value):
+                self.axis.set(field, value)
+            case ScriptEncoder(points, linear):
+                self.axis.script_encoder(points, linear)
+            case CommitDone(durable):
+                self.commit_done(durable)
+            case Reset():
+                self._runtime.close()
+                self.failed = None
+                self._start()
+
+    def commit_done(self, durable: bool) -> None:
+        """The store has answered; a failed commit leaves the old content."""
+        if self._committing is None:
+            return
+        if durable:
+            self.nvm[self._committing.name] = self._committing.data
+        self._committing = None
+        self._runtime.commit_done(durable)
+
+    def fail(self, reason: str) -> None:
+        """Stop the device for good; only a reset brings it back."""
+        self.failed = reason
+        self._runtime.close()
+        self.axis.loop(False)
+        if self.on_failed:
+            self.on_failed(self)
+
+    def _start(self) -> None:
+        self._committing = None
+        self.axis.power_up()
+        self.uart.clear()
+        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
+        self._runtime = Runtime(self._firmware.main(), self.uart, self._commit, self.uart.print_returns)
+        self._runtime.due_ns = self.uart.now_ns
+
+    def _commit(self, request: Commit) -> None:
+        self._committing = request
+        self._store.commit(self, self.nvm | {request.name: request.data})

@@ -1,0 +1,112 @@
+"""What reaches a device from outside, and how it stands in the input log.
+
+Everything that a bench's run depends on, beside its configuration, is one of these with its effective
+time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), and its fields.
+"""
+
+import json
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from hil.vocab.time import SimTimeNs
+
+LOG_FORMAT = "hil-inputs"
+LOG_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Bytes:
+    """A client sent ``data`` (hexadecimal digits in the log) at its baud, None where it chose none."""
+
+    data: bytes
+    client_baud: int | None = None
+
+
+@dataclass(frozen=True)
+class Pin:
+    """An input pin's new level: D0 direction, D1 step, D2 enable (active low), D3."""
+
+    pin: str
+    level: int
+
+
+@dataclass(frozen=True)
+class SetField:
+    """A writable field of the axis: a load, a register of the encoder."""
+
+    field: str
+    value: float
+
+
+@dataclass(frozen=True)
+class ScriptEncoder:
+    """Encoder counts from points of (simulated ns, count); no points: from the shaft again."""
+
+    points: tuple[tuple[int, int], ...]
+    linear: bool
+
+
+@dataclass(frozen=True)
+class Reset:
+    """The power goes and comes back; the shaft stays where it is."""
+
+
+@dataclass(frozen=True)
+class CommitDone:
+    """The store has answered the device's commit."""
+
+    durable: bool
+
+
+Input = Bytes | Pin | SetField | ScriptEncoder | Reset | CommitDone
+_KINDS: dict[str, type[Any]] = {
+    "bytes": Bytes,
+    "pin": Pin,
+    "set_field": SetField,
+    "script_encoder": ScriptEncoder,
+    "reset": Reset,
+    "commit_done": CommitDone,
+}
+_NAMES = {kind: name for name, kind in _KINDS.items()}
+
+
+@dataclass(frozen=True)
+class Logged:
+    """One input with its effective time."""
+
+    at_ns: SimTimeNs
+    device: str
+    input: Input
+
+
+class InputLogError(Exception):
+    """An input log cannot be read: ``str(error)`` says where and why."""
+
+
+def encode_line(logged: Logged) -> str:
+    """One line of the log, without its end."""
+    values = asdict(logged.input)
+    if isinstance(logged.input, Bytes):
+        values["data"] = logged.input.data.hex()
+    head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
+    return json.dumps(head | values, separators=(",", ":"))
+
+
+def decode_line(line: str) -> Logged:
+    """The reverse of ``encode_line``.
+
+    Raises:
+        InputLogError: the line is not one.
+    """
+    try:
+        values = json.loads(line)
+        at_ns, device, kind = int(values.pop("at_ns")), str(values.pop("device")), _KINDS[values.pop("input")]
+        if kind is Bytes:
+            values["data"] = bytes.fromhex(values["data"])
+        if kind is ScriptEncoder:
+            values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
+        if set(values) != {f.name for f in fields(kind)}:
+            raise InputLogError(f"fields of {kind.__name__} are wrong: {', '.join(values)}")
+        return Logged(SimTimeNs(at_ns), device, kind(**values))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputLogError(f"not a line of an input log: {error!r}") from error

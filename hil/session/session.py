@@ -1,0 +1,102 @@
+"""Joins one port to one device: here a byte changes hands. ``docs/follow-a-byte.md`` walks this file.
+
+In:  port -> ``Session.received`` -> ``BenchRuntime.give`` -> device's UART -> firmware.
+Out: firmware -> device's UART -> ``Session.send`` -> port.
+"""
+
+from collections import deque
+
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.inputs import Bytes
+from hil.vocab.ports import Port
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.serial_line import character_ns, resample
+
+BACKLOG_HOLD_BYTES = 64 * 1024
+"""While more than this waits for a client to read, the device takes no more commands: a board is held
+up in print() by a host that does not read."""
+CHUNK_BYTES = 16
+"""Bytes taken from a client at once. Each may be a command that answers 126 kB (q), so a chunk's worst
+answer stays far below what a port queues."""
+
+
+class Session:
+    """The port's host (``hil.vocab.ports.PortHost``) and the device's line."""
+
+    def __init__(self, bench: BenchRuntime, device: Device, port: Port) -> None:
+        self.device = device
+        self.port = port
+        self.port_failure: str | None = None
+        self._bench = bench
+        self._held = False
+        self._fresh: list[tuple[int, bytes]] = []
+        self._line: deque[tuple[int, bytes]] = deque()
+
+    def received(self, data: bytes) -> None:
+        """Bytes from a client: they take effect now."""
+        client_baud = self.port.client_baud() if self.device.uart.baud else None
+        self._bench.give(self.device, Bytes(data, client_baud))
+        self.flush()
+
+    def room(self) -> int:
+        """What the port may read from its clients now."""
+        room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else min(CHUNK_BYTES, self.device.uart.room())
+        self._held = room == 0
+        return room
+
+    def drained(self) -> None:
+        self.refresh()
+
+    def port_failed(self, reason: str) -> None:
+        self.port_failure = reason
+
+    def refresh(self) -> None:
+        """Let the port read on if it was held up and there is room again."""
+        if self._held and self.room():
+            self.port.resume_reading()
+
+    def send(self, at_ns: SimTimeNs, data: bytes) -> None:
+        """The device sends; ``flush`` comes after its firmware has run."""
+        if self.device.uart.baud is None:
+            self.port.write(data)
+        else:
+            self._fresh.append((at_ns, data))
+
+    def flush(self) -> None:
+        """Put what was sent on the line, with the times at which a client's UART has each byte."""
+        baud = self.device.uart.baud
+        if not self._fresh or baud is None:
+            return
+        for start_ns, data in _joined(self._fresh, baud):
+            client_baud = self.port.client_baud() or baud
+            if client_baud == baud:
+                due = ((start_ns + character_ns(i + 1, baud), data[i : i + 1]) for i in range(len(data)))
+                self._line.extend(due)
+                continue
+            one_ns = character_ns(1, client_baud)
+            for sampled in resample(data, baud, client_baud):
+                self._line.append((start_ns + sampled.offset_ns + one_ns, bytes((sampled.byte,))))
+        self._fresh.clear()
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Hand the port the bytes that a client has by ``now_ns``; answers when the next is due."""
+        out = bytearray()
+        while self._line and self._line[0][0] <= now_ns:
+            out += self._line.popleft()[1]
+        if out:
+            self.port.write(bytes(out))
+        return SimTimeNs(self._line[0][0]) if self._line else FOREVER
+
+
+def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
+    """Pieces that follow each other without a gap, joined: a receiver sees one stream."""
+    joined: list[tuple[int, bytes]] = []
+    end_ns = -1
+    for start_ns, data in pieces:
+        if joined and start_ns <= end_ns:
+            joined[-1] = (joined[-1][0], joined[-1][1] + data)
+        else:
+            joined.append((start_ns, data))
+        end_ns = start_ns + character_ns(len(data), baud)
+    return joined

@@ -1,0 +1,96 @@
+"""A device's serial interface between its firmware and the line, with the line's times.
+
+Without a baud (USB CDC) bytes take no time and the host is held up while the device is busy. With a
+baud each character has its time, there is no flow control, and what finds no room is an overrun.
+"""
+
+from collections import deque
+from collections.abc import Callable
+
+from hil.firmware.uart import RxBuffer
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.serial_line import character_ns, resample
+
+USB_HELD_BYTES = 4096
+"""What the device takes from a USB host that its sketch has not read yet; more waits at the host."""
+UART_BUFFER_BYTES = 64
+"""Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+
+
+class DeviceUart:
+    """``hil.vocab.firmware.Uart`` for the sketch; ``arrive`` and ``take_arrivals`` for the line.
+
+    ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on
+    the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
+    """
+
+    def __init__(self, baud: int | None, sent: Callable[[SimTimeNs, bytes], None]) -> None:
+        self.baud = baud
+        self.now_ns = SimTimeNs(0)
+        self.overrun_bytes = 0
+        self._sent = sent
+        self._in_flight: deque[tuple[int, int]] = deque()
+        self._rx_free_ns = 0
+        self._tx_free_ns = 0
+        self.clear()
+
+    def clear(self) -> None:
+        """As after power-up: nothing received. What is on the line stays there."""
+        self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+
+    def available(self) -> int:
+        return self._rx.available()
+
+    def read(self) -> int:
+        return self._rx.read()
+
+    def peek(self) -> int:
+        return self._rx.peek()
+
+    def write(self, data: bytes) -> None:
+        if not data:
+            return
+        if self.baud is None:
+            self._sent(self.now_ns, data)
+            return
+        start_ns = max(self.now_ns, self._tx_free_ns)
+        self._tx_free_ns = start_ns + character_ns(len(data), self.baud)
+        self._sent(SimTimeNs(start_ns), data)
+
+    def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """When all but a transmit buffer of what was written has gone out."""
+        if self.baud is None:
+            return now_ns
+        return SimTimeNs(max(now_ns, self._tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
+
+    def room(self) -> int:
+        """Bytes that may be taken from a client now."""
+        waiting = self._rx.available() if self.baud is None else len(self._in_flight)
+        return max(0, USB_HELD_BYTES - waiting)
+
+    def arrive(self, data: bytes, client_baud: int | None) -> None:
+        """A client starts to send ``data`` now, at its own baud (None: at ours)."""
+        if self.baud is None:
+            self._rx.feed(data)
+            return
+        start_ns = max(self.now_ns, self._rx_free_ns)
+        sent_baud = client_baud or self.baud
+        self._rx_free_ns = start_ns + character_ns(len(data), sent_baud)
+        if sent_baud == self.baud:
+            times = ((start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data))
+            self._in_flight.extend(times)
+            return
+        one_ns = character_ns(1, self.baud)
+        for sampled in resample(data, sent_baud, self.baud):
+            self._in_flight.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
+
+    @property
+    def next_arrival_ns(self) -> SimTimeNs:
+        """When the next character on the line is complete."""
+        return SimTimeNs(self._in_flight[0][0]) if self._in_flight else FOREVER
+
+    def take_arrivals(self) -> None:
+        """Characters complete by now enter the receive buffer, or are lost to an overrun."""
+        while self._in_flight and self._in_flight[0][0] <= self.now_ns:
+            _, byte = self._in_flight.popleft()
+            self.overrun_bytes += 1 - self._rx.feed(bytes((byte,)))

@@ -1,0 +1,13 @@
+"""The shipped test kit: benches on the virtual clock, for pytest and for scripts.
+
+``Bench`` is a whole bench in memory; ``replay`` runs an input log again; ``replay_control`` runs a
+control law over recorded encoder counts. Public and stable: changes stand in the CHANGELOG. May
+import every room of the core but ``hil.daemon``.
+"""
+
+from hil.config import ConfigError
+from hil.testing.bench import Bench
+from hil.testing.control import replay_control
+from hil.testing.replay import Replayed, replay
+
+__all__ = ["Bench", "ConfigError", "Replayed", "replay", "replay_control"]

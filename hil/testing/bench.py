@@ -1,0 +1,230 @@
+"""A bench in memory, on the virtual clock."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.config import BenchConfig, from_dict, parse
+from hil.core import Snapshot
+from hil.session.device import Device
+from hil.session.inputs import Bytes, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
+
+
+class MemoryOptions(BaseModel):
+    """The kit's own port has no options."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class MemoryStore:
+    """Memory that is written at once: flash takes no time in the reference data."""
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        device.commit_done(True)
+
+
+class PortFace:
+    """A device's port, seen by a client that reads everything at once."""
+
+    def __init__(self, bench: "Bench", device: Device) -> None:
+        self._bench = bench
+        self._device = device
+        self._unread: list[tuple[SimTimeNs, bytes]] = []
+        self.timeline: list[tuple[SimTimeNs, bytes]] = []
+        """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
+        first bit is on the line."""
+
+    def write(self, data: bytes, client_baud: int | None = None) -> None:
+        """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
+        self._bench.give(self._device, Bytes(bytes(data), client_baud))
+
+    def read(self) -> bytes:
+        """Everything the device has sent since the last call."""
+        data = b"".join(data for _, data in self._unread)
+        self._unread.clear()
+        return data
+
+    def read_timed(self) -> list[tuple[SimTimeNs, bytes]]:
+        """As ``read``, with the time of each piece; pieces of one time are joined."""
+        joined: list[tuple[SimTimeNs, bytes]] = []
+        for at_ns, data in self._unread:
+            if joined and joined[-1][0] == at_ns:
+                joined[-1] = (at_ns, joined[-1][1] + data)
+            else:
+                joined.append((at_ns, data))
+        self._unread.clear()
+        return joined
+
+    def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
+        """The device sends; called by the bench."""
+        self._unread.append((at_ns, data))
+        self.timeline.append((at_ns, data))
+
+
+class AxisFace:
+    """A device's axis: its state, and the world around its shaft."""
+
+    def __init__(self, bench: "Bench", device: Device) -> None:
+        self._bench = bench
+        self._device = device
+
+    def snapshot(self) -> Snapshot:
+        """The state now; its fields are ``hil.core.FIELDS``."""
+        return self._device.axis.snapshot()
+
+    def script_encoder(
+        self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
+    ) -> None:
+        """Take the encoder away from the shaft: counts from ``(t_ms, raw)`` points, ascending times
+        since the bench's start. Between points the count is held or interpolated and rounded down; it is
+        taken modulo 16,384, and held before the first and after the last. No points: the shaft again.
+
+        Raises:
+            ValueError: times that do not ascend, or another ``interp``.
+        """
+        if interp not in ("hold", "linear"):
+            raise ValueError(f'interp is "hold" or "linear", not {interp!r}')
+        timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
+        if any(later[0] <= earlier[0] for earlier, later in zip(timed, timed[1:], strict=False)):
+            raise ValueError("times of the encoder's script have to ascend")
+        self._bench.give(self._device, ScriptEncoder(timed, interp == "linear"))
+
+    @property
+    def load_torque_Nm(self) -> float:
+        """External torque on the shaft, positive towards larger counts; set it at any time."""
+        return self._device.axis.get("load_torque_Nm")
+
+    @load_torque_Nm.setter
+    def load_torque_Nm(self, torque_Nm: float) -> None:
+        self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
+
+
+class DeviceFace:
+    """The board itself, from outside: what an operator's hand or a fault can do to it."""
+
+    def __init__(self, bench: "Bench", device: Device) -> None:
+        self._bench = bench
+        self._device = device
+
+    @property
+    def failed(self) -> str | None:
+        """Why the device has stopped, or None."""
+        return self._device.failed
+
+    @property
+    def nvm(self) -> Mapping[str, bytes]:
+        """Sections of its non-volatile memory."""
+        return self._device.nvm
+
+    def set_register(self, name: Literal["diaagc", "errfl"], value: int) -> None:
+        """Set a register of the encoder, 0 to 0x7FFF (bit 14 is the frame's error flag).
+
+        Raises:
+            ValueError: there is no such register, or the value does not fit.
+        """
+        if name not in ("diaagc", "errfl"):
+            raise ValueError(f'registers are "diaagc" and "errfl", not {name!r}')
+        if not 0 <= value <= 0x7FFF:
+            raise ValueError(f"{value:#x} does not fit a register's 15 bits")
+        self._bench.give(self._device, SetField(name, value))
+
+    def pin(self, name: str, level: int) -> None:
+        """Drive an input: D0 (direction), D1 (step), D2 (enable, active low), D3."""
+        self._bench.give(self._device, Pin(name, level))
+
+    def reset(self) -> None:
+        """Switch the power off and on; the shaft stays where it is."""
+        self._bench.give(self._device, Reset())
+
+
+class Bench:
+    """All devices of a configuration, on the virtual clock, with memory in place of ports and files.
+
+    ``config`` is a path, YAML text or a dict. Whatever kind of port it names, the kit's own stands in.
+    Nothing runs until ``run``; the same configuration, seed and calls give the same bytes.
+
+    Raises:
+        ConfigError: with every problem of the configuration.
+    """
+
+    def __init__(self, config: str | Path | Mapping[str, Any], seed: int = 0) -> None:
+        self.config, folder = read_config(config)
+        self.seed = seed
+        self._now_ns = SimTimeNs(0)
+        memories = {
+            name: start_sections(device, {}, folder) for name, device in self.config.devices.items()
+        }
+        self._runtime = bench_runtime(self.config, find_catalogue({"memory": MemoryOptions}), memories, MemoryStore())
+        devices = self._runtime.devices
+        self._ports = {name: PortFace(self, device) for name, device in devices.items()}
+        self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
+        self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
+        self._runtime.listeners.append(
+            lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data)
+        )
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """Simulated time since the bench's start."""
+        return self._now_ns
+
+    def run(self, ms: float) -> None:
+        """Let ``ms`` milliseconds of simulated time pass."""
+        self._advance(SimTimeNs(self._now_ns + round(ms * NS_PER_MS)))
+
+    def run_until(self, ms: float) -> None:
+        """Run until the simulated time is ``ms`` milliseconds; never back."""
+        self._advance(SimTimeNs(round(ms * NS_PER_MS)))
+
+    def port(self, name: str) -> PortFace:
+        """The port of a device."""
+        return self._ports[name]
+
+    def axis(self, name: str) -> AxisFace:
+        """The axis of a device."""
+        return self._axes[name]
+
+    def device(self, name: str) -> DeviceFace:
+        """A device."""
+        return self._devices[name]
+
+    def give(self, device: Device, given: Input) -> None:
+        """An input takes effect now; what the faces call."""
+        self._runtime.give(device, given)
+
+    def close(self) -> None:
+        """Free the bench's memory now instead of with its last reference."""
+        self._runtime.stop()
+
+    def __enter__(self) -> "Bench":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _advance(self, until_ns: SimTimeNs) -> None:
+        self._runtime.advance(until_ns)
+        self._now_ns = max(self._now_ns, until_ns)
+
+
+def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Path]:
+    """A configuration from a path, YAML text or a dict, and the folder its files are looked up from.
+
+    Raises:
+        ConfigError: with every problem.
+        FileNotFoundError: there is no such file.
+    """
+    catalogue = find_catalogue({"memory": MemoryOptions})
+    if isinstance(config, Mapping):
+        return from_dict(config, catalogue), Path()
+    if isinstance(config, str) and ("\n" in config or ":" in config):
+        return parse(config, "<text>", catalogue), Path()
+    path = Path(config)
+    return parse(path.read_text(), str(path), catalogue), path.parent

@@ -1,0 +1,120 @@
+"""What a board's firmware may wait for, and what it may use: the contract between firmware and runtime.
+
+Firmware is a generator that yields one of the requests below and is resumed at the simulated time
+at which the request is met, with the request's answer as the value of the ``yield``.
+"""
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from hil.vocab.time import SimTimeNs
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Wait; answers None. The board's ``delay()``: interrupts go on, the main loop does not."""
+
+    duration_ns: int
+
+
+@dataclass(frozen=True)
+class ByteAvailable:
+    """Wait until the UART has an unread byte, at most ``timeout_ns`` (None: for ever).
+
+    Answers True, or False on the time-out. A byte that arrives at the very end is too late.
+    """
+
+    timeout_ns: int | None = None
+
+
+@dataclass(frozen=True)
+class Commit:
+    """Store ``data`` under ``name`` in the board's non-volatile memory; answers True when it is
+    durable, False when the store failed (the old content is then what a read-back shows)."""
+
+    name: str
+    data: bytes
+
+
+Request = Delay | ByteAvailable | Commit
+Main = Generator[Request, Any, None]
+"""A firmware's main program; it never returns while the board has power."""
+
+
+@dataclass(frozen=True)
+class CoreEvent:
+    """Something a board's interrupt did, with its exact time. ``kind`` is one of the core's
+    event names (``hil.core.events``); ``value`` is in the kind's unit."""
+
+    at_ns: SimTimeNs
+    axis: int
+    kind: str
+    value: float
+
+
+class Uart(Protocol):
+    """The board's serial interface as its sketch sees it."""
+
+    def available(self) -> int:
+        """Unread bytes in the receive buffer, the one held by ``peek`` not counted."""
+
+    def read(self) -> int:
+        """The next byte, or -1."""
+
+    def peek(self) -> int:
+        """The next byte without taking it, or -1; the byte is held until ``read``."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes, now."""
+
+
+class Axis(Protocol):
+    """One axis as a firmware drives it, at the present simulated time."""
+
+    def get(self, field: str) -> float:
+        """A field of the axis by its name in the core's table."""
+
+    def set(self, field: str, value: float) -> None:
+        """Set a writable field of the axis by its name in the core's table."""
+
+    def output(self, theta_deg: float, effort: int) -> None:
+        """Commutate open loop: coil currents for the angle, at the effort in driver counts."""
+
+    def vref(self, vref1: int, vref2: int) -> None:
+        """Set the coils' current commands, in counts; their directions stay."""
+
+    def loop(self, on: bool) -> None:
+        """Start or stop the control interrupt. Its first step comes one period after the start."""
+
+    def spi(self, command: int) -> int:
+        """Exchange one 16-bit frame with the encoder; the answer belongs to the frame before."""
+
+    def table(self) -> bytes:
+        """The encoder's look-up table: 16,384 float32 of the machine's byte order, in degrees."""
+
+    def write_table(self, packed: bytes) -> None:
+        """Replace the look-up table; the shape of ``table()``."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """What a firmware is made with: the board around the microcontroller."""
+
+    uart: Uart
+    axis: Axis
+    nvm: Mapping[str, bytes]
+    """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
+    facts: Mapping[str, int] = field(default_factory=dict)
+    """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
+
+
+class Firmware(Protocol):
+    """A board's program. Made once for each power-up; everything it knows between power-ups is
+    in the non-volatile memory it is made with."""
+
+    def main(self) -> Main:
+        """The board's setup() and loop()."""
+
+    def interrupt(self, event: CoreEvent) -> None:
+        """Something happened outside the main loop; runs at the event's own time."""

@@ -1,0 +1,77 @@
+"""An asynchronous serial line seen by a receiver that may have been set to another baud rate.
+
+All times are exact: the signal is reckoned in units of 1 / (2 * sent_baud * read_baud) seconds, in
+which the edges of the sent bits and the middles of the read bits are whole numbers.
+"""
+
+from dataclasses import dataclass
+
+_NS_PER_S = 10**9
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """One character as the receiver read it. A break reads as byte 0 with a framing error."""
+
+    byte: int
+    framing_error: bool
+    """The line was low where the receiver looked for the stop bit."""
+    offset_ns: int
+    """When its start edge came, counted from the first start edge, rounded down."""
+
+
+def character_ns(n: int, baud: int, bits: int = 10) -> int:
+    """How long ``n`` characters of ``bits`` bits (start and stop included) take, rounded down once."""
+    return n * bits * _NS_PER_S // baud
+
+
+def resample(data: bytes, sent_baud: int, read_baud: int, *, data_bits: int = 8) -> list[Sampled]:
+    """What a receiver at ``read_baud`` makes of bytes sent back to back at ``sent_baud``.
+
+    One start bit, ``data_bits`` (5 to 8, least significant first), no parity, one stop bit, the line
+    idle before and after. The receiver waits for a falling edge, checks that the line is still low in
+    the middle of the start bit, takes each further bit in its middle, and looks for the next falling
+    edge after it has sampled the stop bit. A sample on an edge sees the level after the edge.
+
+    Raises:
+        ValueError: a baud rate is not positive, or ``data_bits`` is out of range.
+    """
+    if sent_baud <= 0 or read_baud <= 0:
+        raise ValueError(f"baud rates must be positive, not {sent_baud} and {read_baud}")
+    if not 5 <= data_bits <= 8:
+        raise ValueError(f"data_bits must be 5 to 8, not {data_bits}")
+    mask = (1 << data_bits) - 1
+    if sent_baud == read_baud:
+        bits = data_bits + 2
+        return [Sampled(byte & mask, False, character_ns(n, sent_baud, bits)) for n, byte in enumerate(data)]
+    return _sample(_levels(data, data_bits), sent_baud, read_baud, data_bits)
+
+
+def _levels(data: bytes, data_bits: int) -> bytes:
+    """The line's level (0 or 1) in each bit time; one idle bit stands before the first start bit."""
+    levels = bytearray([1])
+    for byte in data:
+        levels.append(0)
+        levels.extend(byte >> bit & 1 for bit in range(data_bits))
+        levels.append(1)
+    return bytes(levels)
+
+
+def _sample(levels: bytes, sent_baud: int, read_baud: int, data_bits: int) -> list[Sampled]:
+    sent_bit = 2 * read_baud
+    half_read_bit = sent_baud
+    middles = [(2 * bit + 1) * half_read_bit for bit in range(data_bits + 2)]
+    last = len(levels) - 1  # a stop bit: the line stays at its level
+    sampled = []
+    now = -1  # the first start edge is at 0
+    # levels[k + 1] begins at k * sent_bit, where the edge between levels[k] and levels[k + 1] is.
+    while (edge := levels.find(b"\x01\x00", now // sent_bit + 1)) >= 0:
+        start = edge * sent_bit
+        bits = [levels[min((start + middle) // sent_bit + 1, last)] for middle in middles]
+        if bits[0] == 1:  # too short for a start bit: the receiver takes it for a glitch
+            now = start + middles[0]
+            continue
+        byte = sum(bit << place for place, bit in enumerate(bits[1:-1]))
+        sampled.append(Sampled(byte, bits[-1] == 0, edge * _NS_PER_S // sent_baud))
+        now = start + middles[-1]
+    return sampled

@@ -1,0 +1,391 @@
+"""Clients that come and go: who is counted, what settings they see and leave, what a race can lose."""
+
+import asyncio
+import errno
+import fcntl
+import os
+import select
+import signal
+import sys
+import termios
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+import serial
+
+from hil.vocab.ports import Port, PortContext
+from virtual_ports.pty.port import Options, make
+
+DEADLINE_S = 20.0
+RACES = 200
+
+
+class Board:
+    """A host that keeps what it gets, has as much room as it is told, and may answer."""
+
+    def __init__(self) -> None:
+        self.got = bytearray()
+        self.bauds: list[int | None] = []
+        self.room_bytes = 1 << 30
+        self.failures: list[str] = []
+        self.drains = 0
+        self.port: Port | None = None
+        self.answer: Callable[[bytes], bytes] = lambda data: b""
+
+    def received(self, data: bytes) -> None:
+        assert self.port is not None
+        assert 0 < len(data) <= self.room_bytes
+        self.room_bytes -= len(data)
+        self.got += data
+        self.bauds.append(self.port.client_baud())
+        if reply := self.answer(data):
+            self.port.write(reply)
+
+    def room(self) -> int:
+        return self.room_bytes
+
+    def drained(self) -> None:
+        assert self.port is not None
+        assert self.port.backlog() == 0
+        self.drains += 1
+
+    def port_failed(self, reason: str) -> None:
+        self.failures.append(reason)
+
+
+@asynccontextmanager
+async def opened(directory: Path) -> AsyncIterator[tuple[Port, Board]]:
+    port, board = make(Options(), PortContext("b", "m1", directory)), Board()
+    board.port = port
+    await port.open(board)
+    try:
+        yield port, board
+        assert board.failures == []
+    finally:
+        await port.close()
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < deadline, "the condition did not come true"
+        await asyncio.sleep(0)
+
+
+def client(port: Port, flags: int = os.O_RDWR) -> int:
+    return os.open(port.address, flags | os.O_NOCTTY | os.O_NONBLOCK)
+
+
+def read_now(fd: int) -> bytes:
+    data = b""
+    while select.select([fd], [], [], 0)[0] and (chunk := os.read(fd, 65536)):
+        data += chunk
+    return data
+
+
+async def read_exactly(fd: int, size: int) -> bytes:
+    data = bytearray()
+
+    def complete() -> bool:
+        data.extend(read_now(fd))
+        return len(data) >= size
+
+    await until(complete)
+    return bytes(data)
+
+
+def run(directory: Path, scenario: Callable[[Port, Board], Awaitable[None]]) -> None:
+    async def main() -> None:
+        async with opened(directory) as (port, board):
+            await scenario(port, board)
+
+    asyncio.run(main())
+
+
+def accounted(port: Port) -> int:
+    stats = port.stats()
+    return stats.tx_bytes + stats.dropped_bytes + stats.unheard_bytes
+
+
+def test_the_terminal_is_raw_when_its_name_appears_and_again_for_the_next_client(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        for _ in range(2):
+            fd = client(port)
+            iflag, oflag, _, lflag = termios.tcgetattr(fd)[:4]
+            assert (iflag, oflag, lflag) == (0, 0, 0)
+            cooked = termios.tcgetattr(fd)
+            cooked[0], cooked[1], cooked[3] = termios.ICRNL, termios.OPOST, termios.ECHO | termios.ICANON
+            termios.tcsetattr(fd, termios.TCSANOW, cooked)
+            await until(lambda: port.stats().clients == 1)
+            os.close(fd)
+            await until(lambda: port.stats().clients == 0)
+
+    run(tmp_path, scenario)
+
+
+def test_several_clients_share_the_line(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        fds = [client(port) for _ in range(5)]
+        port.write(b"")
+        assert (port.stats().clients, port.stats().connects) == (5, 5)
+        os.write(fds[0], b"a")
+        os.write(fds[4], b"b")
+        await until(lambda: board.got == b"ab")
+        for left in (4, 3, 2, 1):
+            os.close(fds.pop())
+            port.write(b"x")
+            assert port.stats().clients == left
+        assert await read_exactly(fds[0], 4) == b"xxxx"  # the line was not flushed while one was there
+        os.close(fds.pop())
+        port.write(b"y")
+        assert (port.stats().clients, port.stats().unheard_bytes) == (0, 1)
+
+    run(tmp_path, scenario)
+
+
+def test_the_baud_of_a_client_is_seen_and_forgotten(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        assert port.client_baud() is None
+        for baud in (9600, 115200, 250000, 12345, 2000000):
+            with serial.Serial(port.address, baud):
+                await until(lambda: port.stats().clients == 1)
+                assert port.client_baud() == baud
+            await until(lambda: port.stats().clients == 0)
+            assert port.client_baud() is None
+        fd = client(port)
+        await until(lambda: port.stats().clients == 1)
+        assert port.client_baud() is None
+        os.close(fd)
+
+    run(tmp_path, scenario)
+
+
+def test_bytes_of_a_client_that_has_left_still_have_its_baud(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        board.room_bytes = 0
+        with serial.Serial(port.address, 19200) as line:
+            line.write(b"m\r")
+        await until(lambda: port.stats().connects == 1 and port.stats().clients == 0)
+        for _ in range(2):
+            board.room_bytes = 1
+            port.resume_reading()
+            await until(lambda: board.room_bytes == 0)
+        assert board.got == b"m\r"
+        assert board.bauds == [19200, 19200]
+        assert port.client_baud() is None
+
+    run(tmp_path, scenario)
+
+
+def test_8e1_can_be_opened_again_and_again(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        for number in range(1, 21):
+            with serial.Serial(port.address, 19200, parity=serial.PARITY_EVEN) as line:
+                await until(lambda number=number: port.stats().connects == number)  # type: ignore[misc]
+                assert port.client_baud() == 19200
+                line.write(b"8E1")
+            await until(lambda number=number: len(board.got) == 3 * number)  # type: ignore[misc]
+            await until(lambda: port.stats().clients == 0)
+
+    run(tmp_path, scenario)
+
+
+def test_exclusive_use_ends_with_the_client(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        os.chmod(port.address, 0o666)
+        tmp_path.chmod(0o755)
+        code = (
+            "import os,sys,fcntl,termios\n"
+            "if os.geteuid() == 0: os.setgid(65534); os.setuid(65534)\n"
+            "try: fd = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n"
+            "except OSError as error: sys.exit(error.errno)\n"
+            "fcntl.ioctl(fd, termios.TIOCEXCL)\n"
+        )
+        pts = os.readlink(port.address)
+
+        async def open_as_another_user() -> int:
+            process = await asyncio.create_subprocess_exec(sys.executable, "-c", code, pts)
+            return await process.wait()
+
+        fd = client(port)
+        fcntl.ioctl(fd, termios.TIOCEXCL)
+        await until(lambda: port.stats().clients == 1)
+        assert await open_as_another_user() == errno.EBUSY
+        os.close(fd)
+        await until(lambda: port.stats().clients == 0)
+        for connects in (2, 3):
+            assert await open_as_another_user() == 0
+            await until(lambda connects=connects: port.stats().connects == connects)  # type: ignore[misc]
+            await until(lambda: port.stats().clients == 0)
+
+    run(tmp_path, scenario)
+
+
+def test_there_are_no_modem_lines(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        with serial.Serial(port.address) as line, pytest.raises(OSError, match="ioctl") as refused:
+            line.rts = False
+        assert refused.value.errno == errno.ENOTTY
+
+    run(tmp_path, scenario)
+
+
+def test_a_client_that_comes_as_another_goes_loses_no_byte_and_no_reply(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        """No turn of the event loop between A's close, B's open and B's write: all come in at once."""
+        board.answer = lambda data: b"<" + data + b">"
+        a = client(port)
+        for number in range(RACES):
+            port.write(b"left unread by A")
+            os.close(a)
+            b = client(port)
+            question = b"B%04d" % number
+            os.write(b, question)
+            await until(lambda question=question: board.got.endswith(question))  # type: ignore[misc]
+            assert await read_exactly(b, 7) == b"<" + question + b">"
+            a = b
+        assert board.got == b"".join(b"B%04d" % number for number in range(RACES))
+        assert port.stats().connects == RACES + 1
+        os.close(a)
+
+    run(tmp_path, scenario)
+
+
+def test_clients_of_other_processes_that_take_turns_lose_nothing(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        board.answer = lambda data: data
+        code = (
+            "import os,sys,select\n"
+            "a = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n"
+            "for number in range(int(sys.argv[2])):\n"
+            "    os.close(a)\n"
+            "    a = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n"
+            "    question, answer = b'B%04d' % number, b''\n"
+            "    os.write(a, question)\n"
+            "    while len(answer) < 5 and select.select([a], [], [], 10)[0]: answer += os.read(a, 100)\n"
+            "    if answer != question: sys.exit(f'{question!r} {answer!r}')\n"
+        )
+        process = await asyncio.create_subprocess_exec(sys.executable, "-c", code, port.address, str(RACES))
+        assert await process.wait() == 0
+        await until(lambda: len(board.got) == 5 * RACES)
+        assert board.got == b"".join(b"B%04d" % number for number in range(RACES))
+
+    run(tmp_path, scenario)
+
+
+def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: Board) -> None:
+        fds = len(os.listdir("/proc/self/fd"))
+        for number in range(960):
+            fd = client(port)
+            os.write(fd, b"x")
+            if number % 3 == 0:
+                port.write(b"reply")
+            os.close(fd)
+        await until(lambda: port.stats().clients == 0 and len(board.got) == 960)
+        assert port.stats().connects == 960
+        code = (
+            "import os,sys\n"
+            "fd = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n"
+            "while True: os.write(fd, b'k' * 500)\n"
+        )
+        for _ in range(10):
+            before = len(board.got)
+            killed = [
+                await asyncio.create_subprocess_exec(sys.executable, "-c", code, port.address)
+                for _ in range(4)
+            ]
+            await until(lambda before=before: len(board.got) > before + 5000)  # type: ignore[misc]
+            for process in killed:
+                process.send_signal(signal.SIGKILL)
+            for process in killed:
+                await process.wait()
+            await until(lambda: port.stats().clients == 0)
+        assert 970 <= port.stats().connects <= 1000
+        fd = client(port)
+        port.write(b"still here")
+        assert await read_exactly(fd, 10) == b"still here"
+        os.close(fd)
+        assert len(os.listdir("/proc/self/fd")) <= fds + 2  # asyncio's own for its child processes
+
+    run(tmp_path, scenario)
+
+
+def test_opens_that_the_kernel_merges_are_put_right(tmp_path: Path) -> None:
+    """Two processes that open and close without pause on two processors: some events are merged."""
+
+    async def scenario(port: Port, board: Board) -> None:
+        code = (
+            "import os,sys\nfor _ in range(1000): os.close(os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY))\n"
+        )
+        for _ in range(3):
+            both = [
+                await asyncio.create_subprocess_exec(sys.executable, "-c", code, port.address)
+                for _ in range(2)
+            ]
+            for process in both:
+                await process.wait()
+            await until(lambda: port.stats().clients == 0)
+        fd = client(port)
+        port.write(b"heard")
+        assert port.stats().clients == 1
+        await asyncio.sleep(0.1)
+        assert port.stats().clients == 1
+        os.close(fd)
+
+    run(tmp_path, scenario)
+
+
+def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
+    """More than the kernel gives inotify instances to a user."""
+
+    async def main() -> None:
+        before = sorted(os.listdir("/proc/self/fd"))
+        ports = [make(Options(), PortContext("b", f"m{number}", tmp_path)) for number in range(150)]
+        boards = [Board() for _ in ports]
+        for port, board in zip(ports, boards, strict=True):
+            board.port = port
+            await port.open(board)
+        fd = client(ports[77])
+        os.write(fd, b"m")
+        await until(lambda: boards[77].got == b"m")
+        assert sum(port.stats().connects for port in ports) == 1
+        for port in ports:
+            await port.close()
+            await port.close()
+        with pytest.raises(OSError, match="Input/output"):
+            os.write(fd, b"m")
+        os.close(fd)
+        assert os.listdir(tmp_path) == []
+        assert sorted(os.listdir("/proc/self/fd")) == before
+
+    asyncio.run(main())
+
+
+def test_a_terminal_that_root_hangs_up_is_reported_once(tmp_path: Path) -> None:
+    """What agetty does when it is started on one."""
+    if os.geteuid() != 0:
+        pytest.skip("needs CAP_SYS_ADMIN")
+
+    async def main() -> None:
+        port, board = make(Options(), PortContext("b", "m1", tmp_path)), Board()
+        board.port = port
+        await port.open(board)
+        fd = client(port)
+        port.write(b"")
+        fcntl.ioctl(fd, 0x5437)  # TIOCVHANGUP
+        os.close(fd)
+        await until(lambda: bool(board.failures))
+        for _ in range(100):
+            port.write(b"lost")
+            await asyncio.sleep(0)
+        assert len(board.failures) == 1
+        assert "pty port of m1" in board.failures[0]
+        assert accounted(port) == 400
+        await port.close()
+        assert os.listdir(tmp_path) == []
+
+    asyncio.run(main())

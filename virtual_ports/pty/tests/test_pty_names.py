@@ -1,0 +1,214 @@
+"""The stable name and who may open it: what is replaced, what is refused, and with what remedy."""
+
+import asyncio
+import grp
+import os
+import re
+import socket
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from hil.vocab.ports import PortContext, PortError
+from virtual_ports.pty.port import Options, make
+
+
+class DeafHost:
+    def received(self, data: bytes) -> None: ...
+
+    def room(self) -> int:
+        return 1
+
+    def drained(self) -> None: ...
+
+    def port_failed(self, reason: str) -> None:
+        raise AssertionError(reason)
+
+
+def open_and_close(options: Options, directory: Path, while_open: Callable[[str], None]) -> None:
+    async def main() -> None:
+        port = make(options, PortContext("b", "m1", directory))
+        await port.open(DeafHost())
+        try:
+            while_open(port.address)
+        finally:
+            await port.close()
+
+    asyncio.run(main())
+
+
+def refused(options: Options, directory: Path) -> str:
+    """The error's text; nothing may be left open."""
+    fds = sorted(os.listdir("/proc/self/fd"))
+    with pytest.raises(PortError) as error:
+        open_and_close(options, directory, lambda address: None)
+    assert sorted(os.listdir("/proc/self/fd")) == fds
+    text = str(error.value)
+    assert text.startswith("pty port of m1: ")
+    assert "\n" not in text
+    return text
+
+
+def test_the_name_is_a_symlink_to_a_pts_and_goes_with_the_port(tmp_path: Path) -> None:
+    directory = tmp_path / "run" / "bench"
+
+    def while_open(address: str) -> None:
+        assert address == str(directory / "m1")
+        assert re.fullmatch(r"/dev/pts/\d+", os.readlink(address))
+        assert os.listdir(directory) == ["m1"]
+
+    open_and_close(Options(), directory, while_open)
+    assert os.listdir(directory) == []
+
+
+def test_a_path_of_ones_own(tmp_path: Path) -> None:
+    for given, expected in (
+        (str(tmp_path / "abs" / "tty"), tmp_path / "abs" / "tty"),
+        ("arms/left", tmp_path / "run" / "arms" / "left"),
+    ):
+
+        def while_open(address: str, expected: Path = expected) -> None:
+            assert address == str(expected)
+            assert expected.is_symlink()
+
+        open_and_close(Options(path=given), tmp_path / "run", while_open)
+        assert not expected.is_symlink()
+
+
+def test_a_stale_symlink_is_replaced(tmp_path: Path) -> None:
+    master, slave = os.openpty()
+    try:
+        for target in ("/dev/pts/999999", "/nowhere/at/all", os.ttyname(slave)):
+            (tmp_path / "m1").symlink_to(target)
+
+            def while_open(address: str, target: str = target) -> None:
+                assert os.readlink(address) != target
+
+            open_and_close(Options(), tmp_path, while_open)
+            assert os.listdir(tmp_path) == []
+    finally:
+        os.close(master)
+        os.close(slave)
+
+
+def test_a_name_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -> None:
+    def take(address: str) -> None:
+        os.unlink(address)
+        os.symlink("/dev/pts/999999", address)
+
+    open_and_close(Options(), tmp_path, take)
+    assert os.readlink(tmp_path / "m1") == "/dev/pts/999999"
+    os.unlink(tmp_path / "m1")
+    open_and_close(Options(), tmp_path, os.unlink)
+    assert os.listdir(tmp_path) == []
+
+
+def test_what_is_no_symlink_to_a_pts_is_refused_and_kept(tmp_path: Path) -> None:
+    name = tmp_path / "m1"
+
+    def expect(kind: str) -> None:
+        before = name.lstat()
+        text = refused(Options(), tmp_path)
+        assert f"{name} is {kind}, not a symlink to a pts; remove it or choose another path:" in text
+        assert name.lstat() == before
+        assert os.listdir(tmp_path) == ["m1"]
+
+    name.write_text("notes")
+    expect("a regular file")
+    name.unlink()
+    name.mkdir()
+    expect("a directory")
+    name.rmdir()
+    os.mkfifo(name)
+    expect("a fifo")
+    name.unlink()
+    with socket.socket(socket.AF_UNIX) as bound:
+        bound.bind(str(name))
+        expect("a socket")
+    name.unlink()
+    name.symlink_to("/dev/null")
+    expect("a symlink to /dev/null")
+
+
+def test_a_directory_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for directory in (tmp_path / "file", tmp_path / "file" / "below"):
+        text = refused(Options(), directory)
+        assert "is not a directory; choose another path:" in text
+    assert "choose another path:" in refused(Options(path="x" * 300), tmp_path)
+
+
+def test_a_directory_without_write_permission_is_refused_with_the_remedy(tmp_path: Path) -> None:
+    """In a child of another user: root may write anywhere."""
+    code = (
+        "import os,sys\n"
+        "import asyncio\n"
+        "from pathlib import Path\n"
+        "from hil.vocab.ports import PortContext, PortError\n"
+        "from virtual_ports.pty.port import Options, make\n"
+        "if os.geteuid() == 0: os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
+        "for options in (Options(), Options(group=sys.argv[2])):\n"
+        "    try: asyncio.run(make(options, PortContext('b', 'm1', Path(sys.argv[1]))).open(None))\n"
+        "    except PortError as error: print(error)\n"
+    )
+    foreign = next(group.gr_name for group in grp.getgrall() if group.gr_gid not in (65534, *os.getgroups()))
+    for directory in (tmp_path, *tmp_path.parents[:2]):
+        directory.chmod(0o555 if directory == tmp_path else 0o755)
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", code, str(tmp_path), foreign], capture_output=True, text=True, check=True
+        )
+    finally:
+        tmp_path.chmod(0o755)
+    no_directory, no_group = child.stdout.splitlines()
+    assert f"no permission to write in {tmp_path}; give user " in no_directory
+    assert "or choose another path:" in no_directory
+    assert f"to group '{foreign}'; add user " in no_group
+    assert "or set group: null" in no_group
+
+
+def test_mode_and_group_are_those_asked_for(tmp_path: Path) -> None:
+    group = grp.getgrgid(os.getegid())
+
+    def while_open(address: str) -> None:
+        status = os.stat(address)
+        assert stat.S_IMODE(status.st_mode) == 0o600
+        assert status.st_gid == group.gr_gid
+
+    open_and_close(Options(mode="0600", group=group.gr_name), tmp_path, while_open)
+
+    def by_default(address: str) -> None:
+        assert stat.S_IMODE(os.stat(address).st_mode) == 0o660
+
+    open_and_close(Options(), tmp_path, by_default)
+
+
+def test_an_unknown_group_is_refused(tmp_path: Path) -> None:
+    text = refused(Options(group="no-such-group"), tmp_path)
+    assert "there is no group 'no-such-group'; create it or choose another group:" in text
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"mode": 0o660},
+        {"mode": "rw-rw----"},
+        {"mode": "0060"},
+        {"mode": "4660"},
+        {"path": ""},
+        {"baud": 9600},
+    ],
+)
+def test_options_that_mean_nothing_are_refused(options: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        Options.model_validate(options)
+
+
+def test_every_option_is_described() -> None:
+    assert all("description" in field for field in Options.model_json_schema()["properties"].values())

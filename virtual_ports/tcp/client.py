@@ -1,0 +1,78 @@
+"""One connection: its socket and what waits to be sent to it."""
+
+import asyncio
+import socket
+from collections.abc import Callable
+
+_QUEUE_BYTES = 65536
+
+
+class Client:
+    """``count(tx_bytes, dropped_bytes)`` is told the fate of each byte given to ``write``, once;
+    ``drained`` is called each time ``backlog_bytes`` goes back to 0, perhaps in the middle of a ``write``.
+
+    The owner reads ``connection`` and calls ``close`` when it ends; until then a dead connection drops.
+    """
+
+    def __init__(
+        self,
+        connection: socket.socket,
+        loop: asyncio.AbstractEventLoop,
+        count: Callable[[int, int], None],
+        drained: Callable[[], None],
+    ) -> None:
+        connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        self.connection = connection
+        self._loop = loop
+        self._count = count
+        self._drained = drained
+        self._queue = bytearray()
+        self._dead = False
+
+    @property
+    def backlog_bytes(self) -> int:
+        return len(self._queue)
+
+    def write(self, data: bytes) -> None:
+        sent = 0 if self._queue else self._send(data)
+        fits = 0 if self._dead else _QUEUE_BYTES - len(self._queue)
+        waiting = data[sent : sent + fits]
+        self._count(0, len(data) - sent - len(waiting))
+        if waiting and not self._queue:
+            self._loop.add_writer(self.connection, self._writable)
+        self._queue += waiting
+
+    def _writable(self) -> None:
+        del self._queue[: self._send(self._queue)]
+        if self._dead:
+            self._discard_queue()
+        elif not self._queue:
+            self._loop.remove_writer(self.connection)
+            self._drained()
+
+    def _send(self, data: bytes | bytearray) -> int:
+        if self._dead:
+            return 0
+        try:
+            sent = self.connection.send(data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self._dead = True  # the owner sees it too, when it reads
+            return 0
+        self._count(sent, 0)
+        return sent
+
+    def _discard_queue(self) -> None:
+        if self._queue:
+            self._loop.remove_writer(self.connection)
+            self._count(0, len(self._queue))
+            self._queue.clear()
+            self._drained()
+
+    def close(self) -> None:
+        self._discard_queue()
+        self._loop.remove_reader(self.connection)
+        self.connection.close()

@@ -1,0 +1,193 @@
+"""The tcp port: the clients share it as terminals share one line."""
+
+import asyncio
+import errno
+import socket
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hil.vocab.ports import Port, PortContext, PortError, PortHost, PortStats
+from virtual_ports.tcp.client import Client
+
+_READ_BYTES = 65536
+_BACKLOG = 128
+_ACCEPT_AGAIN_S = 1.0
+
+
+class Options(BaseModel):
+    """A TCP listener that carries raw bytes."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    host: str = Field(
+        default="127.0.0.1",
+        min_length=1,
+        description="Address or name to listen on. Anybody who can reach it can command the device.",
+    )
+    port: int = Field(
+        default=0, ge=0, le=65535, description="TCP port number; 0 takes any free one, shown in the address."
+    )
+
+
+def make(options: Options, context: PortContext) -> Port:
+    """The port, still closed."""
+    return TcpPort(options, context)
+
+
+class TcpPort:
+    """A ``Port``. What a client sends is merged in order of arrival; what the device sends goes to all.
+
+    ``tx_bytes`` and ``dropped_bytes`` count each client's copy: a byte sent to two clients counts twice.
+    A client that shuts down its sending side has left.
+    """
+
+    def __init__(self, options: Options, context: PortContext) -> None:
+        self._options = options
+        self._title = f"tcp port of {context.device}"
+        self._number = options.port
+        self._listener: socket.socket | None = None
+        self._accept_timer: asyncio.TimerHandle | None = None
+        self._clients: dict[int, Client] = {}
+        self._reading = True
+        self._connects = 0
+        self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
+
+    @property
+    def address(self) -> str:
+        host = self._options.host
+        return f"socket://[{host}]:{self._number}" if ":" in host else f"socket://{host}:{self._number}"
+
+    async def open(self, host: PortHost) -> None:
+        self._host = host
+        self._loop = asyncio.get_running_loop()
+        try:
+            found = await self._loop.getaddrinfo(
+                self._options.host, self._options.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+            )
+            family, _, _, _, address = found[0]
+            self._listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
+        except (OSError, UnicodeError) as error:
+            raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
+        self._listener.setblocking(False)
+        self._number = self._listener.getsockname()[1]
+        self._loop.add_reader(self._listener, self._accept)
+
+    def _where(self) -> str:
+        return self.address.removeprefix("socket://")
+
+    def _why(self, error: OSError | UnicodeError) -> str:
+        number = self._options.port
+        if isinstance(error, (socket.gaierror, UnicodeError)):
+            return "no such host; use 127.0.0.1, or an address of this machine"
+        if error.errno == errno.EADDRINUSE:
+            return (
+                f"port {number} is in use (ss -ltnp 'sport = :{number}' shows by whom); "
+                "choose another port:, or 0 for any free one"
+            )
+        if error.errno == errno.EADDRNOTAVAIL:
+            return "this is no address of this machine; use 127.0.0.1, or one that 'ip address' shows"
+        if error.errno in (errno.EACCES, errno.EPERM):
+            return f"no permission for port {number}; choose another port: above 1023, or 0 for any free one"
+        return f"{error.strerror}; choose another host: or port:"
+
+    def _accept(self) -> None:
+        assert self._listener is not None
+        while True:
+            try:
+                connection, _ = self._listener.accept()
+            except BlockingIOError:
+                return
+            except ConnectionError:
+                continue  # it hung up while it was waiting
+            except OSError:
+                # No fd or memory is left, and the listener stays readable: try again when some may be.
+                self._loop.remove_reader(self._listener)
+                self._accept_timer = self._loop.call_later(_ACCEPT_AGAIN_S, self._accept_again)
+                return
+            self._connects += 1
+            client = Client(connection, self._loop, self._count, self._client_drained)
+            self._clients[connection.fileno()] = client
+            if self._reading:
+                self._read_from(client)
+
+    def _accept_again(self) -> None:
+        if self._listener is not None:
+            self._loop.add_reader(self._listener, self._accept)
+
+    def _count(self, tx_bytes: int, dropped_bytes: int) -> None:
+        self._tx_bytes += tx_bytes
+        self._dropped_bytes += dropped_bytes
+
+    def _client_drained(self) -> None:
+        # Later, because the host may answer with a write, and this may be in the middle of one.
+        self._loop.call_soon(self._tell_drained)
+
+    def _tell_drained(self) -> None:
+        if self._listener is not None and self.backlog() == 0:
+            self._host.drained()
+
+    def write(self, data: bytes) -> None:
+        if not self._clients:
+            self._unheard_bytes += len(data)
+        for client in self._clients.values():
+            client.write(data)
+
+    def resume_reading(self) -> None:
+        if not self._reading:
+            self._reading = True
+            for client in self._clients.values():
+                self._read_from(client)
+
+    def _read_from(self, client: Client) -> None:
+        self._loop.add_reader(client.connection, self._readable, client)
+
+    def _readable(self, client: Client) -> None:
+        room = self._host.room()
+        if room <= 0:
+            self._reading = False
+            for each in self._clients.values():
+                self._loop.remove_reader(each.connection)
+            return
+        try:
+            data = client.connection.recv(min(room, _READ_BYTES))
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""  # reset or timed out: it has left as one that closes has
+        if data:
+            self._rx_bytes += len(data)
+            self._host.received(data)
+        else:
+            self._forget(client)
+
+    def _forget(self, client: Client) -> None:
+        if self._clients.pop(client.connection.fileno(), None) is client:
+            client.close()
+
+    def backlog(self) -> int:
+        """Of the slowest client."""
+        return max((client.backlog_bytes for client in self._clients.values()), default=0)
+
+    def client_baud(self) -> int | None:
+        """None: a socket has no baud."""
+        return None
+
+    def stats(self) -> PortStats:
+        return PortStats(
+            clients=len(self._clients),
+            connects=self._connects,
+            rx_bytes=self._rx_bytes,
+            tx_bytes=self._tx_bytes,
+            dropped_bytes=self._dropped_bytes,
+            unheard_bytes=self._unheard_bytes,
+        )
+
+    async def close(self) -> None:
+        if self._accept_timer is not None:
+            self._accept_timer.cancel()
+        if self._listener is not None:
+            self._loop.remove_reader(self._listener)
+            self._listener.close()
+            self._listener = None
+        for client in list(self._clients.values()):
+            self._forget(client)
