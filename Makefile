@@ -7,7 +7,7 @@ NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core
 .PHONY: demo test test-native lint wheel clean
 
 demo: $(VENV)/.base
-	@$(BIN)/hil demo
+	@$(BIN)/hil serve examples/demo.yaml
 
 test: $(VENV)/.dev
 	@$(MAKE) --no-print-directory test-native

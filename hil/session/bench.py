@@ -81,6 +81,10 @@ class BenchRuntime:
             group.advance(until_ns)
         self._now_ns = max(self._now_ns, until_ns)
 
+    def take_to(self, device: Device, until_ns: SimTimeNs) -> None:
+        """Virtual time: take one device's group to ``until_ns``."""
+        self._group_of[device.name].advance(until_ns)
+
     def run_real_time(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
         """Hand the groups to the core's real-time thread; simulated time 0 is now.
 

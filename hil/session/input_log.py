@@ -1,19 +1,42 @@
 """The input log of a run: enough to run it again, exactly, on the virtual clock.
 
 A text file of JSON lines. The first is the header: format, version, the program's version, the
-configuration, and each device's memory at the start; the others are inputs (``inputs.encode_line``).
+configuration, and each device's memory at the start. The others are inputs (``inputs.encode_line``),
+and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state``
+(CRC-32 of the axis's snapshot at that time; null for what an interrupt sent).
 """
 
 import base64
 import json
+import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TextIO
 
+from hil.session.device import Device
 from hil.session.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, decode_line, encode_line
+from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
 """Non-volatile sections of each device."""
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Bytes a device sent, and a checksum of its axis's state at that very time."""
+
+    at_ns: SimTimeNs
+    device: str
+    data: bytes
+    state: int | None
+
+
+def sent_now(device: Device, at_ns: SimTimeNs, data: bytes) -> Sent:
+    """What a device sends now. Its state belongs to it only if the group stands at ``at_ns``: what an
+    interrupt sent is noticed later, at a time that depends on the machine's load."""
+    snapshot = device.axis.snapshot()
+    state = zlib.crc32(repr(snapshot).encode()) if snapshot.at_ns == at_ns else None
+    return Sent(at_ns, device.name, data, state)
 
 
 @dataclass(frozen=True)
@@ -23,6 +46,7 @@ class InputLog:
     config: dict[str, Any]
     memories: dict[str, dict[str, bytes]]
     inputs: list[Logged]
+    sent: list[Sent]
 
 
 class InputLogWriter:
@@ -34,11 +58,23 @@ class InputLogWriter:
             device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
             for device, sections in memories.items()
         }
-        header = {"format": LOG_FORMAT, "version": LOG_VERSION, "program": program, "config": config, "nvm": nvm}
+        header = {
+            "format": LOG_FORMAT,
+            "version": LOG_VERSION,
+            "program": program,
+            "config": config,
+            "nvm": nvm,
+        }
         file.write(json.dumps(header, separators=(",", ":")) + "\n")
 
     def write(self, logged: Logged) -> None:
         self.file.write(encode_line(logged) + "\n")
+
+    def sent(self, device: Device, at_ns: SimTimeNs, data: bytes) -> None:
+        """Note what a device sent; a bench's listener."""
+        sent = sent_now(device, at_ns, data)
+        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": sent.state}
+        self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
 
 
 def read_input_log(lines: Iterable[str]) -> InputLog:
@@ -60,6 +96,13 @@ def read_input_log(lines: Iterable[str]) -> InputLog:
             device: {name: base64.b64decode(data) for name, data in sections.items()}
             for device, sections in header["nvm"].items()
         }
-        return InputLog(header["config"], memories, [decode_line(text) for text in texts[1:]])
+        sent = [_decode_sent(text) for text in texts[1:] if '"sent":' in text]
+        inputs = [decode_line(text) for text in texts[1:] if '"sent":' not in text]
+        return InputLog(header["config"], memories, inputs, sent)
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise InputLogError(f"this is not an input log: {error!r}") from error
+
+
+def _decode_sent(text: str) -> Sent:
+    line = json.loads(text)
+    return Sent(SimTimeNs(line["at_ns"]), line["device"], bytes.fromhex(line["sent"]), line["state"])

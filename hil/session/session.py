@@ -5,6 +5,7 @@ Out: firmware -> device's UART -> ``Session.send`` -> port.
 """
 
 from collections import deque
+from collections.abc import Callable
 
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -22,13 +23,17 @@ answer stays far below what a port queues."""
 
 
 class Session:
-    """The port's host (``hil.vocab.ports.PortHost``) and the device's line."""
+    """The port's host (``hil.vocab.ports.PortHost``) and the device's line. ``scheduled`` is called when
+    bytes were put on a paced line, for ``release`` to be called in time."""
 
-    def __init__(self, bench: BenchRuntime, device: Device, port: Port) -> None:
+    def __init__(
+        self, bench: BenchRuntime, device: Device, port: Port, scheduled: Callable[[], None]
+    ) -> None:
         self.device = device
         self.port = port
         self.port_failure: str | None = None
         self._bench = bench
+        self._scheduled = scheduled
         self._held = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
@@ -78,6 +83,7 @@ class Session:
             for sampled in resample(data, baud, client_baud):
                 self._line.append((start_ns + sampled.offset_ns + one_ns, bytes((sampled.byte,))))
         self._fresh.clear()
+        self._scheduled()
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Hand the port the bytes that a client has by ``now_ns``; answers when the next is due."""

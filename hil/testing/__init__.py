@@ -8,6 +8,6 @@ import every room of the core but ``hil.daemon``.
 from hil.config import ConfigError
 from hil.testing.bench import Bench
 from hil.testing.control import replay_control
-from hil.testing.replay import Replayed, replay
+from hil.compose.replay import Replayed, replay
 
 __all__ = ["Bench", "ConfigError", "Replayed", "replay", "replay_control"]

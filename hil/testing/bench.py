@@ -5,20 +5,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import Snapshot
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
-
-
-class MemoryOptions(BaseModel):
-    """The kit's own port has no options."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 class MemoryStore:
@@ -156,17 +149,15 @@ class Bench:
         self.config, folder = read_config(config)
         self.seed = seed
         self._now_ns = SimTimeNs(0)
-        memories = {
-            name: start_sections(device, {}, folder) for name, device in self.config.devices.items()
-        }
-        self._runtime = bench_runtime(self.config, find_catalogue({"memory": MemoryOptions}), memories, MemoryStore())
+        memories = {name: start_sections(device, {}, folder) for name, device in self.config.devices.items()}
+        self._runtime = bench_runtime(
+            self.config, find_catalogue({"memory": MemoryOptions}), memories, MemoryStore()
+        )
         devices = self._runtime.devices
         self._ports = {name: PortFace(self, device) for name, device in devices.items()}
         self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
-        self._runtime.listeners.append(
-            lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data)
-        )
+        self._runtime.listeners.append(lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data))
 
     @property
     def now_ns(self) -> SimTimeNs:

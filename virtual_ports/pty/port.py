@@ -14,10 +14,10 @@ from hil.vocab.ports import Port, PortContext, PortError, PortHost, PortStats
 from virtual_ports.pty import line, stable_name
 from virtual_ports.pty.inotify import ClientWatch
 
-_QUEUE_BYTES = 65536
+QUEUE_BYTES = 4 * 1024 * 1024  # thirty answers of the longest kind (q of a Mechaduino: 126 kB)
 _READ_BYTES = 65536
 _AUDIT_AFTER_S = 0.02
-_AUDIT_AGAIN_S = 1.0
+_AUDIT_AGAIN_S = 0.2
 
 
 class Options(BaseModel):
@@ -49,10 +49,11 @@ def make(options: Options, context: PortContext) -> Port:
 
 
 class PtyPort:
-    """A ``Port``. ``rx``, ``tx``, dropped and unheard bytes are exact; so is whether anybody is there.
+    """A ``Port``. Clients compete for what the device sends, as on any terminal; use one reader at a time.
 
-    ``connects``, and ``clients`` above one, can be too low after two clients opened within the same
-    microsecond (see ``inotify.py``).
+    When two clients open or close within the same microsecond the kernel can merge the two (see
+    ``inotify.py``): ``connects`` stays one too low, and ``clients`` is wrong until a byte or a close that
+    does not fit makes ``_audit`` look, 20 ms later. The counters of bytes are exact always.
     """
 
     def __init__(self, options: Options, context: PortContext) -> None:
@@ -70,6 +71,7 @@ class PtyPort:
         self._resting = b""
         self._input = select.poll()
         self._watch: ClientWatch | None = None
+        self._audit_twice = False
         self._audit_timer: asyncio.TimerHandle | None = None
 
     @property
@@ -122,7 +124,7 @@ class PtyPort:
             self._unheard_bytes += len(data)
             return
         sent = 0 if self._queue else self._send(data)
-        waiting = data[sent : sent + _QUEUE_BYTES - len(self._queue)]
+        waiting = data[sent : sent + QUEUE_BYTES - len(self._queue)]
         self._dropped_bytes += len(data) - sent - len(waiting)
         if waiting and not self._failed:
             if not self._queue:
@@ -183,6 +185,8 @@ class PtyPort:
             data = os.read(self._master, min(room, _READ_BYTES))
         if not data:
             return
+        if not self._clients:
+            self._audit_in(_AUDIT_AFTER_S)  # from one that has left, or that was not seen to come
         self._rx_bytes += len(data)
         self._host.received(data)
         if self._baud_of_departed is not None and self._master >= 0 and not self._input.poll(0):
@@ -215,17 +219,19 @@ class PtyPort:
         for own in self._own_steps:
             if own in steps:
                 steps.remove(own)
-        emptied = False
+        emptied, doubtful = False, events_lost
         for step in steps:
             if step > 0:
                 self._clients += 1
                 self._connects += 1
-            elif self._clients:
-                self._clients -= 1
-                emptied |= self._clients == 0
+                continue
+            # One that was never seen to come, or of several, of which another may have left unseen.
+            doubtful |= self._clients != 1
+            self._clients = max(self._clients - 1, 0)
+            emptied |= self._clients == 0
         if emptied:
             self._last_client_left()
-        if events_lost or -1 in steps:
+        if doubtful:
             self._audit_in(_AUDIT_AFTER_S)
 
     def _last_client_left(self) -> None:
@@ -238,12 +244,12 @@ class PtyPort:
     def _reset_line(self) -> None:
         if self._clients or self._failed or self._watch is None:
             return
-        if self._input.poll(0):
-            self._baud_of_departed = line.baud(self._master) or self._baud_of_departed
-        if self._watch.pending():  # perhaps the next client, whose settings must stay
-            self._loop.call_soon(self._reset_line_later)
-            return
         with self._failing_loudly():
+            if self._input.poll(0):
+                self._baud_of_departed = line.baud(self._master) or self._baud_of_departed
+            if self._watch.pending():  # perhaps the next client, whose settings must stay
+                self._loop.call_soon(self._reset_line_later)
+                return
             line.apply(self._slave, self._resting)
             line.end_exclusive(self._slave)
 
@@ -254,15 +260,21 @@ class PtyPort:
     def _audit_in(self, delay_s: float) -> None:
         if self._audit_timer is None:
             self._audit_timer = self._loop.call_later(delay_s, self._audit)
+        else:
+            self._audit_twice = True  # the one that is due may come too soon after this event
 
     def _audit(self) -> None:
         """Put a count right that merged or lost events have left wrong.
 
-        The kernel shows whether a slave fd is open, ours included, so that one has to go for a moment.
+        The kernel shows whether a slave fd is open, ours included, so that one has to go for a moment. Not
+        done without a reason: its coming back could be merged with the coming of a client.
         """
         self._audit_timer = None
         if self._failed:
             return
+        if self._audit_twice:
+            self._audit_twice = False
+            self._audit_in(_AUDIT_AFTER_S)
         self._notice_clients()
         nobody = False
         with self._failing_loudly():

@@ -4,7 +4,7 @@ import asyncio
 import socket
 from collections.abc import Callable
 
-_QUEUE_BYTES = 65536
+QUEUE_BYTES = 4 * 1024 * 1024  # thirty answers of the longest kind (q of a Mechaduino: 126 kB)
 
 
 class Client:
@@ -37,7 +37,7 @@ class Client:
 
     def write(self, data: bytes) -> None:
         sent = 0 if self._queue else self._send(data)
-        fits = 0 if self._dead else _QUEUE_BYTES - len(self._queue)
+        fits = 0 if self._dead else QUEUE_BYTES - len(self._queue)
         waiting = data[sent : sent + fits]
         self._count(0, len(data) - sent - len(waiting))
         if waiting and not self._queue:

@@ -165,8 +165,8 @@ class TcpPort:
             client.close()
 
     def backlog(self) -> int:
-        """Of the slowest client."""
-        return max((client.backlog_bytes for client in self._clients.values()), default=0)
+        """Of the fastest client: one that does not read must not hold up the device for the others."""
+        return min((client.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
         """None: a socket has no baud."""

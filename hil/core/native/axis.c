@@ -34,13 +34,14 @@ static int scripted_raw(const encoder *s, int64_t t_ns)
     }
     int64_t raw = s->script_raw[i];
     if (s->script_linear && i < last)
-        raw += floor_div((__int128)(s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
+        raw += floor_div(((__int128)s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
                          s->script_ns[i + 1] - s->script_ns[i]);
     return (int)(raw & 16383); /* two's complement: & is the mathematical modulo, below 0 too */
 }
 
 static int shaft_raw(double rev)
 {
+    if (!isfinite(rev)) return 0; /* run away under an absurd load */
     return (int)((rev - floor(rev)) * 16384) & 16383;
 }
 
@@ -90,7 +91,7 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
         a->loop_steps = 0;
         a->next_step_ns = step_time_ns(a, 1);
     }
-    a->loop_on = on;
+    a->loop_on = on != 0;
 }
 
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
@@ -124,7 +125,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     while (axis < c->max_axes && c->axes[axis].open) axis++;
     if (axis == c->max_axes) return -1;
     hil_axis *a = &c->axes[axis];
-    memset(a, 0, sizeof *a);
+    memset((char *)a + offsetof(hil_axis, open), 0, sizeof *a - offsetof(hil_axis, open));
     a->open = 1;
     a->group = group;
     a->next_in_group = c->groups[group].first_axis;
@@ -135,6 +136,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
                params->rotor_teeth, params->start_deg / 360, params->load_torque_Nm,
                atomic_load(&c->groups[group].now_ns));
     hil_axis_power_up(c, axis);
+    axis_publish(a, a->plant.node_ns);
     return axis;
 }
 
@@ -281,10 +283,17 @@ double hil_axis_get(hil_core *c, int axis, hil_field field)
     }
 }
 
+/* C leaves the conversion of a NaN and of what does not fit undefined. */
+static int32_t to_i32(double x)
+{
+    if (isnan(x)) return 0;
+    return x >= INT32_MAX ? INT32_MAX : x <= INT32_MIN ? INT32_MIN : (int32_t)x;
+}
+
 static int set_law(mechaduino *m, hil_field field, double value)
 {
     switch (field) {
-    case HIL_FIELD_mode: m->mode = (int32_t)value; return 0;
+    case HIL_FIELD_mode: m->mode = to_i32(value); return 0;
     case HIL_FIELD_r: m->r = (float)value; return 0;
     case HIL_FIELD_pKp: m->pKp = (float)value; return 0;
     case HIL_FIELD_pKi: m->pKi = (float)value; return 0;
@@ -295,7 +304,7 @@ static int set_law(mechaduino *m, hil_field field, double value)
     case HIL_FIELD_vKd: m->vKd = (float)value; return 0;
     case HIL_FIELD_vLPF: mechaduino_set_vLPF(m, (float)value); return 0;
     case HIL_FIELD_PA: m->PA = (float)value; return 0;
-    case HIL_FIELD_uMAX: m->uMAX = (int32_t)value; return 0;
+    case HIL_FIELD_uMAX: m->uMAX = to_i32(value); return 0;
     case HIL_FIELD_print_yw: m->print_yw = value != 0; return 0;
     default: return -1;
     }
@@ -310,9 +319,9 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
         plant_node(&a->plant, now_ns);
         plant_set_load(&a->plant, value);
         return 0;
-    case HIL_FIELD_diaagc: a->encoder.diaagc = (int32_t)value; return 0;
-    case HIL_FIELD_errfl: a->encoder.errfl = (int32_t)value; return 0;
-    case HIL_FIELD_spi_previous_command: a->encoder.previous_command = (int32_t)value; return 0;
+    case HIL_FIELD_diaagc: a->encoder.diaagc = to_i32(value); return 0;
+    case HIL_FIELD_errfl: a->encoder.errfl = to_i32(value); return 0;
+    case HIL_FIELD_spi_previous_command: a->encoder.previous_command = to_i32(value); return 0;
     default: return set_law(&a->law, field, value);
     }
 }

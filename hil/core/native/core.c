@@ -13,6 +13,7 @@ static size_t round_up(size_t n) { return (n + 63) & ~(size_t)63; }
 
 hil_core *hil_core_new(int max_axes, int *event_fd)
 {
+    if (max_axes < 1) return NULL;
     size_t axes_at = round_up(sizeof(hil_core)), groups_at = axes_at + round_up(sizeof(hil_axis) * (size_t)max_axes);
     size_t due_at = groups_at + round_up(sizeof(hil_group) * (size_t)max_axes), len = due_at + (size_t)max_axes;
     char *arena = mmap(NULL, len, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -62,11 +63,17 @@ int hil_group_open(hil_core *c, int64_t now_ns)
 
 void hil_group_close(hil_core *c, int group)
 {
-    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group) {
+    hil_group *g = &c->groups[group];
+    /* A closed group stays with the loop thread for good, so that the real-time thread, this one or the
+       next, never enters it. It is free here if it was released before the thread stopped. */
+    if (atomic_load(&g->owner) != GROUP_LOOP_THREAD) hil_group_acquire(c, group);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) {
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
         c->axes[i].open = 0;
     }
-    c->groups[group].open = 0; /* stays with the loop thread: the real-time thread never enters it again */
+    g->first_axis = -1;
+    g->open = 0;
+    atomic_store(&c->due[group], 0);
 }
 
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
@@ -76,13 +83,15 @@ void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
     if (!ring_put(&g->events, &e)) atomic_store_explicit(&g->failed, 1, memory_order_relaxed);
 }
 
-static int64_t next_step_ns(const hil_core *c, int group, int *axis)
+/* The axis whose control step comes next, -1 when none does up to and at until_ns. Of several at the same
+   time, the one that was opened first, which is the last of the list. */
+static int next_to_step(const hil_core *c, int group, int64_t until_ns)
 {
-    int64_t next = HIL_FOREVER;
+    int next = -1;
     for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group)
-        if (c->axes[i].loop_on && c->axes[i].next_step_ns < next) {
-            next = c->axes[i].next_step_ns;
-            *axis = i;
+        if (c->axes[i].loop_on && c->axes[i].next_step_ns <= until_ns) {
+            next = i;
+            until_ns = c->axes[i].next_step_ns;
         }
     return next;
 }
@@ -92,18 +101,13 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     hil_group *g = &c->groups[group];
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
-    if (until_ns <= now_ns) return now_ns;
-    int axis = 0, full = 0;
-    int64_t next;
-    while ((next = next_step_ns(c, group, &axis)) <= until_ns) {
-        axis_advance(c, &c->axes[axis], axis, next);
-        if (ring_used(&g->events) >= RING_LEN / 2) {
-            until_ns = next;
-            full = 1;
-            break;
-        }
+    if (until_ns <= now_ns || ring_used(&g->events) >= RING_LEN / 2) return now_ns;
+    for (int axis; (axis = next_to_step(c, group, until_ns)) >= 0;) {
+        int64_t at_ns = c->axes[axis].next_step_ns;
+        axis_advance(c, &c->axes[axis], axis, at_ns);
+        if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* the others' steps at this time run too */
     }
-    for (int i = g->first_axis; i >= 0 && !full; i = c->axes[i].next_in_group)
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group)
         axis_advance(c, &c->axes[i], i, until_ns);
     atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
     return until_ns;

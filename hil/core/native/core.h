@@ -20,6 +20,8 @@ typedef struct encoder {
 } encoder;
 
 typedef struct hil_axis {
+    seqlock published_lock; /* with published, outlives the axis: any thread may be reading */
+    _Atomic uint64_t published[SNAPSHOT_WORDS];
     int open, group, next_in_group; /* -1: the last of its group */
     mechaduino law;
     plant plant;
@@ -30,8 +32,6 @@ typedef struct hil_axis {
     int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
     int64_t control_steps;
     struct { double rev, rev_per_s, torque_Nm; int32_t raw; } view; /* filled for a snapshot */
-    seqlock published_lock;
-    _Atomic uint64_t published[SNAPSHOT_WORDS];
     float table[HIL_TABLE_LEN];
 } hil_axis;
 
@@ -51,10 +51,11 @@ typedef struct rt_state {
     pthread_t thread;
     _Atomic int running, stop;
     hil_rt_options options;
-    int64_t anchor_ns, anchor_sim_ns;
+    int64_t anchor_ns; /* wall's time of simulated time 0 */
     seqlock stats_lock;
     _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
     hil_rt_stats live; /* the thread's own */
+    int next_group;    /* where the next wake begins */
     void *stack;
     size_t stack_len;
 } rt_state;

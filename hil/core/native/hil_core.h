@@ -66,7 +66,7 @@ typedef struct hil_axis_params {
 } hil_axis_params;
 
 typedef struct hil_rt_options {
-    int64_t period_ns;
+    int64_t period_ns; /* up to 1 s */
     double speed;      /* simulated seconds per second */
     int priority;      /* SCHED_FIFO priority wanted */
     int cpu;           /* CPU to pin to, -1: none */
@@ -90,7 +90,8 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params);
 void hil_axis_power_up(hil_core *c, int axis); /* cold start; shaft, table, inputs and registers stay */
 
 /* Simulated time. advance: runs every control step up to and at min(until_ns, horizon) and returns the
-   time reached; earlier than that only when the event ring is half full (drain it and call again). */
+   time reached; earlier than that only when the event ring is half full (drain it and call again: until then
+   time stands still). */
 int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
 int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
 void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
@@ -111,17 +112,19 @@ int hil_axis_spi(hil_core *c, int axis, int command);
 float *hil_axis_table(hil_core *c, int axis); /* HIL_TABLE_LEN angles in degrees */
 void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 1 D1 step, 2 D2 enable, 3 D3 */
 /* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
-   and after the last. n = 0 gives the encoder back to the shaft. -1: no memory. */
+   and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
+   memory. */
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
 void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
 
-/* The real-time thread. start: 0, or an errno when no thread could be made at all. */
+/* The real-time thread. start: 0, or an errno when no thread could be made at all; what it was refused
+   (FIFO priority, CPU, locked memory) is in the stats when start returns. */
 int hil_rt_start(hil_core *c, const hil_rt_options *options);
 void hil_rt_stop(hil_core *c);
 int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that the wall's time asks for */
 void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */
-int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events */
+int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events; max: call again */
 
 /* A CPU-time watchdog for the calling thread: raises a signal in it when it has burnt `ns` of CPU
    since `arm`. Process stops and stolen time do not count. NULL: not available. */

@@ -196,7 +196,6 @@ def test_8e1_can_be_opened_again_and_again(tmp_path: Path) -> None:
 def test_exclusive_use_ends_with_the_client(tmp_path: Path) -> None:
     async def scenario(port: Port, board: Board) -> None:
         os.chmod(port.address, 0o666)
-        tmp_path.chmod(0o755)
         code = (
             "import os,sys,fcntl,termios\n"
             "if os.geteuid() == 0: os.setgid(65534); os.setuid(65534)\n"

@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from hil.vocab.ports import Port, PortContext
-from virtual_ports.pty.port import Options, make
+from virtual_ports.pty.port import QUEUE_BYTES, Options, make
 
 DEADLINE_S = 20.0
 
@@ -214,12 +214,12 @@ def test_a_client_that_never_reads_costs_only_its_own_bytes(tmp_path: Path) -> N
         fd = client(port)
         total = 0
         for _ in range(300):
-            port.write(bytes(1009))
-            total += 1009
+            port.write(bytes(20_009))
+            total += 20_009
             await asyncio.sleep(0)
         stats = port.stats()
         waiting = total - accounted(port)
-        assert waiting == port.backlog() == 65536
+        assert waiting == port.backlog() == QUEUE_BYTES
         assert stats.dropped_bytes == total - stats.tx_bytes - waiting > 0
         before = time.process_time()
         await asyncio.sleep(0.3)
@@ -232,7 +232,7 @@ def test_a_client_that_never_reads_costs_only_its_own_bytes(tmp_path: Path) -> N
         await until(lambda: board.drains == 1)
         assert port.backlog() == 0
         for _ in range(300):
-            port.write(bytes(1009))
+            port.write(bytes(20_009))
         os.close(fd)
         await until(lambda: port.stats().clients == 0)
         assert accounted(port) == 2 * total

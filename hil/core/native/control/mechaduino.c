@@ -16,6 +16,11 @@ static int32_t to_int(float x)
     return (int32_t)x;
 }
 
+/* Sums and products wrap on the M0+; C leaves signed overflow undefined. (h mode counts wrap_count and
+   missed_steps at every control step: past 2^31 in four days.) */
+static int32_t wrapping_add(int32_t x, int32_t y) { return (int32_t)((uint32_t)x + (uint32_t)y); }
+static int32_t wrapping_mul(int32_t x, int32_t y) { return (int32_t)((uint32_t)x * (uint32_t)y); }
+
 static int32_t modulo(int32_t x, int32_t m)
 {
     int32_t k = x % m;
@@ -61,8 +66,8 @@ void mechaduino_power_up(mechaduino *m)
 
 void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort)
 {
-    int32_t a = effort * sine[modulo(to_int(500.0f * theta_deg), 3600)] / 1024;
-    int32_t b = effort * sine[modulo(to_int(500.0f * theta_deg + 900.0f), 3600)] / 1024;
+    int32_t a = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg), 3600)]) / 1024;
+    int32_t b = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg + 900.0f), 3600)]) / 1024;
     m->pins.vref1 = a < 0 ? -a : a;
     m->pins.in2 = a >= 0;
     m->pins.in1 = a < 0;
@@ -106,9 +111,9 @@ static void velocity_control(mechaduino *m)
 static void hybrid_control(mechaduino *m, const int16_t *sine)
 {
     if (m->yw < m->r - aps)
-        m->missed_steps -= 1;
+        m->missed_steps = wrapping_add(m->missed_steps, -1);
     else if (m->yw > m->r + aps)
-        m->missed_steps += 1;
+        m->missed_steps = wrapping_add(m->missed_steps, 1);
     /* 69 counts: 255/3.3 * (0.6 A * 10 * 0.15 ohm) */
     mechaduino_output(m, sine, (float)(0.1125 * -(m->r - (float)m->missed_steps)), 69);
 }
@@ -121,7 +126,7 @@ static void commutate(mechaduino *m, const int16_t *sine)
         if (m->u > (float)m->uMAX) m->u = (float)m->uMAX;
     } else {
         m->y -= m->PA;
-        if (m->u < (float)-m->uMAX) m->u = (float)-m->uMAX;
+        if (m->u < -(float)m->uMAX) m->u = -(float)m->uMAX;
     }
     m->U = to_int(fabsf(m->u));
     m->led = fabsf(m->e) < 0.1;
@@ -133,9 +138,9 @@ int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int 
     m->y = *y_measured = table[raw];
     float d = m->y - m->y_1;
     if (d < -180.0f)
-        m->wrap_count += 1;
+        m->wrap_count = wrapping_add(m->wrap_count, 1);
     else if (d > 180.0f)
-        m->wrap_count -= 1;
+        m->wrap_count = wrapping_add(m->wrap_count, -1);
     m->yw = (float)(m->y + 360.0 * m->wrap_count);
 
     switch (m->mode) {

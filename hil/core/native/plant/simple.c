@@ -1,17 +1,22 @@
 #include "simple.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double TWO_PI = 6.28318530717958647692;
 
 /* sin and cos of an angle in turns, to about 1e-15, of plain operations only: the same bits on every
-   machine, whatever its libm. |turns| below 2^50. */
+   machine, whatever its libm. From 2^50 turns on (a rotor that an absurd load has run away with) NaN. */
 static void sincos_turns(double turns, double *s, double *c)
 {
+    if (!(fabs(turns) < 0x1p50)) {
+        *s = *c = NAN;
+        return;
+    }
     int64_t quarter = (int64_t)(4 * turns + (turns < 0 ? -0.5 : 0.5));
     double x = (turns - (double)quarter * 0.25) * TWO_PI, xx = x * x; /* |x| <= pi/4 */
     double sine = x + x * xx * (-1.0 / 6 + xx * (1.0 / 120 + xx * (-1.0 / 5040 + xx * (1.0 / 362880 +
-                  xx * (-1.0 / 39916800 + xx * (1.0 / 6227020800.0))))));
+                  xx * (-1.0 / 39916800 + xx * (1.0 / 6227020800.0 + xx * (-1.0 / 1307674368000.0)))))));
     double cosine = 1 + xx * (-0.5 + xx * (1.0 / 24 + xx * (-1.0 / 720 + xx * (1.0 / 40320 +
                     xx * (-1.0 / 3628800 + xx * (1.0 / 479001600.0 + xx * (-1.0 / 87178291200.0)))))));
     switch (quarter & 3) {
@@ -25,6 +30,7 @@ static void sincos_turns(double turns, double *s, double *c)
 /* exp(-x) for 0 <= x, of plain operations for the same reason. */
 static double decay(double x)
 {
+    if (!(x < 1000)) return 0; /* below the smallest double; and an infinite x would halve for ever */
     int halvings = 0;
     while (x > 0.05) {
         x *= 0.5;
@@ -76,7 +82,7 @@ void plant_advance(plant *p, int64_t t_ns)
             return;
         }
         plant_shaft s = step(p, p->shaft, &p->acceleration, PLANT_STEP_NS * 1e-9, p->full_step_decay);
-        p->at_rest = s.rev == p->shaft.rev && s.rev_per_s == p->shaft.rev_per_s;
+        p->at_rest = !memcmp(&s, &p->shaft, sizeof s); /* the bits: == takes -0 for 0 */
         p->shaft = s;
         p->node_ns += PLANT_STEP_NS;
     }

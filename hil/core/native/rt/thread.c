@@ -4,6 +4,7 @@
 #include <link.h>
 #include <math.h>
 #include <sched.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <time.h>
@@ -15,6 +16,8 @@
 /* A wake that works longer leaves the rest to the next one, so that a core that has fallen far behind
    (a stopped process) does not take its CPU for long at a FIFO priority. */
 #define BUDGET_NS 20000000
+#define REST_NS 5000000   /* left to others after such a wake */
+#define SLICE_NS 10000000 /* of simulated time, between two looks at the budget */
 #define STATS_WORDS ((int)(sizeof(hil_rt_stats) / 8))
 
 static int64_t monotonic_ns(void)
@@ -24,10 +27,13 @@ static int64_t monotonic_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
+/* Stops at half of what an int64_t holds (146 years), so that times a step later still fit. */
 static int64_t sim_ns(const rt_state *rt, int64_t wall_ns)
 {
     int64_t elapsed = wall_ns - rt->anchor_ns;
-    return rt->anchor_sim_ns + (rt->options.speed == 1.0 ? elapsed : (int64_t)((double)elapsed * rt->options.speed));
+    if (rt->options.speed == 1.0) return elapsed;
+    double sim = (double)elapsed * rt->options.speed;
+    return sim < 0x1p62 ? (int64_t)sim : INT64_C(1) << 62;
 }
 
 int64_t hil_rt_now(const hil_core *c) { return sim_ns(&c->rt, monotonic_ns()); }
@@ -60,35 +66,42 @@ static int enter(hil_group *g)
                                                    memory_order_relaxed);
 }
 
-/* Returns 1 when the loop thread has something to do in this group. */
-static int run_group(hil_core *c, int group, int64_t target_ns)
+/* Returns 1 when the loop thread has something to do in this group. It is told before the group is
+   released: whoever closes the group then finds the last word already said. */
+static int run_group(hil_core *c, int group, int64_t target_ns, int64_t give_up_ns)
 {
     hil_group *g = &c->groups[group];
     if (!enter(g)) return 0; /* the loop thread has it, and catches it up itself */
-    int64_t now_ns = hil_group_advance(c, group, target_ns);
-    int tell = ring_used(&g->events) > 0 || atomic_load_explicit(&g->failed, memory_order_relaxed);
+    int64_t now_ns = hil_group_now(c, group), slice_ns;
+    do {
+        slice_ns = target_ns - now_ns > SLICE_NS ? now_ns + SLICE_NS : target_ns;
+        now_ns = hil_group_advance(c, group, slice_ns);
+    } while (now_ns == slice_ns && now_ns < target_ns && monotonic_ns() < give_up_ns);
+    int tell = ring_used(&g->events) > 0;
     if (now_ns >= g->horizon_ns && !g->reported) tell = g->reported = 1;
-    hil_group_release(c, group);
     if (tell) atomic_store_explicit(&c->due[group], 1, memory_order_release);
+    hil_group_release(c, group);
     return tell;
 }
 
-static void wake(hil_core *c)
+/* Returns 1 when the budget ran out; the next wake then begins with the group after the last one. */
+static int wake(hil_core *c)
 {
-    int64_t started_ns = monotonic_ns(), target_ns = sim_ns(&c->rt, started_ns);
-    int tell = 0, groups = atomic_load_explicit(&c->groups_used, memory_order_acquire);
-    for (int group = 0; group < groups; group++) {
-        tell |= run_group(c, group, target_ns);
-        if (monotonic_ns() - started_ns > BUDGET_NS) {
-            c->rt.live.overruns++;
-            break;
-        }
+    int64_t started_ns = monotonic_ns(), target_ns = sim_ns(&c->rt, started_ns), give_up_ns = started_ns + BUDGET_NS;
+    int tell = 0, overrun = 0, groups = atomic_load_explicit(&c->groups_used, memory_order_acquire);
+    for (int i = 0; i < groups && !overrun; i++) {
+        int group = c->rt.next_group;
+        c->rt.next_group = (group + 1) % groups;
+        tell |= run_group(c, group, target_ns, give_up_ns);
+        overrun = monotonic_ns() >= give_up_ns;
     }
     if (tell) {
         uint64_t one = 1;
         /* Full only after 2^64 wakes: nothing to handle. */
-        if (write(c->event_fd, &one, sizeof one) < 0) return;
+        ssize_t put = write(c->event_fd, &one, sizeof one);
+        (void)put;
     }
+    return overrun;
 }
 
 static int pin(int cpu)
@@ -103,8 +116,12 @@ static void *run(void *argument)
 {
     hil_core *c = argument;
     rt_state *rt = &c->rt;
+    struct sched_param fifo = {.sched_priority = rt->options.priority};
+    rt->live.fifo_errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &fifo);
     if (rt->options.cpu >= 0) rt->live.pin_errno = pin(rt->options.cpu);
-    int64_t period_ns = rt->options.period_ns, k = 1;
+    publish_stats(rt);
+    atomic_store(&rt->running, 1);
+    int64_t period_ns = rt->options.period_ns, done = 0, k = 1; /* periods accounted for, period to wake at */
     while (!atomic_load_explicit(&rt->stop, memory_order_relaxed)) {
         int64_t deadline_ns = rt->anchor_ns + k * period_ns;
         struct timespec t = {.tv_sec = deadline_ns / 1000000000, .tv_nsec = deadline_ns % 1000000000};
@@ -113,10 +130,14 @@ static void *run(void *argument)
         int64_t now_ns = monotonic_ns(), n = (now_ns - rt->anchor_ns) / period_ns;
         rt->live.wake_latency[bucket(now_ns - deadline_ns)]++;
         rt->live.ticks++;
-        rt->live.missed += n - k;
+        rt->live.missed += n - done - 1;
         rt->live.elapsed_ns = now_ns - rt->anchor_ns;
+        done = n;
         k = n + 1;
-        wake(c);
+        if (wake(c)) {
+            rt->live.overruns++;
+            k = (monotonic_ns() + REST_NS - rt->anchor_ns) / period_ns + 1;
+        }
         publish_stats(rt);
     }
     return NULL;
@@ -155,7 +176,7 @@ static int lock_memory(hil_core *c)
     return result.error;
 }
 
-/* Tries with SCHED_FIFO and pinned, and then with less: what was refused is in the stats. */
+/* No signal is handled in it: they are the other threads'. */
 static int spawn(hil_core *c)
 {
     rt_state *rt = &c->rt;
@@ -163,16 +184,11 @@ static int spawn(hil_core *c)
     int error = pthread_attr_init(&attr);
     if (error) return error;
     pthread_attr_setstack(&attr, rt->stack, rt->stack_len);
-    pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
-    pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
-    pthread_attr_setschedparam(&attr, &(struct sched_param){.sched_priority = rt->options.priority});
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
     error = pthread_create(&rt->thread, &attr, run, c);
-    if (error) {
-        rt->live.fifo_errno = error;
-        pthread_attr_setschedpolicy(&attr, SCHED_OTHER);
-        pthread_attr_setschedparam(&attr, &(struct sched_param){.sched_priority = 0});
-        error = pthread_create(&rt->thread, &attr, run, c);
-    }
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_attr_destroy(&attr);
     return error;
 }
@@ -181,6 +197,7 @@ int hil_rt_start(hil_core *c, const hil_rt_options *options)
 {
     rt_state *rt = &c->rt;
     if (atomic_load(&rt->running)) return EALREADY;
+    if (options->period_ns < 1 || options->period_ns > 1000000000 || !(options->speed > 0)) return EINVAL;
     rt->stack = mmap(NULL, STACK_LEN, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
     if (rt->stack == MAP_FAILED) return errno;
     rt->stack_len = STACK_LEN;
@@ -188,14 +205,13 @@ int hil_rt_start(hil_core *c, const hil_rt_options *options)
     memset(&rt->live, 0, sizeof rt->live);
     rt->live.lock_errno = lock_memory(c);
     rt->anchor_ns = monotonic_ns();
-    rt->anchor_sim_ns = 0;
     atomic_store(&rt->stop, 0);
     int error = spawn(c);
     if (error) {
         munmap(rt->stack, rt->stack_len);
         return error;
     }
-    atomic_store(&rt->running, 1);
+    while (!atomic_load(&rt->running)) sched_yield(); /* the stats now say what was refused */
     return 0;
 }
 

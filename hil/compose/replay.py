@@ -1,0 +1,82 @@
+"""Runs an input log again on the virtual clock, and compares with what the devices sent then."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from hil.compose.build import bench_runtime
+from hil.compose.find import find_catalogue
+from hil.config import from_dict
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.input_log import InputLog, Sent, read_input_log, sent_now
+from hil.vocab.time import SimTimeNs
+
+
+class MemoryOptions(BaseModel):
+    """Options of the port kind ``memory``, of which there are none."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+@dataclass
+class Replayed:
+    """A run again: what was logged, and what the devices sent this time."""
+
+    logged: InputLog
+    runtime: BenchRuntime
+    sent: dict[str, list[Sent]] = field(default_factory=dict)
+
+    def difference(self) -> str | None:
+        """The first thing that a device did otherwise than logged, or None: identical bytes, times and
+        states. What a device sent after the log's last input counts too."""
+        for name in self.sent:
+            then = [sent for sent in self.logged.sent if sent.device == name]
+            for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
+                if was != now:
+                    return f"{name}, piece {index}: logged {was}, now {now}"
+        return None
+
+    def summary(self) -> str:
+        """One line for people."""
+        pieces = [sent for device in self.sent.values() for sent in device]
+        size = sum(len(sent.data) for sent in pieces)
+        states = sum(sent.state is not None for sent in pieces)
+        inputs = len(self.logged.inputs)
+        return f"{inputs} inputs, {size} bytes in {len(pieces)} pieces, {states} states of axes"
+
+
+class _LoggedStore:
+    """Answers nothing by itself: the log has the answers."""
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        return
+
+
+def replay(log: str | Path | Iterable[str]) -> Replayed:
+    """Run a log again, given as its path or its lines, as far as it goes.
+
+    Raises:
+        InputLogError: it is not an input log.
+        ConfigError: its configuration does not fit this program.
+    """
+    if isinstance(log, str | Path):
+        with Path(log).open() as file:
+            read = read_input_log(file)
+    else:
+        read = read_input_log(log)
+    catalogue = find_catalogue({"memory": MemoryOptions})
+    runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
+    replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
+    runtime.listeners.append(
+        lambda device, at_ns, data: replayed.sent[device.name].append(sent_now(device, at_ns, data))
+    )
+    for logged in read.inputs:
+        runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)
+    for name, device in runtime.devices.items():
+        last_ns = max((sent.at_ns for sent in read.sent if sent.device == name), default=SimTimeNs(0))
+        runtime.take_to(device, last_ns)
+    return replayed

@@ -1,0 +1,19 @@
+#include "check.h"
+
+check_counts check_state;
+
+void law_tests(void);
+void plant_tests(void);
+void axis_tests(void);
+void groups_tests(void);
+void watchdog_tests(void);
+
+int main(int argc, char **argv)
+{
+    law_tests();
+    plant_tests();
+    axis_tests();
+    groups_tests();
+    watchdog_tests();
+    return check_report("unit", argc > 1 ? argv[1] : NULL);
+}

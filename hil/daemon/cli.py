@@ -1,0 +1,325 @@
+"""The command ``hil``. Imports what a command needs when it runs, so that each starts quickly."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hil import __version__
+
+if TYPE_CHECKING:
+    from hil.daemon.daemon import Daemon
+
+app = typer.Typer(
+    name="hil",
+    help="Virtual motion-control boards behind real serial ports.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
+RuntimeDir = Annotated[
+    Path | None,
+    typer.Option(
+        "--runtime-dir", help="Folder of running benches' ports and sockets. [default: $XDG_RUNTIME_DIR/hil]"
+    ),
+]
+StateDir = Annotated[
+    Path | None,
+    typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
+]
+Bench = Annotated[
+    str | None, typer.Option("--bench", "-b", help="The bench; needed when several are running.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
+DeviceName = Annotated[
+    str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
+]
+
+
+def main() -> None:
+    """The entry point."""
+    app()
+
+
+def _fail(message: str, code: int = 1) -> typer.Exit:
+    typer.echo(message, err=True)
+    return typer.Exit(code)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hil {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def serve(
+    config: Config,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    require_rt: Annotated[
+        bool,
+        typer.Option(
+            "--require-rt", help="Exit with 2 where real-time priority or locked memory is refused."
+        ),
+    ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
+    ] = None,
+) -> None:
+    """Run a bench until Ctrl-C or SIGTERM."""
+    import asyncio
+    import logging
+    import os
+
+    from hil.daemon.daemon import Daemon, StartError
+    from hil.daemon.paths import runtime_base, state_base
+
+    logging.basicConfig(format="%(levelname)s %(message)s", level=logging.INFO)
+    bench = _read_config(config)
+    daemon = Daemon(
+        bench,
+        config_folder=config.parent,
+        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ),
+        state_base=state_base(state_dir, bench.state_dir, os.environ),
+        input_log=log,
+        require_rt=require_rt,
+    )
+    try:
+        asyncio.run(daemon.run(_say_started))
+    except StartError as error:
+        raise _fail(f"hil: {error}", 2) from None
+
+
+def _say_started(daemon: "Daemon") -> None:
+    typer.echo(
+        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
+    )
+    for name, session in daemon.sessions.items():
+        address = session.port.address
+        typer.echo(f"\n{name}: {daemon.config.devices[name].profile} at {address}")
+        if not address.startswith("socket://"):
+            typer.echo(f"  picocom -b 115200 {address}")
+        client = f"serial.serial_for_url('{address}', 115200, timeout=1)"
+        typer.echo(f"  {sys.executable} -c \"import serial; s = {client}; s.write(b'p'); print(s.read(99))\"")
+    typer.echo("\nA board answers 4 s after its power-up. Ctrl-C ends the bench.")
+    sys.stdout.flush()
+
+
+@app.command()
+def check(
+    config: Config,
+    diff: Annotated[
+        Path | None,
+        typer.Option("--diff", help="An older configuration: say what a reload would do.", metavar="OLD"),
+    ] = None,
+) -> None:
+    """Check a configuration: all problems at once, each with file:line:column and a remedy."""
+    from hil.compose.build import TableFileError, start_sections
+
+    bench = _read_config(config)
+    for name, device in bench.devices.items():
+        try:
+            start_sections(device, {}, config.parent)
+        except TableFileError as error:
+            raise _fail(f"{config}: devices.{name}.flash.table: {error}", 2) from None
+    if diff is None:
+        typer.echo(f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems")
+        return
+    from hil.config import diff as difference
+
+    for change in difference(_read_config(diff), bench):
+        why = f" ({'; '.join(change.why)})" if change.why else ""
+        typer.echo(f"{change.action:8}{change.device or 'the whole bench'}{why}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the configuration's JSON Schema, for editors."""
+    from hil.compose import find_catalogue
+    from hil.config import schema as json_schema
+
+    typer.echo(json.dumps(json_schema(find_catalogue()), indent=2))
+
+
+@app.command("list")
+def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
+    """List running benches, their devices and the addresses of their ports."""
+    from hil.daemon.control import ControlError, ask
+
+    benches = []
+    for path in _sockets(runtime_dir):
+        try:
+            benches.append(ask(path, "list"))
+        except ControlError:
+            continue  # left behind by a killed daemon
+    if as_json:
+        typer.echo(json.dumps(benches))
+        return
+    if not benches:
+        typer.echo("No bench is running here.")
+        return
+    from rich.console import Console
+
+    from hil.daemon.views import device_table
+
+    console = Console(soft_wrap=True)
+    for listed in benches:
+        console.print(device_table(listed))
+
+
+@app.command()
+def status(
+    watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Ticks, missed wakes, latency and lag histograms; clients, drops and state of each device."""
+    if as_json:
+        typer.echo(json.dumps(_ask(bench, runtime_dir, "status")))
+        return
+    from rich.console import Console
+
+    from hil.daemon.views import status_view
+
+    console = Console(soft_wrap=True)
+    if not watch:
+        console.print(status_view(_ask(bench, runtime_dir, "status")))
+        return
+    import time
+
+    from rich.live import Live
+
+    try:
+        with Live(status_view(_ask(bench, runtime_dir, "status")), console=console, screen=True) as live:
+            while True:
+                time.sleep(0.5)
+                live.update(status_view(_ask(bench, runtime_dir, "status")))
+    except KeyboardInterrupt:
+        return
+
+
+@app.command()
+def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
+    """Talk to a device in this terminal; Ctrl-] ends."""
+    from hil.daemon.monitor import MonitorError
+    from hil.daemon.monitor import monitor as run
+
+    rows = {row["device"]: row for row in _ask(bench, runtime_dir, "list")["devices"]}
+    if device not in rows:
+        raise _fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
+    try:
+        run(rows[device]["address"])
+    except MonitorError as error:
+        raise _fail(f"hil: {error}") from None
+
+
+@app.command()
+def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
+    """Switch a device's power off and on again; its flash stays."""
+    _ask(bench, runtime_dir, "reset", device=device)
+
+
+@app.command()
+def pin(
+    device: DeviceName,
+    name: Annotated[str, typer.Argument(help="D0 (dir), D1 (step), D2 (enable, active low) or D3.")],
+    level: Annotated[int, typer.Argument(help="0 or 1.")],
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Drive an input pin of a device."""
+    _ask(bench, runtime_dir, "pin", device=device, pin=name, level=level)
+
+
+@app.command("set")
+def set_field(
+    device: DeviceName,
+    field: Annotated[str, typer.Argument(help="load_torque_Nm, diaagc or errfl.")],
+    value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Set what surrounds a board: the load on its shaft, its encoder's registers."""
+    _ask(bench, runtime_dir, "set", device=device, field=field, value=value)
+
+
+@app.command()
+def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")]) -> None:
+    """Run a log again on the virtual clock and compare bytes, times and states; exits with 1 if they differ."""
+    from hil.compose.replay import replay as run
+    from hil.config import ConfigError
+    from hil.session.inputs import InputLogError
+
+    try:
+        replayed = run(log)
+    except (OSError, InputLogError, ConfigError) as error:
+        raise _fail(f"hil: {log}: {error}", 2) from None
+    if difference := replayed.difference():
+        raise _fail(f"different: {difference}")
+    typer.echo(f"identical: {replayed.summary()}")
+
+
+@app.command(hidden=True)
+def reference() -> None:
+    """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""
+    from hil.daemon.reference import reference as text
+
+    typer.echo(text(app), nl=False)
+
+
+def _read_config(path: Path) -> Any:
+    from hil.compose import find_catalogue
+    from hil.config import ConfigError, parse
+
+    try:
+        return parse(path.read_text(), str(path), find_catalogue())
+    except ConfigError as error:
+        raise _fail(str(error), 2) from None
+    except UnicodeDecodeError as error:
+        raise _fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
+    except OSError as error:
+        raise _fail(f"hil: {path}: {error.strerror}", 2) from None
+
+
+def _sockets(runtime_dir: Path | None) -> list[Path]:
+    import os
+
+    from hil.daemon.paths import CONTROL_SOCKET, runtime_base
+
+    return sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+
+
+def _ask(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
+    from hil.daemon.control import ControlError, ask
+
+    paths = {path.parent.name: path for path in _sockets(runtime_dir)}
+    if bench is not None and bench not in paths:
+        raise _fail(f"hil: bench {bench!r} is not running here; running: {', '.join(paths) or 'none'}")
+    if bench is None and len(paths) != 1:
+        which = (
+            f"several benches are running ({', '.join(paths)}): choose one with --bench"
+            if paths
+            else "no bench is running here"
+        )
+        raise _fail(f"hil: {which}")
+    try:
+        return ask(paths[bench] if bench else next(iter(paths.values())), verb, **arguments)
+    except ControlError as error:
+        raise _fail(f"hil: {error}") from None

@@ -1,0 +1,228 @@
+"""The control socket: what ``hil``'s commands talk to. A unix stream socket of mode 0660.
+
+A request is one line of JSON: ``{"verb": "status"}`` and the verb's own arguments; the answer is one
+line: ``{"ok": true, "result": ...}`` or ``{"ok": false, "error": "..."}``. Verbs: ``VERBS``.
+"""
+
+import asyncio
+import json
+import os
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hil import __version__
+from hil.core.core import PINS
+from hil.core.fields import FIELDS
+from hil.session.device import Device
+from hil.session.inputs import Input, Pin, Reset, SetField
+
+if TYPE_CHECKING:
+    from hil.daemon.daemon import Daemon
+
+CONTROL_VERSION = 1
+SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
+"""Fields that may be set from outside: the world around the board, not the firmware's own memory."""
+_LINE_LIMIT = 64 * 1024
+_CLIENT_TIMEOUT_S = 10
+
+
+class ControlError(Exception):
+    """A request was refused, or nobody answers: ``str(error)`` says why."""
+
+
+class ControlServer:
+    """Answers requests about one daemon."""
+
+    def __init__(self, daemon: "Daemon", path: Path) -> None:
+        self._daemon = daemon
+        self._path = path
+        self._server: asyncio.Server | None = None
+
+    async def open(self) -> None:
+        """Listen.
+
+        Raises:
+            StartError: a daemon of this bench is running, or the socket cannot be made.
+        """
+        from hil.daemon.daemon import StartError
+
+        with suppress(ControlError):
+            pid = ask(self._path, "list")["pid"]
+            raise StartError(f"bench {self._daemon.config.bench} is running already, as process {pid}")
+        try:
+            self._path.unlink(missing_ok=True)
+            old = os.umask(0o117)
+            try:
+                self._server = await asyncio.start_unix_server(self._client, self._path, limit=_LINE_LIMIT)
+            finally:
+                os.umask(old)
+        except OSError as error:
+            raise StartError(
+                f"control socket {self._path}: {error.strerror or error}; choose another --runtime-dir"
+            ) from error
+
+    async def close(self) -> None:
+        if self._server:
+            self._server.close()
+            self._path.unlink(missing_ok=True)
+
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with suppress(ConnectionError):
+            while line := await self._line(reader):
+                writer.write(json.dumps(self._answer(line)).encode() + b"\n")
+                await writer.drain()
+        writer.close()
+
+    async def _line(self, reader: asyncio.StreamReader) -> bytes:
+        try:
+            return await reader.readline()
+        except ValueError:  # longer than any request
+            return b""
+
+    def _answer(self, line: bytes) -> dict[str, Any]:
+        try:
+            request = json.loads(line)
+            verb = VERBS[request.pop("verb")]
+            missing = set(verb.arguments) ^ set(request)
+            if missing:
+                raise ControlError(f"arguments are {', '.join(verb.arguments) or 'none'}")
+            return {"ok": True, "result": verb.run(self._daemon, **request)}
+        except ControlError as error:
+            return {"ok": False, "error": str(error)}
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
+
+
+def ask(path: Path, verb: str, **arguments: Any) -> Any:
+    """One request to the daemon behind a control socket; answers its result.
+
+    Raises:
+        ControlError: nobody answers there, or the request was refused.
+    """
+    try:
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(_CLIENT_TIMEOUT_S)
+            client.connect(str(path))
+            client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
+            answer = json.loads(client.makefile("rb").readline())
+    except (OSError, ValueError) as error:
+        raise ControlError(f"no daemon answers at {path}: {error}") from error
+    if not answer["ok"]:
+        raise ControlError(answer["error"])
+    return answer["result"]
+
+
+def _list(daemon: "Daemon") -> dict[str, Any]:
+    devices = []
+    for name, config in daemon.config.devices.items():
+        session = daemon.sessions.get(name)
+        devices.append(
+            {
+                "device": name,
+                "profile": config.profile,
+                "hardware": config.hardware,
+                "port": config.port.kind,
+                "address": session.port.address if session else "",
+                "clients": session.port.stats().clients if session else 0,
+                "failed": daemon.bench.devices[name].failed,
+            }
+        )
+    return {"bench": daemon.config.bench, "pid": os.getpid(), "version": __version__, "devices": devices}
+
+
+def _status(daemon: "Daemon") -> dict[str, Any]:
+    bench, grant = daemon.bench, daemon.grant
+    rt = bench.core.native.rt_stats()
+    listed = _list(daemon)
+    for row in listed["devices"]:
+        name = row["device"]
+        session, device = daemon.sessions[name], bench.devices[name]
+        stats = session.port.stats()
+        row |= {
+            "connects": stats.connects,
+            "rx_bytes": stats.rx_bytes,
+            "tx_bytes": stats.tx_bytes,
+            "dropped_bytes": stats.dropped_bytes,
+            "unheard_bytes": stats.unheard_bytes,
+            "backlog_bytes": session.port.backlog(),
+            "overrun_bytes": device.uart.overrun_bytes,
+            "note": daemon.notes.get(name),
+            "flash": daemon.store.failures.get(name, "ok"),
+            "port_failure": session.port_failure,
+            "snapshot": device.axis.published().as_dict(),
+        }
+    return listed | {
+        "rt": grant.state if grant else "starting",
+        "rt_line": grant.line() if grant else "",
+        "rate_hz": daemon.config.rate_hz,
+        "speed": daemon.config.speed,
+        "sim_ns": bench.now_ns,
+        "period_ns": 1_000_000_000 // daemon.config.rate_hz,
+        "elapsed_ns": rt["elapsed_ns"],
+        "ticks": rt["ticks"],
+        "missed": rt["missed"],
+        "overruns": rt["overruns"],
+        "wake_latency": rt["wake_latency"],
+        "lag": list(bench.lag),
+    }
+
+
+def _device(daemon: "Daemon", name: str) -> Device:
+    if name not in daemon.bench.devices:
+        raise ControlError(f"no device {name!r}; there are {', '.join(daemon.bench.devices)}")
+    return daemon.bench.devices[name]
+
+
+def _give(daemon: "Daemon", name: str, given: Input) -> dict[str, int]:
+    at_ns = daemon.bench.give(_device(daemon, name), given)
+    daemon.sessions[name].flush()
+    return {"effective_at_ns": at_ns}
+
+
+def _reset(daemon: "Daemon", device: str) -> dict[str, int]:
+    return _give(daemon, device, Reset())
+
+
+def _pin(daemon: "Daemon", device: str, pin: str, level: int) -> dict[str, int]:
+    if pin not in PINS or level not in (0, 1):
+        raise ControlError(f"pins are {', '.join(PINS)}; levels are 0 and 1")
+    return _give(daemon, device, Pin(pin, level))
+
+
+def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, int]:
+    if field not in SET_FIELDS:
+        raise ControlError(f"fields that can be set are {', '.join(SET_FIELDS)}")
+    number = float(value)
+    if not abs(number) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= number <= 0x7FFF):
+        raise ControlError(f"{value} is not a value that {field} can have")
+    return _give(daemon, device, SetField(field, number))
+
+
+def _stop(daemon: "Daemon") -> dict[str, int]:
+    daemon.stop()
+    return {"pid": os.getpid()}
+
+
+class Verb(NamedTuple):
+    """A request. ``meaning`` is its line in the reference."""
+
+    run: Callable[..., Any]
+    arguments: tuple[str, ...]
+    meaning: str
+
+
+VERBS = {
+    "list": Verb(_list, (), "the bench's devices, with the addresses of their ports"),
+    "status": Verb(
+        _status, (), "ticks, missed wakes, histograms, and for each device counters and a snapshot"
+    ),
+    "reset": Verb(_reset, ("device",), "switch a device's power off and on; a failed device starts again"),
+    "pin": Verb(
+        _pin, ("device", "pin", "level"), "drive an input: D0 dir, D1 step, D2 enable, D3; level 0 or 1"
+    ),
+    "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
+    "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
+}

@@ -1,0 +1,263 @@
+"""The daemon: a bench in real time, its ports, its boards' memories, its control socket."""
+
+import asyncio
+import gc
+import logging
+import os
+import signal
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from hil import __version__
+from hil.compose import bench_runtime, find_catalogue, make_port, start_sections
+from hil.config import BenchConfig, Catalogue
+from hil.daemon.control import ControlServer
+from hil.daemon.guard import StepGuard
+from hil.daemon.paths import CONTROL_SOCKET, make_private
+from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.daemon.store import NvmStore
+from hil.firmware.nvm import Content
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.input_log import InputLogWriter
+from hil.session.inputs import CommitDone
+from hil.session.session import Session
+from hil.vocab.ports import PortContext, PortError
+from hil.vocab.time import FOREVER
+
+log = logging.getLogger("hil")
+
+LOG_FLUSH_S = 0.2
+_MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
+
+
+class StartError(Exception):
+    """The daemon cannot start: ``str(error)`` says why and what to do, a line for each problem."""
+
+
+class DaemonStore:
+    """Boards' memories in files; answers come back as inputs, with the times of their own."""
+
+    def __init__(self, files: NvmStore, counters: dict[str, int]) -> None:
+        self._files = files
+        self._counters = counters
+        self.bench: BenchRuntime | None = None
+        self.loop: asyncio.AbstractEventLoop | None = None
+        self.failures: dict[str, str] = {}
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        self._counters[device.name] = self._counters.get(device.name, 0) + 1
+        content = Content(device.profile, self._counters[device.name], dict(sections))
+        loop = self.loop
+        assert loop is not None  # noqa: S101 - firmware runs only after start
+        self._files.commit(
+            device.name, content, lambda ok, why: _call_soon(loop, self._done, device, ok, why)
+        )
+
+    def _done(self, device: Device, durable: bool, why: str) -> None:
+        if durable:
+            self.failures.pop(device.name, None)
+        else:
+            self.failures[device.name] = why
+            log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
+        if self.bench:
+            self.bench.give(device, CommitDone(durable))
+
+
+def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
+    with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
+        loop.call_soon_threadsafe(*call)
+
+
+class Daemon:
+    """One bench. ``run`` starts it, and returns after ``stop`` or a signal, with everything put away."""
+
+    def __init__(
+        self,
+        config: BenchConfig,
+        *,
+        config_folder: Path,
+        runtime_base: Path,
+        state_base: Path,
+        input_log: Path | None = None,
+        require_rt: bool = False,
+    ) -> None:
+        self.config = config
+        self.catalogue: Catalogue = find_catalogue()
+        self.runtime_dir = runtime_base / config.bench
+        self.state_dir = state_base / config.bench
+        self.notes: dict[str, str] = {}
+        self.sessions: dict[str, Session] = {}
+        self.grant: Grant | None = None
+        self.bench: BenchRuntime
+        self._config_folder = config_folder
+        self._input_log = input_log
+        self._require_rt = require_rt
+        self._stop = asyncio.Event()
+        self._release_timer: asyncio.TimerHandle | None = None
+
+    async def run(self, started: Callable[["Daemon"], None]) -> None:
+        """Start, say so, and serve until told to stop.
+
+        Raises:
+            StartError: something is missing; nothing was left behind.
+        """
+        loop = asyncio.get_running_loop()
+        files = self._open_store()
+        control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
+        try:
+            self._prepare_runtime_dir()
+            await control.open()
+            self._build(files, loop)
+            await self._open_ports()
+            self._start_core(loop)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                loop.add_signal_handler(number, self.stop)
+            started(self)
+            await self._stop.wait()
+        finally:
+            await self._put_away(loop, control, files)
+
+    def stop(self) -> None:
+        """End ``run``."""
+        self._stop.set()
+
+    # ---- start ----
+
+    def _open_store(self) -> NvmStore:
+        try:
+            make_private(self.state_dir)
+            return NvmStore(self.state_dir)
+        except OSError as error:
+            raise StartError(
+                f"state directory {self.state_dir}: {error.strerror}; choose another with --state-dir"
+            ) from error
+
+    def _prepare_runtime_dir(self) -> None:
+        try:
+            make_private(self.runtime_dir.parent)
+            make_private(self.runtime_dir)
+        except OSError as error:
+            raise StartError(
+                f"runtime directory {self.runtime_dir}: {error.strerror}; choose another with --runtime-dir"
+            ) from error
+
+    def _build(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
+        memories, counters = {}, {}
+        for name, device in self.config.devices.items():
+            loaded = files.load(name, device.profile)
+            if loaded.note:
+                self.notes[name] = loaded.note
+                log.warning("%s: %s", name, loaded.note)
+            counters[name] = loaded.content.counter
+            memories[name] = start_sections(device, loaded.content.sections, self._config_folder)
+        store = DaemonStore(files, counters)
+        self.bench = bench_runtime(self.config, self.catalogue, memories, store)
+        store.bench, store.loop, self.store = self.bench, loop, store
+        guard = StepGuard()
+        for device in self.bench.devices.values():
+            device.guard = guard
+            device.on_failed = self._device_failed
+        self.bench.listeners.append(lambda device, at_ns, data: self.sessions[device.name].send(at_ns, data))
+        if self._input_log:
+            self._open_log(self._input_log, memories)
+
+    def _open_log(self, path: Path, memories: Mapping[str, Mapping[str, bytes]]) -> None:
+        try:
+            file = path.open("w")
+        except OSError as error:
+            raise StartError(f"log {path}: {error.strerror}") from error
+        self.bench.log = InputLogWriter(file, f"hil {__version__}", self.config_as_dict(), memories)
+        self.bench.listeners.append(self.bench.log.sent)
+
+    def config_as_dict(self) -> dict[str, Any]:
+        """The configuration as a dict that ``hil.config.from_dict`` takes."""
+        dumped: dict[str, Any] = self.config.model_dump(mode="json")
+        for device in dumped["devices"].values():
+            device["port"] = "memory"
+        return dumped
+
+    async def _open_ports(self) -> None:
+        problems = []
+        for name, device_config in self.config.devices.items():
+            context = PortContext(self.config.bench, name, self.runtime_dir)
+            port = make_port(device_config.port, context)
+            session = Session(self.bench, self.bench.devices[name], port, self.release)
+            try:
+                await port.open(session)
+                self.sessions[name] = session
+            except PortError as error:
+                problems.append(str(error))
+        if problems:
+            raise StartError("\n".join(problems))
+
+    def _start_core(self, loop: asyncio.AbstractEventLoop) -> None:
+        if why := refused(self.config.cpu):
+            raise StartError(why)
+        gc.collect()
+        gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
+        priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
+        period_ns = 1_000_000_000 // self.config.rate_hz
+        self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
+        self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
+        if self.grant.missing and self._require_rt:
+            raise StartError(self.grant.line())
+        loop.add_reader(self.bench.core.event_fd, self._core_is_due)
+        if self.bench.log:
+            loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
+
+    # ---- work ----
+
+    def _core_is_due(self) -> None:
+        self.bench.service()
+        for session in self.sessions.values():
+            session.flush()
+            session.refresh()
+        self.release()
+
+    def release(self) -> None:
+        """Give ports the bytes of paced lines that are due, and set the timer for the next."""
+        if self._release_timer:
+            self._release_timer.cancel()
+            self._release_timer = None
+        now_ns = self.bench.now_ns
+        due_ns = min((s.release(now_ns) for s in self.sessions.values()), default=FOREVER)
+        if due_ns < FOREVER:
+            delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
+            loop = asyncio.get_running_loop()
+            self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
+
+    def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
+        if self.bench.log and not self._stop.is_set():
+            self.bench.log.file.flush()
+            loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
+
+    def _device_failed(self, device: Device) -> None:
+        again = f"the other devices go on; `hil reset {device.name}` restarts it"
+        log.error("%s stopped: %s; %s", device.name, device.failed, again)
+        if session := self.sessions.get(device.name):
+            session.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
+
+    # ---- end ----
+
+    async def _put_away(
+        self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
+    ) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
+        await control.close()
+        if hasattr(self, "bench"):
+            loop.remove_reader(self.bench.core.event_fd)
+            self.bench.stop()
+            if self.bench.log:
+                self.bench.log.file.close()
+        if self._release_timer:
+            self._release_timer.cancel()
+        for session in self.sessions.values():
+            await session.port.close()
+        await loop.run_in_executor(None, files.close)
+        with suppress(OSError):
+            self.runtime_dir.rmdir()
+            os.rmdir(self.runtime_dir.parent)

@@ -1,0 +1,43 @@
+"""Where a bench's files are: from options, the configuration and the environment, in this order."""
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+CONTROL_SOCKET = "control.sock"
+"""In the bench's runtime directory. No device can have this name: it has a dot."""
+
+
+def runtime_base(option: Path | None, configured: Path | None, env: Mapping[str, str]) -> Path:
+    """The directory that has one folder for each running bench: the option, the configuration's
+    ``runtime_dir``, or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the user's in
+    the directory for temporary files."""
+    if option or configured:
+        return (option or configured or Path()).absolute()
+    if env.get("XDG_RUNTIME_DIR"):
+        return Path(env["XDG_RUNTIME_DIR"]) / "hil"
+    return Path(tempfile.gettempdir()) / f"hil-{os.getuid()}"
+
+
+def state_base(option: Path | None, configured: Path | None, env: Mapping[str, str]) -> Path:
+    """The directory that has one folder of boards' memories for each bench: the option, the
+    configuration's ``state_dir``, or ``hil`` in ``$XDG_STATE_HOME`` (``~/.local/state``)."""
+    if option or configured:
+        return (option or configured or Path()).absolute()
+    if env.get("XDG_STATE_HOME"):
+        return Path(env["XDG_STATE_HOME"]) / "hil"
+    return Path(env.get("HOME", "/")) / ".local" / "state" / "hil"
+
+
+def make_private(folder: Path) -> None:
+    """Create the folder (0700 where it is new) and check that it is usable.
+
+    Raises:
+        OSError: it cannot be made or written, or belongs to somebody else.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if folder.stat().st_uid != os.getuid():
+        raise PermissionError(13, "it belongs to another user", str(folder))
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(13, "it may not be written", str(folder))

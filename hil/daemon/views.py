@@ -1,0 +1,108 @@
+"""What ``hil list`` and ``hil status`` draw."""
+
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+_BAR = "▁▂▃▄▅▆▇█"
+
+
+def device_table(listed: dict[str, Any]) -> Table:
+    """Devices of one bench with the addresses of their ports."""
+    table = Table(title=f"bench {listed['bench']} (process {listed['pid']})", title_justify="left", box=None)
+    for column in ("device", "profile", "port", "address", "clients"):
+        table.add_column(column, no_wrap=column == "address", overflow="fold")
+    for row in listed["devices"]:
+        state = f"[red]stopped: {row['failed']}[/red]" if row["failed"] else str(row["clients"])
+        profile = f"{row['profile']} {row['hardware']}"
+        table.add_row(row["device"], profile, row["port"], row["address"], state)
+    return table
+
+
+def status_view(status: dict[str, Any]) -> RenderableType:
+    """All of ``hil status``."""
+    ticks, missed = status["ticks"], status["missed"]
+    head = Text.assemble(
+        (f"bench {status['bench']}", "bold"),
+        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
+        f"{status['rt_line']}\n",
+        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in {status['elapsed_ns'] / 1e9:.3f} s",
+        f", {status['overruns']} over budget\n",
+        f"wake latency  {_histogram(status['wake_latency'])}\n",
+        f"firmware lag  {_histogram(status['lag'])}",
+    )
+    table = Table(box=None)
+    for column in (
+        "device",
+        "clients",
+        "in",
+        "out",
+        "dropped",
+        "unheard",
+        "overrun",
+        "deg",
+        "rpm",
+        "mode",
+        "state",
+    ):
+        table.add_column(column, justify="left" if column in ("device", "state") else "right")
+    for row in status["devices"]:
+        shot = row["snapshot"]
+        mode = chr(int(shot["mode"])) if shot["mode"] else "-"
+        table.add_row(
+            row["device"],
+            str(row["clients"]),
+            str(row["rx_bytes"]),
+            str(row["tx_bytes"]),
+            str(row["dropped_bytes"]),
+            str(row["unheard_bytes"]),
+            str(row["overrun_bytes"]),
+            f"{shot['position_deg']:.2f}",
+            f"{shot['velocity_rpm']:.1f}",
+            mode + ("" if shot["loop_on"] else " off"),
+            _device_state(row),
+        )
+    return Group(head, Text(), table)
+
+
+def _device_state(row: dict[str, Any]) -> str:
+    said = [f"stopped: {row['failed']}"] if row["failed"] else []
+    said += [row["port_failure"]] if row["port_failure"] else []
+    said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []
+    said += [row["note"]] if row["note"] else []
+    return "; ".join(said) or "ok"
+
+
+def _histogram(buckets: list[int]) -> str:
+    """Counts by powers of two of nanoseconds, with the median, the 99th percentile and the largest."""
+    total = sum(buckets)
+    if not total:
+        return "-"
+    used = [i for i, count in enumerate(buckets) if count]
+    peak = max(buckets)
+    shown = buckets[used[0] : used[-1] + 1]
+    bars = "".join(_BAR[-(-7 * count // peak)] if count else " " for count in shown)
+    return (
+        f"{_duration(used[0] - 1)} {bars} {_duration(used[-1])}"
+        f"  p50 < {_duration(_percentile(buckets, 0.5))}, p99 < {_duration(_percentile(buckets, 0.99))}"
+    )
+
+
+def _percentile(buckets: list[int], part: float) -> int:
+    limit, seen = sum(buckets) * part, 0
+    for index, count in enumerate(buckets):
+        seen += count
+        if seen >= limit:
+            return index
+    return len(buckets) - 1
+
+
+def _duration(power: int) -> str:
+    ns = float(2 ** max(power, 0))
+    for unit in ("ns", "us", "ms"):
+        if ns < 1000:
+            return f"{ns:.3g} {unit}"
+        ns /= 1000
+    return f"{ns:.3g} s"
