@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx
 
-.PHONY: demo test test-native lint wheel clean
+.PHONY: demo test test-native test-wheel lint soak clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -23,8 +23,19 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-wheel: $(VENV)/.dev
-	$(BIN)/pip wheel -q --no-deps -w dist .
+# The wheel as users get it: built, installed into a venv outside the tree, the main job run from it.
+test-wheel:
+	@rm -rf build; set -e; folder=$$(mktemp -d); trap 'rm -rf "$$folder"' EXIT; \
+	$(PYTHON) -m venv $$folder/venv; \
+	$$folder/venv/bin/pip wheel -q --disable-pip-version-check --no-deps -w $$folder . ; \
+	$$folder/venv/bin/pip install -q --disable-pip-version-check $$folder/*.whl; \
+	cp .ci/main_job.py $$folder; cd $$folder; \
+	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
+	venv/bin/python main_job.py $$folder/venv/bin/hil
+
+# A minute of real time beside load, replayed on the virtual clock.
+soak: $(VENV)/.dev
+	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/*.so

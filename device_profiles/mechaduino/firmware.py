@@ -51,7 +51,7 @@ class Mechaduino:
         self._step_number = 0
         self._dir = False
         self._table_text = ""
-        self._lookup: "array[float]" = array("f")
+        self._lookup: array[float] = array("f")
 
     # ---- setup() and loop() ----
 

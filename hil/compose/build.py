@@ -91,7 +91,7 @@ def add_device(
         load_firmware(profile),
         baud=config.baud,
         nvm=sections,
-        facts={},
+        facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,
     )

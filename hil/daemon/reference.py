@@ -33,9 +33,9 @@ def _commands(app: typer.Typer) -> str:
 def _verbs() -> str:
     rows = [
         f"## Control socket (version {CONTROL_VERSION})\n",
-        "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON is a",
-        'request, `{"verb": "reset", "device": "m1"}`; one line is its answer, `{"ok": true, "result": ...}` or',
-        '`{"ok": false, "error": "..."}`.\n',
+        "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
+        'is a request, `{"verb": "reset", "device": "m1"}`; one line is its answer,',
+        '`{"ok": true, "result": ...}` or `{"ok": false, "error": "..."}`.\n',
         "| verb | arguments | what it does |",
         "|---|---|---|",
     ]

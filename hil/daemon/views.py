@@ -28,8 +28,8 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         (f"bench {status['bench']}", "bold"),
         f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
         f"{status['rt_line']}\n",
-        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in {status['elapsed_ns'] / 1e9:.3f} s",
-        f", {status['overruns']} over budget\n",
+        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in ",
+        f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n",
         f"wake latency  {_histogram(status['wake_latency'])}\n",
         f"firmware lag  {_histogram(status['lag'])}",
     )

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from itertools import groupby
+from operator import itemgetter
 from typing import Protocol
 
 from hil.core import CoreAxis
@@ -47,7 +49,9 @@ class Device:
         self.failed: str | None = None
         self.on_failed: Callable[[Device], None] | None = None
         self.guard: Callable[[], AbstractContextManager[object]] = nullcontext
-        self.uart = DeviceUart(baud, lambda at_ns, data: sent(self, at_ns, data))
+        self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((at_ns, data)))
+        self._outbox: list[tuple[SimTimeNs, bytes]] = []
+        self._sent = sent
         self._facts = dict(facts)
         self._make_firmware = firmware
         self._store = store
@@ -72,6 +76,7 @@ class Device:
                 self._runtime.resume(now_ns)
         except Exception as error:  # the firmware is a plug-in: whatever it raises stops its device only
             self.fail(f"{type(error).__name__}: {error}")
+        self._empty_outbox()
 
     def interrupt(self, event: CoreEvent) -> None:
         """Let the firmware handle an interrupt, at the event's own time."""
@@ -83,6 +88,7 @@ class Device:
                 self._firmware.interrupt(event)
         except Exception as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
+        self._empty_outbox()
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         """An input takes effect at ``now_ns``; ``step`` comes next."""
@@ -127,6 +133,13 @@ class Device:
         self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
         self._runtime = Runtime(self._firmware.main(), self.uart, self._commit, self.uart.print_returns)
         self._runtime.due_ns = self.uart.now_ns
+
+    def _empty_outbox(self) -> None:
+        """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what
+        went on the line at one time is one piece."""
+        outbox, self._outbox = self._outbox, []
+        for at_ns, pieces in groupby(outbox, key=itemgetter(0)):
+            self._sent(self, at_ns, b"".join(data for _, data in pieces))
 
     def _commit(self, request: Commit) -> None:
         self._committing = request

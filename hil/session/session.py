@@ -17,9 +17,6 @@ from hil.wire.serial_line import character_ns, resample
 BACKLOG_HOLD_BYTES = 64 * 1024
 """While more than this waits for a client to read, the device takes no more commands: a board is held
 up in print() by a host that does not read."""
-CHUNK_BYTES = 16
-"""Bytes taken from a client at once. Each may be a command that answers 126 kB (q), so a chunk's worst
-answer stays far below what a port queues."""
 
 
 class Session:
@@ -46,7 +43,7 @@ class Session:
 
     def room(self) -> int:
         """What the port may read from its clients now."""
-        room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else min(CHUNK_BYTES, self.device.uart.room())
+        room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else self.device.uart.room()
         self._held = room == 0
         return room
 

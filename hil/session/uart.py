@@ -11,8 +11,9 @@ from hil.firmware.uart import RxBuffer
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
 
-USB_HELD_BYTES = 4096
-"""What the device takes from a USB host that its sketch has not read yet; more waits at the host."""
+USB_HELD_BYTES = 16
+"""What the device takes from a USB host that its sketch has not read yet; more waits at the host. Each may
+be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
 """Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
 

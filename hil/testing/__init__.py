@@ -5,9 +5,9 @@ control law over recorded encoder counts. Public and stable: changes stand in th
 import every room of the core but ``hil.daemon``.
 """
 
+from hil.compose.replay import Replayed, replay
 from hil.config import ConfigError
 from hil.testing.bench import Bench
 from hil.testing.control import replay_control
-from hil.compose.replay import Replayed, replay
 
 __all__ = ["Bench", "ConfigError", "Replayed", "replay", "replay_control"]

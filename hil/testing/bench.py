@@ -1,6 +1,7 @@
 """A bench in memory, on the virtual clock."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
@@ -83,7 +84,7 @@ class AxisFace:
         if interp not in ("hold", "linear"):
             raise ValueError(f'interp is "hold" or "linear", not {interp!r}')
         timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
-        if any(later[0] <= earlier[0] for earlier, later in zip(timed, timed[1:], strict=False)):
+        if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
             raise ValueError("times of the encoder's script have to ascend")
         self._bench.give(self._device, ScriptEncoder(timed, interp == "linear"))
 

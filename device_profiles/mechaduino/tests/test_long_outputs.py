@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-from array import array
 from pathlib import Path
 from typing import Any
 

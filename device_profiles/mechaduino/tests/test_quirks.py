@@ -130,7 +130,7 @@ def test_y_overwrites_the_set_point_in_every_mode(mode: str) -> None:
     now = state(bench)
     assert (now.r, now.mode, now.loop_on) == (HELD_DEG, ord(mode) if mode else 0, 1)
     # x: on the spot. v: 87.89 rpm wanted of a shaft at rest, the integral at its limit. t: 87.89 counts.
-    assert now.U == {"": 0, "x": 0, "v": 115, "t": 87, "h": 0}[mode]
+    assert {"": 0, "x": 0, "v": 115, "t": 87, "h": 0}[mode] == now.U
     if mode == "h":  # commutated open loop at 69 counts; |yw - r| is below one step
         assert max(now.vref1, now.vref2) in range(49, 70)
 

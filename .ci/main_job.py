@@ -1,0 +1,58 @@
+"""The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial.
+
+Usage: main_job.py HIL. Prints what it did; exits with an error where the board did otherwise.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import serial
+
+SPEED = 20
+CONFIG = f"bench: wheel\nspeed: {SPEED}\ndevices:\n  m1:\n    profile: mechaduino\n"
+
+
+def ask(port: serial.Serial, sent: bytes, awaited: bytes, timeout_s: float = 60) -> bytes:
+    """Send, and read until the awaited bytes have come."""
+    port.write(sent)
+    got, end = b"", time.monotonic() + timeout_s
+    while awaited not in got:
+        got += port.read(4096)
+        if time.monotonic() > end:
+            raise SystemExit(f"after {sent!r}: no {awaited!r} in {got[-200:]!r}")
+    return got
+
+
+def main(hil: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        (home / "bench.yaml").write_text(CONFIG)
+        dirs = ["--runtime-dir", str(home / "run"), "--state-dir", str(home / "state")]
+        daemon = subprocess.Popen(
+            [hil, "serve", "bench.yaml", *dirs], cwd=home, stdout=subprocess.PIPE, text=True
+        )
+        assert daemon.stdout
+        print(daemon.stdout.readline().strip())
+        path = home / "run" / "wheel" / "m1"
+        with serial.Serial(str(path), 115200, timeout=0.1) as port:
+            print(ask(port, b"m", b"print main menu")[-26:])
+            print(ask(port, b"c", b"Flash memory!")[-40:])
+            print(ask(port, b"xy", b"New setpoint ")[-20:])
+            print(ask(port, b"r90\n", b"90.00\r\n")[-20:])
+            print(ask(port, b"p", b"encoder: ")[-40:])
+            print(ask(port, b"yj", b"1...\r\n")[-12:], ask(port, b"", b"99982", 30).count(b"\n"), "lines")
+        status = subprocess.run([hil, "status", "--json", *dirs[:2]], capture_output=True, check=True)
+        print(status.stdout[:60])
+        daemon.send_signal(signal.SIGTERM)
+        assert daemon.wait(10) == 0
+        assert not path.parent.exists(), os.listdir(path.parent)
+        print("main job from the wheel: ok")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,244 @@
+"""The same configuration and inputs give the same bytes, times and states: again, in another process,
+in other pieces, beside other benches, and from the log."""
+
+import hashlib
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hil.compose import bench_runtime, find_catalogue
+from hil.compose.replay import MemoryOptions
+from hil.config import from_dict
+from hil.session.device import Device
+from hil.session.input_log import InputLogWriter, Sent, sent_now
+from hil.session.inputs import Bytes, CommitDone, Pin, Reset, ScriptEncoder, SetField
+from hil.testing import Bench, replay
+from hil.vocab.time import SimTimeNs, ms
+
+DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
+CONFIG = {"bench": "same", "devices": {"m1": DEVICE}}
+SCRIPT: list[tuple[float, bytes]] = [
+    (3500, b"sp"),
+    (4400, b"xy"),
+    (4600, b"r-90.25\n"),
+    (4700, b"kpp12\ni0.15\nq"),
+    (4800, b"e"),
+    (4850, b"vr120\n"),
+    (5100, b"tr-20\nbogus\xff\x00"),
+    (5200, b"xr12"),
+    (5300, b".5"),
+    (6400, b"m\n"),
+    (6450, b"p"),
+    (6600, b"y"),
+]
+END_MS = 6900.0
+
+
+def drive(bench: Bench, script: Sequence[tuple[float, bytes]] = SCRIPT, end_ms: float = END_MS) -> None:
+    for at_ms, data in script:
+        bench.run_until(at_ms)
+        bench.port("m1").write(data)
+    bench.run_until(end_ms)
+
+
+def outcome(bench: Bench) -> str:
+    """Everything that can be seen of a run, as a hash."""
+    port, axis = bench.port("m1"), bench.axis("m1")
+    seen = f"{port.read_timed()}{axis.snapshot()}{bench.device('m1').failed}"
+    return hashlib.sha256(seen.encode()).hexdigest()
+
+
+def run_once() -> str:
+    bench = Bench(CONFIG)
+    drive(bench)
+    return outcome(bench)
+
+
+def test_a_hundred_runs_are_one() -> None:
+    assert len({run_once() for _ in range(100)}) == 1
+
+
+def test_another_process_with_another_hash_seed_does_the_same() -> None:
+    program = (
+        "import importlib.util, sys\n"
+        f"spec = importlib.util.spec_from_file_location('same', {__file__!r})\n"
+        "module = importlib.util.module_from_spec(spec); spec.loader.exec_module(module)\n"
+        "print(module.run_once())\n"
+    )
+    found = set()
+    for seed in ("0", "1", "4294967295"):
+        env = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        done = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, text=True, check=True)
+        found.add(done.stdout.strip())
+    assert found == {run_once()}
+
+
+def cut(data: bytes, sizes: Sequence[int]) -> list[bytes]:
+    pieces = []
+    for size in sizes:
+        pieces.append(data[:size])
+        data = data[size:]
+    return [*pieces, data]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_pieces_of_running_and_writing_do_not_matter(data: st.DataObject) -> None:
+    bench = Bench(CONFIG)
+    stops = data.draw(st.lists(st.floats(0, END_MS), max_size=25))
+    sizes = data.draw(st.lists(st.integers(0, 3), max_size=5))
+    events: list[tuple[float, bytes | None]] = [(at_ms, None) for at_ms in stops]
+    events += [(at_ms, text) for at_ms, text in SCRIPT]
+    for at_ms, text in sorted(events, key=lambda event: event[0]):
+        bench.run_until(at_ms)
+        bench.axis("m1").snapshot()  # looking changes nothing
+        for piece in cut(text, sizes) if text is not None else []:
+            bench.port("m1").write(piece)
+    bench.run_until(END_MS)
+    assert outcome(bench) == ALONE
+
+
+ALONE = run_once()
+
+
+def test_a_hundred_benches_in_turns_are_each_as_if_alone() -> None:
+    benches = [Bench(CONFIG) for _ in range(100)]
+    order = random.Random(7)
+    for at_ms, text in [*SCRIPT, (END_MS, b"")]:
+        order.shuffle(benches)
+        for bench in benches:
+            bench.run_until(at_ms - order.uniform(0, 50))
+        for bench in benches:
+            bench.run_until(at_ms)
+            bench.port("m1").write(text)
+    assert {outcome(bench) for bench in benches} == {ALONE}
+
+
+def test_devices_of_one_bench_are_each_as_if_alone() -> None:
+    bench = Bench({"bench": "same", "devices": {"m1": DEVICE, "m2": DEVICE, "m3": DEVICE}})
+    bench.run(4100)
+    bench.port("m3").write(b"xyr77\n")
+    bench.port("m2").write(b"c")
+    alone = Bench(CONFIG)
+    alone.run(4100)
+    for each in (bench, alone):
+        each.port("m1").write(b"vyr50\n")
+        each.run(2000)
+    assert outcome(bench) == outcome(alone)
+
+
+# ---- speed ----
+
+
+def test_a_calibration_takes_less_than_a_second() -> None:
+    bench = Bench(CONFIG)
+    bench.run(5000)
+    start_s = perf_counter()
+    bench.port("m1").write(b"c")
+    bench.run(27000)
+    assert perf_counter() - start_s < 1.0
+    assert bench.port("m1").read().endswith(b"non-volatile Flash memory!\r\n \r\n \r\n")
+
+
+def test_a_bench_is_made_in_a_moment() -> None:
+    # The bound is far above what is usual, for slow machines; benchmarks watch the figure itself.
+    def make_s() -> float:
+        start_s = perf_counter()
+        Bench(CONFIG)
+        return perf_counter() - start_s
+
+    assert median(make_s() for _ in range(15)) < 0.25
+
+
+# ---- the input log ----
+
+
+class LateStore:
+    """Memory whose answers are inputs of their own, as a daemon's are."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Device] = []
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        self.waiting.append(device)
+
+
+def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
+    """A run with every kind of input, its log in ``path``; the device, and what it sent."""
+    store = LateStore()
+    with Bench(CONFIG) as bench:
+        memories = {"m1": dict(bench.device("m1").nvm)}
+    config = from_dict(CONFIG, find_catalogue({"memory": MemoryOptions}))
+    runtime = bench_runtime(config, find_catalogue({"memory": MemoryOptions}), memories, store)
+    device = runtime.devices["m1"]
+    heard: list[Sent] = []
+
+    def until(at_ms: float) -> None:
+        step_ns = (ms(at_ms) - runtime.now_ns) // chunks
+        for _ in range(chunks - 1):
+            runtime.advance(SimTimeNs(runtime.now_ns + step_ns))
+        runtime.advance(ms(at_ms))
+
+    with path.open("w") as file:
+        runtime.log = InputLogWriter(file, "test", CONFIG, memories)
+        runtime.listeners += [
+            runtime.log.sent,
+            lambda device, at_ns, data: heard.append(sent_now(device, at_ns, data)),
+        ]
+        for at_ms, text in SCRIPT:
+            until(at_ms)
+            runtime.give(device, Bytes(text))
+        until(6990)
+        runtime.give(device, ScriptEncoder(((7_000_000_000, 100), (7_100_000_000, -3000)), True))
+        runtime.give(device, SetField("load_torque_Nm", 0.02))
+        runtime.give(device, SetField("errfl", 3))
+        runtime.give(device, Pin("D1", 1))
+        until(7050)
+        runtime.give(device, Bytes(b"ep"))
+        until(7200)
+        runtime.give(device, Reset())
+        runtime.give(device, ScriptEncoder((), False))
+        until(11500)
+        runtime.give(device, Bytes(b"c"))
+        until(38500)
+        assert store.waiting == [device]
+        runtime.give(device, CommitDone(True))
+        runtime.give(device, Bytes(b"p"))
+        until(39000)
+    return device, heard
+
+
+def test_a_run_is_replayed_from_its_log(tmp_path: Path) -> None:
+    device, heard = logged_run(tmp_path / "log")
+    again = replay(tmp_path / "log")
+    assert again.sent["m1"] == heard == again.logged.sent
+    assert again.difference() is None
+    assert b"".join(sent.data for sent in heard).count(b"Calibration complete!") == 1
+    again.runtime.advance(ms(39000))
+    assert again.runtime.devices["m1"].axis.snapshot() == device.axis.snapshot()
+    assert again.runtime.devices["m1"].nvm == device.nvm
+    assert f"{len(again.logged.inputs)} inputs, " in again.summary()
+
+
+def test_a_log_does_not_tell_how_the_run_was_cut(tmp_path: Path) -> None:
+    logged_run(tmp_path / "one")
+    logged_run(tmp_path / "many", chunks=17)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "many").read_bytes()
+
+
+def test_a_replay_that_differs_says_where(tmp_path: Path) -> None:
+    logged_run(tmp_path / "log")
+    lines = (tmp_path / "log").read_text().splitlines(keepends=True)
+    changed = [line.replace(b"xy".hex(), b"vy".hex()) for line in lines]
+    assert changed != lines
+    difference = replay(changed).difference()
+    assert difference is not None
+    assert difference.startswith("m1, piece ")

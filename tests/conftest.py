@@ -1,0 +1,18 @@
+"""Fixtures of the tests that run the whole program. Their helpers are in ``e2e_support.py``."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out
+
+from e2e_support import Place
+
+
+@pytest.fixture
+def place() -> Iterator[Place]:
+    """A folder with a runtime and a state directory; daemons started in it are gone afterwards."""
+    with Place() as made:
+        yield made

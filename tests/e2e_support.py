@@ -1,0 +1,291 @@
+"""Runs ``hil`` as its users do: a process, its ports, its commands. Every wait has a deadline."""
+
+import json
+import os
+import pwd
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar
+
+from hil.daemon.control import ControlError, ask
+
+HIL = str(Path(sys.executable).with_name("hil"))
+STRANGER_UID = 65534
+PATIENCE_S = 30.0
+"""A bound for what takes well under a second on an idle machine."""
+READY_NS = 4_000_000_000
+"""Simulated time at which the board answers."""
+Q_BYTES = 126_682
+"""Length of the answer to q with the identity table."""
+LOOKUP_HEAD = b"lookup[16384] = {\r\n"
+T = TypeVar("T")
+
+
+def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) -> T:
+    """The first true value of ``condition``, asked every 10 ms."""
+    deadline = time.monotonic() + timeout_s
+    while not (value := condition()):
+        assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
+        select.select([], [], [], 0.01)
+    return value
+
+
+def as_stranger() -> dict[str, Any]:
+    """Arguments of ``subprocess`` that run a program as a user without any rights."""
+    return {"user": STRANGER_UID, "group": STRANGER_UID, "extra_groups": []} if os.getuid() == 0 else {}
+
+
+def config(bench: str = "t", speed: float = 20, devices: Mapping[str, Mapping[str, Any]] | None = None, **top: Any) -> str:
+    """A bench as YAML (of which JSON is a part); by default ``m1`` on a pty with the identity table."""
+    chosen = devices or {"m1": {}}
+    default = {"profile": "mechaduino", "port": "pty", "flash": {"table": "identity"}}
+    return json.dumps({"bench": bench, "speed": speed, "devices": {n: default | dict(d) for n, d in chosen.items()}} | top)
+
+
+class Client:
+    """A program that has a port open; it never blocks longer than it is told to."""
+
+    def __init__(self, address: str) -> None:
+        self._socket: socket.socket | None = None
+        if address.startswith("socket://"):
+            host, _, number = address.removeprefix("socket://").rpartition(":")
+            self._socket = socket.create_connection((host, int(number)), timeout=PATIENCE_S)
+            self._socket.setblocking(False)
+            self.fd = self._socket.fileno()
+        else:
+            self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        self.got = b""
+        """What came and was not taken by ``read_until`` or ``read_exactly``."""
+
+    def write(self, data: bytes, timeout_s: float = PATIENCE_S) -> None:
+        """All of ``data``; what comes meanwhile is kept."""
+        deadline = time.monotonic() + timeout_s
+        while data:
+            left_s = deadline - time.monotonic()
+            assert left_s > 0, f"{len(data)} bytes could not be written within {timeout_s:g} s"
+            readable, writable, _ = select.select([self.fd], [self.fd], [], left_s)
+            if readable:
+                self._take()
+            if writable:
+                with suppress(BlockingIOError):
+                    data = data[os.write(self.fd, data) :]
+
+    def write_until_full(self, data: bytes) -> int:
+        """As much of ``data`` as goes without waiting; how much that was."""
+        sent = 0
+        with suppress(BlockingIOError):
+            while sent < len(data):
+                sent += os.write(self.fd, data[sent:])
+        return sent
+
+    def _take(self, size: int = 65536) -> int:
+        data = b""
+        with suppress(BlockingIOError):
+            data = os.read(self.fd, size)
+        self.got += data
+        return len(data)
+
+    def read_until(self, marker: bytes, timeout_s: float = PATIENCE_S) -> bytes:
+        """Everything up to and with ``marker``."""
+        deadline = time.monotonic() + timeout_s
+        searched = 0
+        while (at := self.got.find(marker, max(searched - len(marker), 0))) < 0:
+            searched = len(self.got)
+            self._wait(deadline, f"{marker!r} within {timeout_s:g} s after {self.got[-300:]!r}")
+        answer, self.got = self.got[: at + len(marker)], self.got[at + len(marker) :]
+        return answer
+
+    def read_exactly(self, size: int, timeout_s: float = PATIENCE_S, piece: int = 65536) -> bytes:
+        """``size`` bytes, in reads of at most ``piece``."""
+        deadline = time.monotonic() + timeout_s
+        while len(self.got) < size:
+            self._wait(deadline, f"{size} bytes within {timeout_s:g} s, got {len(self.got)}", piece)
+        answer, self.got = self.got[:size], self.got[size:]
+        return answer
+
+    def _wait(self, deadline: float, what: str, piece: int = 65536) -> None:
+        left_s = deadline - time.monotonic()
+        assert left_s > 0, f"no {what}"
+        if select.select([self.fd], [], [], left_s)[0]:
+            assert self._take(piece) or left_s > 0
+
+    def quiet(self, for_s: float) -> bytes:
+        """Everything until nothing has come for ``for_s``."""
+        while select.select([self.fd], [], [], for_s)[0] and self._take():
+            pass
+        answer, self.got = self.got, b""
+        return answer
+
+    def ask(self, command: bytes, end: bytes = b"\r\n", timeout_s: float = PATIENCE_S) -> bytes:
+        self.write(command)
+        return self.read_until(end, timeout_s)
+
+    def close(self) -> None:
+        if self._socket:
+            self._socket.close()
+        elif self.fd >= 0:
+            os.close(self.fd)
+        self.fd = -1
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Server:
+    """One ``hil serve``. Its output goes to files, so that it never waits for a reader."""
+
+    def __init__(self, place: "Place", command: Sequence[str], bench: str, **popen: Any) -> None:
+        self.control = place.runtime / bench / "control.sock"
+        self._out = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the server
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._out, stderr=self._out, **popen)
+        self.pid = self.process.pid
+
+    @property
+    def output(self) -> str:
+        self._out.seek(0)
+        return self._out.read().decode()
+
+    def started(self, timeout_s: float = PATIENCE_S) -> "Server":
+        """Wait until it says how to reach its ports."""
+        until(lambda: "Ctrl-C ends" in self.output or self.process.poll() is not None, "the start", timeout_s)
+        assert self.process.poll() is None, self.output
+        return self
+
+    def refused(self, code: int = 2) -> str:
+        """Wait until it has ended by itself; what it said."""
+        assert self.process.wait(PATIENCE_S) == code, self.output
+        assert "Traceback" not in self.output
+        return self.output
+
+    def ask(self, verb: str, **arguments: Any) -> Any:
+        return ask(self.control, verb, **arguments)
+
+    def status(self, device: str = "m1") -> dict[str, Any]:
+        """The device's row of ``hil status --json``."""
+        row: dict[str, Any] = next(row for row in self.ask("status")["devices"] if row["device"] == device)
+        return row
+
+    def ready(self, device: str = "m1", since_ns: int = 0) -> "Server":
+        """Wait until a board that was switched on at ``since_ns`` answers."""
+        until(lambda: self.ask("status")["sim_ns"] > since_ns + READY_NS + 50_000_000, "the board's boot")
+        return self
+
+    def client(self, device: str = "m1") -> Client:
+        rows = self.ask("list")["devices"]
+        return Client(next(row["address"] for row in rows if row["device"] == device))
+
+    def stop(self, number: int = signal.SIGTERM) -> str:
+        """End it by a signal, properly; what it said."""
+        self.process.send_signal(number)
+        assert self.process.wait(PATIENCE_S) == 0, self.output
+        assert "Traceback" not in self.output, self.output
+        return self.output
+
+    def kill(self) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.kill()
+        self.process.wait(PATIENCE_S)
+
+    def close(self) -> None:
+        self.kill()
+        self._out.close()
+
+
+class Place:
+    """A folder with short paths (a socket's path has at most 107 bytes)."""
+
+    def __enter__(self) -> "Place":
+        self.folder = Path(tempfile.mkdtemp(prefix="hil-e2e-"))
+        self.folder.chmod(0o755)
+        self.runtime, self.state = self.folder / "run", self.folder / "state"
+        self._servers: list[Server] = []
+        self._clients: list[Client] = []
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for server in self._servers:
+            if error:
+                print(f"--- hil serve, process {server.pid}\n{server.output[-4000:]}")
+            server.close()
+        shutil.rmtree(self.folder)
+
+    def write(self, text: str, name: str = "bench.yaml") -> Path:
+        path = self.folder / name
+        path.write_text(text)
+        path.chmod(0o644)
+        return path
+
+    def folders(self) -> tuple[str, ...]:
+        """The options that make ``hil`` use this place."""
+        return "--runtime-dir", str(self.runtime), "--state-dir", str(self.state)
+
+    def launch(self, text: str, *options: str, bench: str = "t", prefix: Sequence[str] = (), **popen: Any) -> Server:
+        """Start ``hil serve`` without waiting for anything."""
+        path = self.write(text, f"{bench}.yaml")
+        command = [*prefix, HIL, "serve", str(path), *self.folders(), *options]
+        server = Server(self, command, bench, **popen)
+        self._servers.append(server)
+        return server
+
+    def serve(self, text: str, *options: str, **launch: Any) -> Server:
+        """Start ``hil serve`` and wait until its ports are there."""
+        return self.launch(text, *options, **launch).started()
+
+    def script(self, source: str, *arguments: str, bench: str = "t", **popen: Any) -> Server:
+        """A Python program instead of ``hil serve`` that says the same when it has started."""
+        command = [sys.executable, str(self.write(source, "script.py")), *arguments]
+        server = Server(self, command, bench, **popen)
+        self._servers.append(server)
+        return server
+
+    def cli(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S, **run: Any) -> str:
+        """Run ``hil`` and check its exit code; what it wrote, errors included."""
+        where = ("--runtime-dir", str(self.runtime)) if arguments[0] in NEEDS_RUNTIME_DIR else ()
+        done = subprocess.run(
+            [HIL, *arguments, *where],
+            input=input,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=timeout_s,
+            env=os.environ | {"COLUMNS": "100", "TERM": "dumb"},
+            **run,
+        )
+        text = done.stdout.decode()
+        assert done.returncode == code, f"exit code {done.returncode}: {text}"
+        assert "Traceback" not in text, text
+        return text
+
+
+NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set")
+
+
+def alone(control: Path) -> bool:
+    """Whether nobody answers at this socket."""
+    try:
+        ask(control, "list")
+    except ControlError:
+        return True
+    return False
+
+
+def user_name(uid: int) -> str:
+    try:
+        return pwd.getpwuid(uid).pw_name
+    except KeyError:
+        return str(uid)
