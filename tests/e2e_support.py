@@ -2,7 +2,6 @@
 
 import json
 import os
-import pwd
 import select
 import shutil
 import signal
@@ -17,7 +16,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
 
-from hil.daemon.control import ControlError, ask
+import pytest
+from typer.testing import CliRunner
+
+from hil.daemon.cli import app
+from hil.daemon.control import ask
 
 HIL = str(Path(sys.executable).with_name("hil"))
 STRANGER_UID = 65534
@@ -28,6 +31,8 @@ READY_NS = 4_000_000_000
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
+NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set")
+TERMINAL = {"COLUMNS": "100", "TERM": "dumb"}
 T = TypeVar("T")
 
 
@@ -40,9 +45,14 @@ def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) 
     return value
 
 
-def as_stranger() -> dict[str, Any]:
-    """Arguments of ``subprocess`` that run a program as a user without any rights."""
-    return {"user": STRANGER_UID, "group": STRANGER_UID, "extra_groups": []} if os.getuid() == 0 else {}
+AS_STRANGER = (
+    *("setpriv", "--reuid", str(STRANGER_UID), "--regid", str(STRANGER_UID), "--clear-groups"),
+    *("--inh-caps=-all,+dac_read_search", "--ambient-caps=-all,+dac_read_search"),
+)
+"""Runs a command as a user without any rights but to read this program, wherever it is installed."""
+needs_stranger = pytest.mark.skipif(
+    os.getuid() != 0 or not shutil.which("setpriv"), reason="only root with setpriv can become another user"
+)
 
 
 def config(bench: str = "t", speed: float = 20, devices: Mapping[str, Mapping[str, Any]] | None = None, **top: Any) -> str:
@@ -150,7 +160,12 @@ class Server:
     def __init__(self, place: "Place", command: Sequence[str], bench: str, **popen: Any) -> None:
         self.control = place.runtime / bench / "control.sock"
         self._out = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the server
-        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._out, stderr=self._out, **popen)
+        streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._out}
+        try:
+            self.process: subprocess.Popen[bytes] = subprocess.Popen(command, **streams, **popen)
+        except OSError:
+            self._out.close()
+            raise
         self.pid = self.process.pid
 
     @property
@@ -254,38 +269,29 @@ class Place:
         self._servers.append(server)
         return server
 
-    def cli(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S, **run: Any) -> str:
-        """Run ``hil`` and check its exit code; what it wrote, errors included."""
-        where = ("--runtime-dir", str(self.runtime)) if arguments[0] in NEEDS_RUNTIME_DIR else ()
+    def _command(self, arguments: Sequence[str]) -> list[str]:
+        where = ("--runtime-dir", str(self.runtime)) if arguments[:1] and arguments[0] in NEEDS_RUNTIME_DIR else ()
+        return [*arguments, *where]
+
+    def cli(self, *arguments: str, code: int = 0) -> str:
+        """Run a command in this process, and check its exit code; what it wrote, errors included."""
+        done = CliRunner().invoke(app, self._command(arguments), env=TERMINAL)
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
+        assert done.exit_code == code, f"exit code {done.exit_code}: {done.output}"
+        return done.output
+
+    def hil(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S) -> str:
+        """As ``cli``, but as a process of its own with a standard input."""
         done = subprocess.run(
-            [HIL, *arguments, *where],
+            [HIL, *self._command(arguments)],
             input=input,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             timeout=timeout_s,
-            env=os.environ | {"COLUMNS": "100", "TERM": "dumb"},
-            **run,
+            env=os.environ | TERMINAL,
+            check=False,
         )
         text = done.stdout.decode()
         assert done.returncode == code, f"exit code {done.returncode}: {text}"
         assert "Traceback" not in text, text
         return text
-
-
-NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set")
-
-
-def alone(control: Path) -> bool:
-    """Whether nobody answers at this socket."""
-    try:
-        ask(control, "list")
-    except ControlError:
-        return True
-    return False
-
-
-def user_name(uid: int) -> str:
-    try:
-        return pwd.getpwuid(uid).pw_name
-    except KeyError:
-        return str(uid)

@@ -50,11 +50,12 @@ def table_from_file(path: Path) -> bytes:
 
 def start_sections(config: DeviceConfig, stored: Mapping[str, bytes], folder: Path) -> dict[str, bytes]:
     """A device's memory at the start: what the configuration asks for, over what is stored. A table's
-    file is looked up from ``folder``.
+    file is looked up from ``folder``. What version 1 of the memory files had was the table, without a name.
 
     Raises:
         TableFileError: the configured table's file cannot be used.
     """
+    stored = {name or LOOKUP_SECTION: data for name, data in stored.items()}
     table = config.flash.table
     if table == "stored":
         return dict(stored)

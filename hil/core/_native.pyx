@@ -146,6 +146,8 @@ cdef class NativeCore:
         cdef hil_axis_params p = hil_axis_params(inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A,
                                                  sense_resistor_ohm, start_deg, load_torque_Nm, rotor_teeth)
         cdef int axis = hil_axis_open(self.core, group, &p)
+        if axis == -2:
+            raise ValueError("the motor is too stiff to be integrated: more inertia or less friction is needed")
         if axis < 0:
             raise MemoryError(f"all {self.max_axes} axes of the core are taken")
         return axis

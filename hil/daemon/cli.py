@@ -136,11 +136,14 @@ def check(
     from hil.compose.build import TableFileError, start_sections
 
     bench = _read_config(config)
+    problems = []
     for name, device in bench.devices.items():
         try:
             start_sections(device, {}, config.parent)
         except TableFileError as error:
-            raise _fail(f"{config}: devices.{name}.flash.table: {error}", 2) from None
+            problems.append(f"{config}: devices.{name}.flash.table: {error}")
+    if problems:
+        raise _fail("\n".join(problems), 2)
     if diff is None:
         typer.echo(f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems")
         return
@@ -254,7 +257,7 @@ def pin(
     _ask(bench, runtime_dir, "pin", device=device, pin=name, level=level)
 
 
-@app.command("set")
+@app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is none
 def set_field(
     device: DeviceName,
     field: Annotated[str, typer.Argument(help="load_torque_Nm, diaagc or errfl.")],
@@ -310,9 +313,17 @@ def _read_config(path: Path) -> Any:
 def _sockets(runtime_dir: Path | None) -> list[Path]:
     import os
 
+    from hil.daemon.control import listener
     from hil.daemon.paths import CONTROL_SOCKET, runtime_base
 
-    return sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+    def is_left_behind(path: Path) -> bool:
+        try:
+            return not listener(path)
+        except OSError:
+            return False  # `ask` says what is wrong with it
+
+    found = sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+    return [path for path in found if not is_left_behind(path)]
 
 
 def _ask(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:

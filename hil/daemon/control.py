@@ -8,6 +8,7 @@ import asyncio
 import json
 import os
 import socket
+import struct
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -27,6 +28,7 @@ SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that may be set from outside: the world around the board, not the firmware's own memory."""
 _LINE_LIMIT = 64 * 1024
 _CLIENT_TIMEOUT_S = 10
+_CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
 
 class ControlError(Exception):
@@ -49,10 +51,9 @@ class ControlServer:
         """
         from hil.daemon.daemon import StartError
 
-        with suppress(ControlError):
-            pid = ask(self._path, "list")["pid"]
-            raise StartError(f"bench {self._daemon.config.bench} is running already, as process {pid}")
         try:
+            if pid := listener(self._path):
+                raise StartError(already_running(self._daemon.config.bench, pid))
             self._path.unlink(missing_ok=True)
             old = os.umask(0o117)
             try:
@@ -94,6 +95,27 @@ class ControlServer:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
+
+
+def listener(path: Path) -> int:
+    """The process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
+
+    Raises:
+        OSError: the socket may not be used.
+    """
+    try:
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(_CLIENT_TIMEOUT_S)
+            client.connect(str(path))
+            credentials = client.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    except (FileNotFoundError, ConnectionRefusedError):
+        return 0
+    return int(_CREDENTIALS.unpack(credentials)[0])
+
+
+def already_running(bench: str, pid: int) -> str:
+    """Why a bench is not started a second time."""
+    return f"bench {bench} is running already, as process {pid}"
 
 
 def ask(path: Path, verb: str, **arguments: Any) -> Any:

@@ -1,6 +1,7 @@
 """The daemon: a bench in real time, its ports, its boards' memories, its control socket."""
 
 import asyncio
+import fcntl
 import gc
 import logging
 import os
@@ -12,12 +13,13 @@ from typing import Any
 
 from hil import __version__
 from hil.compose import bench_runtime, find_catalogue, make_port, start_sections
+from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue
-from hil.daemon.control import ControlServer
+from hil.daemon.control import ControlServer, already_running, listener
 from hil.daemon.guard import StepGuard
 from hil.daemon.paths import CONTROL_SOCKET, make_private
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
-from hil.daemon.store import NvmStore
+from hil.daemon.store import NvmStore, StoreError
 from hil.firmware.nvm import Content
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -105,7 +107,12 @@ class Daemon:
             StartError: something is missing; nothing was left behind.
         """
         loop = asyncio.get_running_loop()
-        files = self._open_store()
+        signals = [signal.SIGINT, signal.SIGTERM]
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
+            signals.append(signal.SIGHUP)
+        for number in signals:  # first, so that one that comes early leaves nothing behind either
+            loop.add_signal_handler(number, self.stop)
+        files, lock = self._open_store()
         control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
         try:
             self._prepare_runtime_dir()
@@ -113,12 +120,13 @@ class Daemon:
             self._build(files, loop)
             await self._open_ports()
             self._start_core(loop)
-            for number in (signal.SIGINT, signal.SIGTERM):
-                loop.add_signal_handler(number, self.stop)
             started(self)
             await self._stop.wait()
         finally:
             await self._put_away(loop, control, files)
+            os.close(lock)
+            for number in signals:
+                loop.remove_signal_handler(number)
 
     def stop(self) -> None:
         """End ``run``."""
@@ -126,10 +134,20 @@ class Daemon:
 
     # ---- start ----
 
-    def _open_store(self) -> NvmStore:
+    def _open_store(self) -> tuple[NvmStore, int]:
+        """The store, and the file descriptor that keeps other daemons away from its directory."""
         try:
             make_private(self.state_dir)
-            return NvmStore(self.state_dir)
+            lock = os.open(self.state_dir, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return NvmStore(self.state_dir), lock
+        except BlockingIOError as error:
+            with suppress(OSError):
+                if pid := listener(self.runtime_dir / CONTROL_SOCKET):
+                    raise StartError(already_running(self.config.bench, pid)) from error
+            raise StartError(
+                f"state directory {self.state_dir}: another daemon has it; choose another with --state-dir"
+            ) from error
         except OSError as error:
             raise StartError(
                 f"state directory {self.state_dir}: {error.strerror}; choose another with --state-dir"
@@ -145,14 +163,23 @@ class Daemon:
             ) from error
 
     def _build(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
-        memories, counters = {}, {}
+        memories, counters, problems = {}, {}, []
         for name, config in self.config.devices.items():
-            loaded = files.load(name, config.profile)
+            try:
+                loaded = files.load(name, config.profile)
+                memories[name] = start_sections(config, loaded.content.sections, self._config_folder)
+            except StoreError as error:
+                problems.append(str(error))
+                continue
+            except TableFileError as error:
+                problems.append(f"devices.{name}.flash.table: {error}")
+                continue
+            counters[name] = loaded.content.counter
             if loaded.note:
                 self.notes[name] = loaded.note
                 log.warning("%s: %s", name, loaded.note)
-            counters[name] = loaded.content.counter
-            memories[name] = start_sections(config, loaded.content.sections, self._config_folder)
+        if problems:
+            raise StartError("\n".join(problems))
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         store.bench, store.loop, self.store = self.bench, loop, store
@@ -200,7 +227,10 @@ class Daemon:
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
-        self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
+        try:
+            self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
+        except OSError as error:
+            raise StartError(f"the core's thread could not be started: {os.strerror(error.errno)}") from error
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())
@@ -245,19 +275,17 @@ class Daemon:
     async def _put_away(
         self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
     ) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.remove_signal_handler(number)
         await control.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
             self.bench.stop()
-            if self.bench.log:
-                self.bench.log.file.close()
+        await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too
         if self._release_timer:
             self._release_timer.cancel()
         for session in self.sessions.values():
             await session.port.close()
-        await loop.run_in_executor(None, files.close)
+        if hasattr(self, "bench") and self.bench.log:
+            self.bench.log.file.close()
         with suppress(OSError):
             self.runtime_dir.rmdir()
             os.rmdir(self.runtime_dir.parent)

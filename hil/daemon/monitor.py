@@ -7,10 +7,10 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 QUIT = 0x1D  # Ctrl-]
-_BITS_OFF_AT_INPUT = termios.ICRNL | termios.INLCR | termios.IXON
+_READ_BYTES = 4096
 
 
 class MonitorError(Exception):
@@ -63,24 +63,29 @@ def _raw_terminal() -> Iterator[None]:
 
 def _copy(port: int, quiet_s: float) -> None:
     interactive = sys.stdin.isatty()
-    inputs, timeout_s = [port, 0], None
+    ended, waiting = False, b""
+    os.set_blocking(port, False)  # the board may hold up what is typed until its answers have been read
     while True:
-        ready, _, _ = select.select(inputs, [], [], timeout_s)
-        if not ready:
+        inputs = [port] if ended or (waiting and not interactive) else [port, 0]
+        timeout_s = quiet_s if ended and not waiting else None
+        ready, writable, _ = select.select(inputs, [port] if waiting else [], [], timeout_s)
+        if not ready and not writable:
             return
-        if port in ready:
-            try:
-                data = os.read(port, 4096)
-            except OSError:
-                return
-            if not data:
-                return
-            os.write(1, data)
+        data = b""
+        try:
+            with suppress(BlockingIOError):  # another client was quicker
+                if port in ready and not (data := os.read(port, _READ_BYTES)):
+                    return
+            with suppress(BlockingIOError):
+                if writable:
+                    waiting = waiting[os.write(port, waiting) :]
+        except OSError:
+            return  # the port has gone
+        while data:
+            data = data[os.write(1, data) :]
         if 0 in ready:
-            typed = os.read(0, 4096)
+            typed = os.read(0, _READ_BYTES)
             if interactive and QUIT in typed:
                 return
-            if not typed:
-                inputs, timeout_s = [port], quiet_s
-                continue
-            os.write(port, typed)
+            ended |= not typed
+            waiting += typed

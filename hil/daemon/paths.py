@@ -31,12 +31,13 @@ def state_base(option: Path | None, configured: Path | None, env: Mapping[str, s
 
 
 def make_private(folder: Path) -> None:
-    """Create the folder (0700 where it is new) and check that it is usable.
+    """Create the folder (0700 where it or one above it is new) and check that it is usable.
 
     Raises:
         OSError: it cannot be made or written, or belongs to somebody else.
     """
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for new in reversed([each for each in (folder, *folder.parents) if not each.exists()]):
+        new.mkdir(mode=0o700, exist_ok=True)
     if folder.stat().st_uid != os.getuid():
         raise PermissionError(13, "it belongs to another user", str(folder))
     if not os.access(folder, os.W_OK | os.X_OK):

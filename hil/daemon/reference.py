@@ -1,18 +1,20 @@
 """The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
 
+import re
+
 import typer
 
 from hil.compose import find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
-from hil.daemon.control import CONTROL_VERSION, VERBS
+from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
 
 
 def reference(app: typer.Typer) -> str:
     """Markdown: configuration, commands, control socket, fields of an axis."""
     parts = [
         "# Reference\n\nWritten by `hil reference` from the tables in the code; do not edit.\n",
-        config_reference(find_catalogue()),
+        re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
         _commands(app),
         _verbs(),
         _fields(),
@@ -22,12 +24,23 @@ def reference(app: typer.Typer) -> str:
 
 def _commands(app: typer.Typer) -> str:
     group = typer.main.get_command(app)
+    commands = {n: c for n, c in getattr(group, "commands", {}).items() if not c.hidden}
     rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
-    for name, command in getattr(group, "commands", {}).items():
-        if not command.hidden:
-            arguments = " ".join(p.name.upper() for p in command.params if p.param_type_name == "argument")
-            rows.append(f"| `hil {name}{' ' + arguments if arguments else ''}` | {command.help} |")
+    options: dict[tuple[str, str], list[str]] = {}
+    for name, command in commands.items():
+        arguments = " ".join(p.name.upper() for p in command.params if p.param_type_name == "argument")
+        rows.append(f"| `hil {name}{' ' + arguments if arguments else ''}` | {_cell(command.help)} |")
+        for p in command.params:
+            if p.param_type_name == "option":
+                options.setdefault((", ".join(f"`{o}`" for o in p.opts), _cell(p.help)), []).append(name)
+    rows += ["", "| option | of | meaning |", "|---|---|---|"]
+    rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
     return "\n".join(rows)
+
+
+def _cell(text: str) -> str:
+    """Text of a table: one line, and no column's end."""
+    return " ".join(text.split()).replace("|", r"\|")
 
 
 def _verbs() -> str:
@@ -47,6 +60,7 @@ def _fields() -> str:
     rows = ["## Fields of an axis\n", "A snapshot has them all, in this order.\n"]
     rows += ["| field | type | unit | settable | meaning |", "|---|---|---|---|---|"]
     for field in FIELDS.values():
-        settable = "by firmware" if field.writable else ""
-        rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {field.meaning} |")
+        settable = "`hil set`" if field.name in SET_FIELDS else "by firmware" if field.writable else ""
+        meaning = _cell(field.meaning)
+        rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
     return "\n".join(rows)

@@ -9,16 +9,16 @@ from rich.text import Text
 _BAR = "▁▂▃▄▅▆▇█"
 
 
-def device_table(listed: dict[str, Any]) -> Table:
+def device_table(listed: dict[str, Any]) -> RenderableType:
     """Devices of one bench with the addresses of their ports."""
     table = Table(title=f"bench {listed['bench']} (process {listed['pid']})", title_justify="left", box=None)
     for column in ("device", "profile", "port", "address", "clients"):
         table.add_column(column, no_wrap=column == "address", overflow="fold")
     for row in listed["devices"]:
-        state = f"[red]stopped: {row['failed']}[/red]" if row["failed"] else str(row["clients"])
         profile = f"{row['profile']} {row['hardware']}"
-        table.add_row(row["device"], profile, row["port"], row["address"], state)
-    return table
+        table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
+    stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
+    return Group(table, *_remarks(stopped))
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
@@ -62,17 +62,24 @@ def status_view(status: dict[str, Any]) -> RenderableType:
             f"{shot['position_deg']:.2f}",
             f"{shot['velocity_rpm']:.1f}",
             mode + ("" if shot["loop_on"] else " off"),
-            _device_state(row),
+            "stopped" if row["failed"] else "see below" if _state(row) else "ok",
         )
-    return Group(head, Text(), table)
+    remarks = [(row["device"], _state(row)) for row in status["devices"]]
+    return Group(head, Text(), table, *_remarks(remarks))
 
 
-def _device_state(row: dict[str, Any]) -> str:
+def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
+    """Whole sentences, which a column would break up."""
+    return [Text(f"{device}: {said}", style="red") for device, texts in devices for said in texts]
+
+
+def _state(row: dict[str, Any]) -> list[str]:
+    """What is not as it should be."""
     said = [f"stopped: {row['failed']}"] if row["failed"] else []
     said += [row["port_failure"]] if row["port_failure"] else []
     said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []
     said += [row["note"]] if row["note"] else []
-    return "; ".join(said) or "ok"
+    return said
 
 
 def _histogram(buckets: list[int]) -> str:

@@ -83,10 +83,10 @@ def read_input_log(lines: Iterable[str]) -> InputLog:
     Raises:
         InputLogError: this is not an input log, or not of a version that is known here.
     """
-    texts = list(lines)
-    if texts and not texts[-1].endswith("\n"):
-        texts.pop()
     try:
+        texts = list(lines)
+        if texts and not texts[-1].endswith("\n"):
+            texts.pop()
         header = json.loads(texts[0])
         if header["format"] != LOG_FORMAT:
             raise InputLogError("this is not an input log")

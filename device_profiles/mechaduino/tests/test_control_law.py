@@ -59,7 +59,7 @@ def columns(index: int) -> "dict[str, np.ndarray[Any, Any]]":
         raw=(np.cumsum(steps) % COUNTS).tolist(),
         r=[single(bits) for bits in expand(case["r"])],
         mode=[int(word) for word in expand(case["mode"])],
-        table=table(case["table"]),
+        table=table(case["table"]).tolist(),
         gains=case["gains"],
         gain_changes=case["gain_changes"],
     )

@@ -256,7 +256,7 @@ def test_c_twice_walks_back_200_steps_first() -> None:
     # 110 ms back to 0: 22110 ms. The readings are the same, so the table is, too.
     readings = equidistant()
     second = [(t_ms, count) for t_ms, count in reading_points(readings, 40000 + 510 + 22110 + 20)[1:]]
-    points = reading_points(readings) + [(39000, readings[0][0]), *second]
+    points = [*reading_points(readings), (39000, readings[0][0]), *second]
     bench = ready(points)
     bench.port("m1").write(b"c")
     bench.run_until(40000)

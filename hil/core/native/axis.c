@@ -124,17 +124,21 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     int axis = 0;
     while (axis < c->max_axes && c->axes[axis].open) axis++;
     if (axis == c->max_axes) return -1;
+    plant started;
+    double amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm);
+    if (plant_init(&started, params->inertia_kg_m2, params->viscous_Nm_s_per_rad, params->torque_constant_Nm_per_A,
+                   params->rotor_teeth, 255 * amps_per_count, params->start_deg / 360, params->load_torque_Nm,
+                   atomic_load(&c->groups[group].now_ns)))
+        return -2;
     hil_axis *a = &c->axes[axis];
     memset((char *)a + offsetof(hil_axis, open), 0, sizeof *a - offsetof(hil_axis, open));
     a->open = 1;
+    a->plant = started;
     a->group = group;
     a->next_in_group = c->groups[group].first_axis;
     c->groups[group].first_axis = axis;
-    a->amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm);
+    a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
-    plant_init(&a->plant, params->inertia_kg_m2, params->viscous_Nm_s_per_rad, params->torque_constant_Nm_per_A,
-               params->rotor_teeth, params->start_deg / 360, params->load_torque_Nm,
-               atomic_load(&c->groups[group].now_ns));
     hil_axis_power_up(c, axis);
     axis_publish(a, a->plant.node_ns);
     return axis;

@@ -83,7 +83,8 @@ hil_core *hil_core_new(int max_axes, int *event_fd); /* NULL: no memory. event_f
 void hil_core_free(hil_core *c);                     /* stops the real-time thread first */
 
 /* Groups and axes: one group for each device with its axis, or for all devices joined by a wire.
-   Return the new id, or -1 when all slots are taken. Opening cold-starts: boot pins, zeroed law. */
+   Return the new id, or -1 when all slots are taken; for an axis -2 when its motor is too stiff to be
+   integrated. Opening cold-starts: boot pins, zeroed law. */
 int hil_group_open(hil_core *c, int64_t now_ns);
 void hil_group_close(hil_core *c, int group);
 int hil_axis_open(hil_core *c, int group, const hil_axis_params *params);

@@ -63,7 +63,9 @@ def _in_flight(line: DeviceUart) -> list[tuple[int, int]]:
 
 
 @given(BAUDS, st.lists(st.tuples(st.integers(0, 10**7), st.binary(min_size=1, max_size=100)), max_size=6))
-def test_what_the_sketch_sends_follows_itself_without_a_gap(baud: int, writes: list[tuple[int, bytes]]) -> None:
+def test_what_the_sketch_sends_follows_itself_without_a_gap(
+    baud: int, writes: list[tuple[int, bytes]]
+) -> None:
     sent: list[tuple[int, bytes]] = []
     line = uart(baud, sent)
     free_ns, expected, now_ns = 0, [], T0

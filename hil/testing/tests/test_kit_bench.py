@@ -29,7 +29,7 @@ def answer(bench: Bench) -> bytes:
 def test_a_configuration_is_a_dict_yaml_text_or_a_path(given: str, tmp_path: Path) -> None:
     path = tmp_path / "bench.yaml"
     path.write_text(TEXT)
-    config = {"dict": CONFIG, "text": TEXT, "path": path, "path as text": str(path)}[given]
+    config: Any = {"dict": CONFIG, "text": TEXT, "path": path, "path as text": str(path)}[given]
     bench = Bench(config)
     assert list(bench.config.devices) == ["m1"]
     assert answer(bench).startswith(b"stepNumber: 0 , Angle: 6.")
@@ -45,7 +45,10 @@ def test_a_tables_file_is_looked_up_beside_the_configuration(tmp_path: Path) -> 
 def test_all_problems_of_a_configuration_are_told_at_once() -> None:
     with pytest.raises(ConfigError) as caught:
         Bench("bench: kit\ndevices:\n  m1: {profile: mechadiuno, port: memory}\nspeed: fast\n")
-    assert [(problem.line, problem.file) for problem in caught.value.problems] == [(3, "<text>"), (4, "<text>")]
+    assert [(problem.line, problem.file) for problem in caught.value.problems] == [
+        (3, "<text>"),
+        (4, "<text>"),
+    ]
     assert "mechaduino" in str(caught.value)
 
 
@@ -120,7 +123,17 @@ def counts(bench: Bench, times_ms: list[float]) -> list[int]:
 def test_a_held_script_steps_at_its_points() -> None:
     bench = Bench(CONFIG)
     bench.axis("m1").script_encoder([(10, 100), (20, 200), (30, -1), (40, 16384 + 5)])
-    assert counts(bench, [0, 10, 19.999999, 20, 29, 30, 39, 40, 1000]) == [100, 100, 100, 200, 200, 16383, 16383, 5, 5]
+    assert counts(bench, [0, 10, 19.999999, 20, 29, 30, 39, 40, 1000]) == [
+        100,
+        100,
+        100,
+        200,
+        200,
+        16383,
+        16383,
+        5,
+        5,
+    ]
 
 
 def test_a_linear_script_rounds_down_and_wraps() -> None:

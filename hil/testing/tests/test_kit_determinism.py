@@ -76,7 +76,9 @@ def test_another_process_with_another_hash_seed_does_the_same() -> None:
     found = set()
     for seed in ("0", "1", "4294967295"):
         env = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        done = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=env, capture_output=True, text=True, check=True
+        )
         found.add(done.stdout.strip())
     assert found == {run_once()}
 

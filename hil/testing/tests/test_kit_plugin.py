@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-TEST = '''
+TEST = """
 CONFIG = {"bench": "b", "devices": {"m1": {"profile": "mechaduino", "port": "memory"}}}
 
 def test_it_answers(bench):
@@ -17,7 +17,7 @@ def test_it_answers(bench):
 
 def test_it_says_what_is_wrong(bench):
     bench({"bench": "b", "devices": {"m1": {"profile": "nothing", "port": "memory"}}})
-'''
+"""
 
 
 def test_the_fixture_makes_benches(tmp_path: Path) -> None:
@@ -26,7 +26,17 @@ def test_the_fixture_makes_benches(tmp_path: Path) -> None:
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
     }
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "hil.testing.plugin", "-p", "no:cacheprovider", str(tmp_path)]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "hil.testing.plugin",
+        "-p",
+        "no:cacheprovider",
+        str(tmp_path),
+    ]
     done = subprocess.run(command, env=env, capture_output=True, text=True, cwd=tmp_path)
     assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
     assert "ConfigError" in done.stdout

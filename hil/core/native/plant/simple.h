@@ -2,15 +2,17 @@
    currents follow their command at once (no inductance, back-EMF, detent or supply limit).
 
    State lives on a grid of nodes: one at every change of a current or of the load, and one every
-   PLANT_STEP_NS after it. Between nodes nothing is stored: reading the shaft at any time integrates a
+   step_ns after it. Between nodes nothing is stored: reading the shaft at any time integrates a
    copy. So the motion does not depend on how often anybody looked, bit for bit. */
 #ifndef HIL_PLANT_SIMPLE_H
 #define HIL_PLANT_SIMPLE_H
 
 #include <stdint.h>
 
-/* Four steps to a Mechaduino control step (153854.17 ns), and rounded up so that the fourth ends it. */
-#define PLANT_STEP_NS 38464
+/* Two steps to a Mechaduino control step (153854.17 ns), and rounded up so that the second ends it. A
+   plant that is too stiff for that has a whole number of steps in one of these. */
+#define PLANT_STEP_NS 76928
+#define PLANT_MAX_STEPS 256
 
 typedef struct plant_shaft {
     double rev, rev_per_s;
@@ -18,15 +20,17 @@ typedef struct plant_shaft {
 
 typedef struct plant {
     plant_shaft shaft; /* at node_ns */
-    int64_t node_ns;
+    int64_t node_ns, step_ns;
     double acceleration; /* at the node, rev/s2, friction left out */
     double current_a_A, current_b_A, load_torque_Nm;
     int at_rest; /* the last full step changed nothing: later ones will not either */
-    double torque_constant_Nm_per_A, per_inertia, damping_per_s, teeth, full_step_decay;
+    double torque_constant_Nm_per_A, per_inertia, damping_per_s, teeth;
 } plant;
 
-void plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
-                int teeth, double start_rev, double load_torque_Nm, int64_t now_ns);
+/* All finite; inertia, torque constant, teeth and largest current above 0. -1: too stiff to integrate in
+   PLANT_MAX_STEPS. */
+int plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
+               int teeth, double max_current_A, double start_rev, double load_torque_Nm, int64_t now_ns);
 /* Runs the whole steps up to t_ns; the node stays behind t_ns by less than a step. */
 void plant_advance(plant *p, int64_t t_ns);
 /* Makes t_ns a node: call it before a change of current or load, then plant_set_*. */

@@ -12,7 +12,9 @@
 
 #include "../core.h"
 
+#ifndef STACK_LEN /* the thread sanitizer needs more */
 #define STACK_LEN (256 * 1024)
+#endif
 /* A wake that works longer leaves the rest to the next one, so that a core that has fallen far behind
    (a stopped process) does not take its CPU for long at a FIFO priority. */
 #define BUDGET_NS 20000000

@@ -84,7 +84,7 @@ static void script_far_out(void)
 static void shaft_counts(void)
 {
     hil_axis_params still = MECHADUINO;
-    still.viscous_Nm_s_per_rad = 1e6; /* holds it where it starts */
+    still.inertia_kg_m2 = 1e6; /* holds it where it starts */
     static const double START_DEG[] = {0, 90, 359.99, -90, -0.01, 725, -1e-20};
     static const int RAW[] = {0, 4096, 16383, 12288, 16383, 227, 0};
     for (int i = 0; i < 7; i++) {
@@ -97,11 +97,21 @@ static void shaft_counts(void)
     }
 }
 
+static void too_stiff_is_refused(void)
+{
+    hil_core *c = new_core(1);
+    hil_axis_params stiff = MECHADUINO;
+    stiff.viscous_Nm_s_per_rad = 1e6;
+    CHECK_INT(hil_axis_open(c, open_group(c, 0), &stiff), -2);
+    CHECK_INT(open_axis(c, 0), 0); /* the slot is still free */
+    hil_core_free(c);
+}
+
 static void spi_answers_a_frame_late(void)
 {
     hil_core *c = new_bench();
-    static const int64_t at_ns[] = {0, 100}, raw[] = {3, 7};
-    hil_axis_script_encoder(c, 0, 2, at_ns, raw, 0);
+    static const int64_t at_ns[] = {0, 100, 200}, raw[] = {3, 7, 8192};
+    hil_axis_script_encoder(c, 0, 3, at_ns, raw, 0);
     hil_axis_set(c, 0, HIL_FIELD_diaagc, 0x0105);
     hil_axis_set(c, 0, HIL_FIELD_errfl, 5);
     CHECK_INT(hil_axis_spi(c, 0, 0xFFFC), 3);      /* power-up primes an angle: two ones, even */
@@ -114,6 +124,8 @@ static void spi_answers_a_frame_late(void)
     CHECK_INT(hil_axis_spi(c, 0, 0xFFFF), 0); /* NOP answers 0 */
     hil_group_advance(c, 0, 100);
     CHECK_INT(hil_axis_spi(c, 0, 0xFFFF), 0x8007); /* the angle of now */
+    hil_group_advance(c, 0, 200);
+    CHECK_INT(hil_axis_spi(c, 0, 0xFFFF), 0xA000);
     hil_core_free(c);
 }
 
@@ -285,6 +297,7 @@ void axis_tests(void)
     RUN(script_floors_at_boundaries);
     RUN(script_far_out);
     RUN(shaft_counts);
+    RUN(too_stiff_is_refused);
     RUN(spi_answers_a_frame_late);
     RUN(steps_by_rising_edges);
     RUN(enable_input);

@@ -7,7 +7,7 @@ static plant rotor(double viscous_Nm_s_per_rad, double start_rev, double load_to
 {
     plant p;
     plant_init(&p, MECHADUINO.inertia_kg_m2, viscous_Nm_s_per_rad, MECHADUINO.torque_constant_Nm_per_A,
-               MECHADUINO.rotor_teeth, start_rev, load_torque_Nm, 0);
+               MECHADUINO.rotor_teeth, 2.2, start_rev, load_torque_Nm, 0);
     return p;
 }
 
@@ -140,9 +140,13 @@ static void sines(void)
 /* Friction without a limit, and a load that sends the rotor away, end in numbers, not in a hang. */
 static void extremes_are_defined(void)
 {
-    plant p = rotor(1e300, 0.1, 1);
+    plant p;
+    CHECK(plant_init(&p, 5.4e-6, 1e300, 0.225, 50, 2.2, 0.1, 1, 0) == -1);
+    CHECK(plant_init(&p, 1e-30, 0.004, 0.225, 50, 2.2, 0.1, 1, 0) == -1);
+    p = rotor(1, 0.1, 1); /* stiff: 250 times the usual friction */
+    CHECK(p.step_ns < PLANT_STEP_NS / 20);
     plant_advance(&p, 1000000000);
-    CHECK(isfinite(p.shaft.rev));
+    CHECK_NEAR(p.shaft.rev_per_s * TAU, 1, 1e-6);
     static const double LOADS[] = {NAN, INFINITY, -1e300, 1e300, 1e15};
     for (int i = 0; i < 5; i++) {
         p = rotor(0.004, 0.1, 0);

@@ -1,0 +1,291 @@
+"""A port joined to a device over a paced line, and devices whose firmware is broken."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pytest
+
+from hil.core import Core
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.inputs import Bytes, Reset
+from hil.session.session import BACKLOG_HOLD_BYTES, Session
+from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
+from hil.vocab.ports import PortHost, PortStats
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.serial_line import resample
+
+PARAMETERS = {
+    "inertia_kg_m2": 5.4e-6,
+    "viscous_Nm_s_per_rad": 0.004,
+    "torque_constant_Nm_per_A": 0.225,
+    "sense_resistor_ohm": 0.15,
+    "start_deg": 0.0,
+    "load_torque_Nm": 0.0,
+    "rotor_teeth": 50,
+}
+
+
+class MemoryPort:
+    """A port in memory: what the session writes is kept; the client's side is set by the test."""
+
+    address = "memory"
+
+    def __init__(self, baud: int | None = None) -> None:
+        self.baud = baud
+        self.unread = 0
+        self.got = bytearray()
+        self.resumed = 0
+
+    async def open(self, host: PortHost) -> None:
+        return
+
+    async def close(self) -> None:
+        return
+
+    def write(self, data: bytes) -> None:
+        self.got += data
+
+    def resume_reading(self) -> None:
+        self.resumed += 1
+
+    def backlog(self) -> int:
+        return self.unread
+
+    def client_baud(self) -> int | None:
+        return self.baud
+
+    def stats(self) -> PortStats:
+        return PortStats(1, 1, 0, len(self.got), 0, 0)
+
+
+class NoStore:
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        device.commit_done(True)
+
+
+class Echo:
+    """Sends every byte back."""
+
+    def __init__(self, board: Board) -> None:
+        self.uart = board.uart
+
+    def main(self) -> Main:
+        while True:
+            yield ByteAvailable()
+            self.uart.write(bytes([self.uart.read()]))
+
+    def interrupt(self, event: CoreEvent) -> None:
+        return
+
+
+class Bench:
+    """Devices with a firmware of the test's own, on the virtual clock; ``heard``: all that they sent."""
+
+    def __init__(self) -> None:
+        self.runtime = BenchRuntime("test", Core(8))
+        self.heard: list[tuple[str, int, bytes]] = []
+        self.runtime.listeners.append(
+            lambda device, at_ns, data: self.heard.append((device.name, at_ns, data))
+        )
+
+    def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
+        group, axis = self.runtime.open_group(PARAMETERS)
+        device = Device(
+            name, "test", axis, firmware, baud=baud, nvm={}, facts={}, store=NoStore(), sent=self.runtime.sent
+        )  # fmt: skip
+        self.runtime.add(group, device)
+        return device
+
+    def until(self, at_ns: int) -> None:
+        self.runtime.advance(SimTimeNs(at_ns))
+
+
+def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, MemoryPort]:
+    bench = Bench()
+    device = bench.add("m1", Echo, device_baud)
+    port = MemoryPort(client_baud)
+    session = Session(bench.runtime, device, port, lambda: None)
+    bench.runtime.listeners.append(lambda device, at_ns, data: session.send(at_ns, data))
+    return bench, session, port
+
+
+def test_a_character_takes_its_time_each_way() -> None:
+    # "abc" at 9600 baud: character n is complete at n * 10 / 9600 s; each is sent back from there.
+    bench, session, port = paced(9600, 9600)
+    session.received(b"abc")
+    end = [n * 10 * 10**9 // 9600 for n in range(5)]
+    bench.until(end[3] - 1)
+    assert [(at_ns, data) for _, at_ns, data in bench.heard] == [(end[1], b"a"), (end[2], b"b")]
+    bench.until(end[3])
+    session.flush()
+    heard_ns = [at_ns + end[1] for at_ns in end[1:4]]
+    assert session.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
+    assert port.got == b""
+    assert session.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
+    assert port.got == b"a"
+    assert session.release(SimTimeNs(heard_ns[2])) == FOREVER
+    assert port.got == b"abc"
+
+
+@pytest.mark.parametrize(("device_baud", "client_baud"), [(38400, 19200), (19200, 38400), (115200, 9600)])
+def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> None:
+    # What the device reads is what its line model makes of the client's signal; its answer to each byte
+    # is a signal of its own as soon as it is complete, joined to the one before if there is no gap.
+    bench, session, port = paced(device_baud, client_baud)
+    session.received(b"m\r")
+    bench.until(10**9)
+    read = [sampled.byte for sampled in resample(b"m\r", client_baud, device_baud)]
+    assert b"".join(data for _, _, data in bench.heard) == bytes(read)
+    session.flush()
+    session.release(FOREVER)
+    pieces: list[bytes] = []
+    ends: list[int] = []
+    for _, at_ns, data in bench.heard:
+        if ends and at_ns <= ends[-1]:
+            pieces[-1] += data
+        else:
+            pieces.append(data)
+        ends.append(at_ns + 10 * 10**9 // device_baud)
+    expected = [sampled.byte for piece in pieces for sampled in resample(piece, device_baud, client_baud)]
+    assert list(port.got) == expected
+
+
+def test_m_and_cr_at_half_the_rate_are_the_known_bytes() -> None:
+    bench, session, _ = paced(38400, 19200)
+    session.received(b"m\r")
+    bench.until(10**9)
+    assert b"".join(data for _, _, data in bench.heard).hex(" ") == "e6 9e e6 80"
+
+
+def test_a_client_without_a_baud_has_the_devices() -> None:
+    bench, session, port = paced(9600, None)
+    session.received(b"x")
+    bench.until(10**9)
+    session.flush()
+    session.release(FOREVER)
+    assert port.got == b"x"
+
+
+def test_a_client_that_does_not_read_holds_the_device_up() -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo)
+    port = MemoryPort()
+    session = Session(bench.runtime, device, port, lambda: None)
+    assert session.room() > 0
+    port.unread = BACKLOG_HOLD_BYTES + 1
+    assert session.room() == 0
+    session.refresh()
+    assert port.resumed == 0
+    port.unread = 0
+    session.drained()
+    assert port.resumed == 1
+    session.drained()
+    assert port.resumed == 1
+
+
+def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo)
+    port = MemoryPort(9600)  # a USB client's baud means nothing
+    session = Session(bench.runtime, device, port, lambda: None)
+    bench.runtime.listeners.append(lambda device, at_ns, data: session.send(at_ns, data))
+    session.received(b"hello")
+    assert port.got == b"hello"
+
+
+# ---- broken firmware ----
+
+
+class Broken(Echo):
+    """Echoes until ``!`` comes, then breaks in its own way."""
+
+    how: Callable[[], Any]
+
+    def main(self) -> Main:
+        while True:
+            yield ByteAvailable()
+            byte = self.uart.read()
+            if byte == ord("!"):
+                yield from type(self).how()
+                return
+            self.uart.write(bytes([byte]))
+
+
+def raises() -> Main:
+    raise RuntimeError("lamp burnt out")
+    yield
+
+
+def loops() -> Main:
+    while True:
+        yield Delay(0)
+
+
+def yields_nonsense() -> Main:
+    yield "please"  # type: ignore[misc]
+
+
+def sets_an_unknown_field() -> Main:
+    raise KeyError("warp")
+    yield
+
+
+def returns() -> Main:
+    return
+    yield
+
+
+@pytest.mark.parametrize(
+    ("how", "why"),
+    [
+        (raises, "RuntimeError: lamp burnt out"),
+        (loops, "FirmwareStuck: resumed"),
+        (yields_nonsense, "FirmwareStuck: the main program yielded 'please'"),
+        (sets_an_unknown_field, "KeyError"),
+        (returns, "FirmwareStuck: the main program returned"),
+    ],
+)
+def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
+    firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
+    bench = Bench()
+    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
+    told: list[str | None] = []
+    broken.on_failed = lambda device: told.append(device.failed)
+    bench.until(1000)
+    bench.runtime.give(broken, Bytes(b"a!b"))
+    assert broken.failed is not None
+    assert broken.failed.startswith(why)
+    assert told == [broken.failed]
+    bench.runtime.give(broken, Bytes(b"c"))
+    bench.runtime.give(sound, Bytes(b"d"))
+    bench.until(10**9)
+    assert sound.failed is None
+    assert bench.heard == [("m1", 1000, b"a"), ("m2", 1000, b"d")]
+    assert broken.due_ns == FOREVER
+    assert told == [broken.failed]
+    # Power off and on, and it works until the next !
+    bench.runtime.give(broken, Reset())
+    bench.runtime.give(broken, Bytes(b"e"))
+    assert broken.failed is None
+    assert bench.heard[-1] == ("m1", 10**9, b"e")
+
+
+def test_a_firmware_that_fails_in_its_interrupt_stops_its_device_alone() -> None:
+    class Interrupted(Echo):
+        def __init__(self, board: Board) -> None:
+            super().__init__(board)
+            board.axis.set("print_yw", 1)
+            board.axis.loop(True)
+
+        def interrupt(self, event: CoreEvent) -> None:
+            raise OSError(f"at {event.at_ns}")
+
+    bench = Bench()
+    broken, sound = bench.add("m1", Interrupted), bench.add("m2", Echo)
+    bench.until(10**8)
+    # The fifth control step is the first that prints.
+    assert broken.failed == f"OSError: at {5 * 7385 * 1000 // 48}"
+    assert broken.axis.snapshot().loop_on == 0
+    bench.runtime.give(sound, Bytes(b"d"))
+    assert bench.heard == [("m2", 10**8, b"d")]
