@@ -82,9 +82,6 @@ def add_device(
 ) -> Device:
     """Open an axis and start the device's firmware."""
     group, axis = bench.open_group(config.axis_parameters(profile))
-    for register, value in config.register_values(profile).items():
-        axis.set(register, value)
-    axis.set("spi_previous_command", config.spi_previous_command)
     device = Device(
         name,
         profile.name,
@@ -92,6 +89,7 @@ def add_device(
         load_firmware(profile),
         baud=config.baud,
         nvm=sections,
+        power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
         facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hil.config.document import Finding
 from hil.config.explain import findings_of, suggestion
 from hil.config.yaml_text import document_from_yaml
+from hil.core import AXIS_PARAMETERS, LAWS
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,13 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
     if info.default_hardware not in info.hardware:
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
+    if info.law not in LAWS:
+        findings.append(Finding(("law",), "there is no such control law", suggestion(info.law, LAWS)))
+    findings += [
+        Finding(("axis",), f"{name} is missing", "write it with its value, unit, about and source")
+        for name in AXIS_PARAMETERS
+        if name not in info.axis
+    ]
     for name, parameter in info.axis.items():
         if refusal := parameter.refusal(parameter.value):
             findings.append(Finding(("axis", name, "value"), *refusal))

@@ -169,7 +169,10 @@ class BenchConfig(_Model):
     )
     seed: int = Field(default=0, description="Where all randomness starts: same seed and inputs, same bytes.")
     cpu: int | None = Field(
-        default=None, ge=0, le=1023, description="The CPU that the real-time core is pinned to; null: any."
+        default=None,
+        ge=0,
+        le=1023,
+        description="The CPU that the real-time core is pinned to; null: the last one allowed.",
     )
     runtime_dir: _Path | None = Field(
         default=None,

@@ -15,6 +15,21 @@ PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
 """Inputs of an axis: the board's names, and what the step/dir interface uses them for."""
 
 
+LAWS = ("mechaduino",)
+"""Control laws that a profile can name."""
+
+AXIS_PARAMETERS = (
+    "inertia_kg_m2",
+    "viscous_Nm_s_per_rad",
+    "torque_constant_Nm_per_A",
+    "sense_resistor_ohm",
+    "start_deg",
+    "load_torque_Nm",
+    "rotor_teeth",
+)
+"""What a profile has to say about its motor, driver and load."""
+
+
 class CoreAxis:
     """One axis of a core; what a firmware sees is ``hil.vocab.firmware.Axis``.
 
@@ -82,7 +97,11 @@ class Core:
         self.event_fd = self.native.event_fd
 
     def open_axis(self, group: int, parameters: Mapping[str, float]) -> CoreAxis:
-        """A cold-started axis with the profile's axis parameters (their names carry the units)."""
+        """A cold-started axis with ``AXIS_PARAMETERS``.
+
+        Raises:
+            ValueError: such a motor is too stiff to be integrated.
+        """
         p = parameters
         axis = self.native.axis_open(
             group,

@@ -111,11 +111,12 @@ def _say_started(daemon: "Daemon") -> None:
         f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
     )
     for name, session in daemon.sessions.items():
-        address = session.port.address
-        typer.echo(f"\n{name}: {daemon.config.devices[name].profile} at {address}")
+        address, device = session.port.address, daemon.config.devices[name]
+        baud = device.baud or 115200
+        typer.echo(f"\n{name}: {device.profile} at {address}")
         if not address.startswith("socket://"):
-            typer.echo(f"  picocom -b 115200 {address}")
-        client = f"serial.serial_for_url('{address}', 115200, timeout=1)"
+            typer.echo(f"  picocom -b {baud} {address}")
+        client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
         typer.echo(f"  {sys.executable} -c \"import serial; s = {client}; s.write(b'p'); print(s.read(99))\"")
     typer.echo("\nA board answers 4 s after its power-up. Ctrl-C ends the bench.")
     sys.stdout.flush()

@@ -60,6 +60,7 @@ class ControlServer:
                 self._server = await asyncio.start_unix_server(self._client, self._path, limit=_LINE_LIMIT)
             finally:
                 os.umask(old)
+            self._inode = self._path.stat().st_ino
         except OSError as error:
             raise StartError(
                 f"control socket {self._path}: {error.strerror or error}; choose another --runtime-dir"
@@ -68,7 +69,9 @@ class ControlServer:
     async def close(self) -> None:
         if self._server:
             self._server.close()
-            self._path.unlink(missing_ok=True)
+            with suppress(FileNotFoundError):
+                if self._path.stat().st_ino == self._inode:  # else it is a successor's
+                    self._path.unlink()
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(ConnectionError):

@@ -25,6 +25,7 @@ class Store(Protocol):
 class Device:
     """Runs at the times its group gives it; ``due_ns`` is the next one it needs.
 
+    ``power_up`` has the axis's fields that the power sets beside the core's own: the encoder's registers.
     A firmware that raises, loops or takes too long stops this device alone: ``failed`` says why, and
     ``on_failed`` is called once.
     """
@@ -38,6 +39,7 @@ class Device:
         *,
         baud: int | None,
         nvm: Mapping[str, bytes],
+        power_up: Mapping[str, int],
         facts: Mapping[str, int],
         store: Store,
         sent: Callable[["Device", SimTimeNs, bytes], None],
@@ -48,10 +50,13 @@ class Device:
         self.nvm = dict(nvm)
         self.failed: str | None = None
         self.on_failed: Callable[[Device], None] | None = None
+        self.interrupting = False
+        """What is sent now was sent by an interrupt, at a time before the group's."""
         self.guard: Callable[[], AbstractContextManager[object]] = nullcontext
         self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((at_ns, data)))
         self._outbox: list[tuple[SimTimeNs, bytes]] = []
         self._sent = sent
+        self._power_up = dict(power_up)
         self._facts = dict(facts)
         self._make_firmware = firmware
         self._store = store
@@ -88,7 +93,9 @@ class Device:
                 self._firmware.interrupt(event)
         except Exception as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
+        self.interrupting = True
         self._empty_outbox()
+        self.interrupting = False
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         """An input takes effect at ``now_ns``; ``step`` comes next."""
@@ -120,6 +127,7 @@ class Device:
 
     def fail(self, reason: str) -> None:
         """Stop the device for good; only a reset brings it back."""
+        self._empty_outbox()
         self.failed = reason
         self._runtime.close()
         self.axis.loop(False)
@@ -129,6 +137,8 @@ class Device:
     def _start(self) -> None:
         self._committing = None
         self.axis.power_up()
+        for field, value in self._power_up.items():
+            self.axis.set(field, value)
         self.uart.clear()
         self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
         self._runtime = Runtime(self._firmware.main(), self.uart, self._commit, self.uart.print_returns)

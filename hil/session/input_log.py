@@ -32,10 +32,9 @@ class Sent:
 
 
 def sent_now(device: Device, at_ns: SimTimeNs, data: bytes) -> Sent:
-    """What a device sends now. Its state belongs to it only if the group stands at ``at_ns``: what an
-    interrupt sent is noticed later, at a time that depends on the machine's load."""
-    snapshot = device.axis.snapshot()
-    state = zlib.crc32(repr(snapshot).encode()) if snapshot.at_ns == at_ns else None
+    """What a device sends now. What an interrupt sent has no state: it is noticed later than it happened,
+    at a time that depends on the machine's load."""
+    state = None if device.interrupting else zlib.crc32(repr(device.axis.snapshot()).encode())
     return Sent(at_ns, device.name, data, state)
 
 
