@@ -107,8 +107,7 @@ def test_a_binary_flood(pair: Server) -> None:
         for at in range(0, len(data), 4096):
             client.write(data[at : at + 4096], timeout_s=60)
             client.got = b""
-        until(lambda: pair.status("m1")["rx_bytes"] == len(data), "the flood's end", 60)
-        client.quiet(0.1)
+        until(lambda: (client.quiet(0.01), pair.status("m1")["rx_bytes"] == len(data))[1], "the flood's end")
         boot(pair, client)
     neighbour.undisturbed()
     row = pair.status("m1")

@@ -92,7 +92,16 @@ class Bench:
     def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
         group, axis = self.runtime.open_group(PARAMETERS)
         device = Device(
-            name, "test", axis, firmware, baud=baud, nvm={}, power_up={}, facts={}, store=NoStore(), sent=self.runtime.sent
+            name,
+            "test",
+            axis,
+            firmware,
+            baud=baud,
+            nvm={},
+            power_up={},
+            facts={},
+            store=NoStore(),
+            sent=self.runtime.sent,
         )  # fmt: skip
         self.runtime.add(group, device)
         return device

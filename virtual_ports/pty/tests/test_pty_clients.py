@@ -4,18 +4,15 @@ import asyncio
 import errno
 import fcntl
 import os
-import select
 import signal
 import sys
 import termios
-import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
 import serial
 
+from hil.testing.ports import RecordingHost, Scenario, accounted, read_exactly, run_port, until
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.pty.port import Options, make
 
@@ -23,95 +20,16 @@ DEADLINE_S = 20.0
 RACES = 200
 
 
-class Board:
-    """A host that keeps what it gets, has as much room as it is told, and may answer."""
-
-    def __init__(self) -> None:
-        self.got = bytearray()
-        self.bauds: list[int | None] = []
-        self.room_bytes = 1 << 30
-        self.failures: list[str] = []
-        self.drains = 0
-        self.port: Port | None = None
-        self.answer: Callable[[bytes], bytes] = lambda data: b""
-
-    def received(self, data: bytes) -> None:
-        assert self.port is not None
-        assert 0 < len(data) <= self.room_bytes
-        self.room_bytes -= len(data)
-        self.got += data
-        self.bauds.append(self.port.client_baud())
-        if reply := self.answer(data):
-            self.port.write(reply)
-
-    def room(self) -> int:
-        return self.room_bytes
-
-    def drained(self) -> None:
-        assert self.port is not None
-        assert self.port.backlog() == 0
-        self.drains += 1
-
-    def port_failed(self, reason: str) -> None:
-        self.failures.append(reason)
-
-
-@asynccontextmanager
-async def opened(directory: Path) -> AsyncIterator[tuple[Port, Board]]:
-    port, board = make(Options(), PortContext("b", "m1", directory)), Board()
-    board.port = port
-    await port.open(board)
-    try:
-        yield port, board
-        assert board.failures == []
-    finally:
-        await port.close()
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        await asyncio.sleep(0)
-
-
 def client(port: Port, flags: int = os.O_RDWR) -> int:
     return os.open(port.address, flags | os.O_NOCTTY | os.O_NONBLOCK)
 
 
-def read_now(fd: int) -> bytes:
-    data = b""
-    while select.select([fd], [], [], 0)[0] and (chunk := os.read(fd, 65536)):
-        data += chunk
-    return data
-
-
-async def read_exactly(fd: int, size: int) -> bytes:
-    data = bytearray()
-
-    def complete() -> bool:
-        data.extend(read_now(fd))
-        return len(data) >= size
-
-    await until(complete)
-    return bytes(data)
-
-
-def run(directory: Path, scenario: Callable[[Port, Board], Awaitable[None]]) -> None:
-    async def main() -> None:
-        async with opened(directory) as (port, board):
-            await scenario(port, board)
-
-    asyncio.run(main())
-
-
-def accounted(port: Port) -> int:
-    stats = port.stats()
-    return stats.tx_bytes + stats.dropped_bytes + stats.unheard_bytes
+def run(directory: Path, scenario: Scenario) -> None:
+    run_port(make(Options(), PortContext("b", "m1", directory)), scenario)
 
 
 def test_the_terminal_is_raw_when_its_name_appears_and_again_for_the_next_client(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         for _ in range(2):
             fd = client(port)
             iflag, oflag, _, lflag = termios.tcgetattr(fd)[:4]
@@ -127,7 +45,7 @@ def test_the_terminal_is_raw_when_its_name_appears_and_again_for_the_next_client
 
 
 def test_several_clients_share_the_line(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         fds = [client(port) for _ in range(5)]
         port.write(b"")
         assert (port.stats().clients, port.stats().connects) == (5, 5)
@@ -147,7 +65,7 @@ def test_several_clients_share_the_line(tmp_path: Path) -> None:
 
 
 def test_the_baud_of_a_client_is_seen_and_forgotten(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         assert port.client_baud() is None
         for baud in (9600, 115200, 250000, 12345, 2000000):
             with serial.Serial(port.address, baud):
@@ -164,7 +82,7 @@ def test_the_baud_of_a_client_is_seen_and_forgotten(tmp_path: Path) -> None:
 
 
 def test_bytes_of_a_client_that_has_left_still_have_its_baud(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.room_bytes = 0
         with serial.Serial(port.address, 19200) as line:
             line.write(b"m\r")
@@ -181,7 +99,7 @@ def test_bytes_of_a_client_that_has_left_still_have_its_baud(tmp_path: Path) -> 
 
 
 def test_8e1_can_be_opened_again_and_again(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         for number in range(1, 21):
             with serial.Serial(port.address, 19200, parity=serial.PARITY_EVEN) as line:
                 await until(lambda number=number: port.stats().connects == number)  # type: ignore[misc]
@@ -194,7 +112,7 @@ def test_8e1_can_be_opened_again_and_again(tmp_path: Path) -> None:
 
 
 def test_exclusive_use_ends_with_the_client(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         os.chmod(port.address, 0o666)
         code = (
             "import os,sys,fcntl,termios\n"
@@ -224,7 +142,7 @@ def test_exclusive_use_ends_with_the_client(tmp_path: Path) -> None:
 
 
 def test_there_are_no_modem_lines(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         with serial.Serial(port.address) as line, pytest.raises(OSError, match="ioctl") as refused:
             line.rts = False
         assert refused.value.errno == errno.ENOTTY
@@ -233,7 +151,7 @@ def test_there_are_no_modem_lines(tmp_path: Path) -> None:
 
 
 def test_a_client_that_comes_as_another_goes_loses_no_byte_and_no_reply(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         """No turn of the event loop between A's close, B's open and B's write: all come in at once."""
         board.answer = lambda data: b"<" + data + b">"
         a = client(port)
@@ -254,7 +172,7 @@ def test_a_client_that_comes_as_another_goes_loses_no_byte_and_no_reply(tmp_path
 
 
 def test_clients_of_other_processes_that_take_turns_lose_nothing(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.answer = lambda data: data
         code = (
             "import os,sys,select\n"
@@ -276,7 +194,7 @@ def test_clients_of_other_processes_that_take_turns_lose_nothing(tmp_path: Path)
 
 
 def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         fds = len(os.listdir("/proc/self/fd"))
         for number in range(960):
             fd = client(port)
@@ -316,7 +234,7 @@ def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
 def test_opens_that_the_kernel_merges_are_put_right(tmp_path: Path) -> None:
     """Two processes that open and close without pause on two processors: some events are merged."""
 
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         code = (
             "import os,sys\nfor _ in range(1000): os.close(os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY))\n"
         )
@@ -344,7 +262,7 @@ def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
     async def main() -> None:
         before = sorted(os.listdir("/proc/self/fd"))
         ports = [make(Options(), PortContext("b", f"m{number}", tmp_path)) for number in range(150)]
-        boards = [Board() for _ in ports]
+        boards = [RecordingHost(port) for port in ports]
         for port, board in zip(ports, boards, strict=True):
             board.port = port
             await port.open(board)
@@ -370,7 +288,8 @@ def test_a_terminal_that_root_hangs_up_is_reported_once(tmp_path: Path) -> None:
         pytest.skip("needs CAP_SYS_ADMIN")
 
     async def main() -> None:
-        port, board = make(Options(), PortContext("b", "m1", tmp_path)), Board()
+        port = make(Options(), PortContext("b", "m1", tmp_path))
+        board = RecordingHost(port)
         board.port = port
         await port.open(board)
         fd = client(port)

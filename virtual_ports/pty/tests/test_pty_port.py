@@ -2,109 +2,28 @@
 
 import asyncio
 import os
-import select
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
 from pathlib import Path
 
+from hil.testing.ports import RecordingHost, Scenario, accounted, read_exactly, run_port, until
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.pty.port import QUEUE_BYTES, Options, make
 
 DEADLINE_S = 20.0
 
 
-class Board:
-    """A host that keeps what it gets, has as much room as it is told, and may answer."""
-
-    def __init__(self) -> None:
-        self.got = bytearray()
-        self.bauds: list[int | None] = []
-        self.room_bytes = 1 << 30
-        self.failures: list[str] = []
-        self.drains = 0
-        self.port: Port | None = None
-        self.answer: Callable[[bytes], bytes] = lambda data: b""
-
-    def received(self, data: bytes) -> None:
-        assert self.port is not None
-        assert 0 < len(data) <= self.room_bytes
-        self.room_bytes -= len(data)
-        self.got += data
-        self.bauds.append(self.port.client_baud())
-        if reply := self.answer(data):
-            self.port.write(reply)
-
-    def room(self) -> int:
-        return self.room_bytes
-
-    def drained(self) -> None:
-        assert self.port is not None
-        assert self.port.backlog() == 0
-        self.drains += 1
-
-    def port_failed(self, reason: str) -> None:
-        self.failures.append(reason)
-
-
-@asynccontextmanager
-async def opened(directory: Path) -> AsyncIterator[tuple[Port, Board]]:
-    port, board = make(Options(), PortContext("b", "m1", directory)), Board()
-    board.port = port
-    await port.open(board)
-    try:
-        yield port, board
-        assert board.failures == []
-    finally:
-        await port.close()
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        await asyncio.sleep(0)
-
-
 def client(port: Port, flags: int = os.O_RDWR) -> int:
     return os.open(port.address, flags | os.O_NOCTTY | os.O_NONBLOCK)
 
 
-def read_now(fd: int) -> bytes:
-    data = b""
-    while select.select([fd], [], [], 0)[0] and (chunk := os.read(fd, 65536)):
-        data += chunk
-    return data
-
-
-async def read_exactly(fd: int, size: int) -> bytes:
-    data = bytearray()
-
-    def complete() -> bool:
-        data.extend(read_now(fd))
-        return len(data) >= size
-
-    await until(complete)
-    return bytes(data)
-
-
-def run(directory: Path, scenario: Callable[[Port, Board], Awaitable[None]]) -> None:
-    async def main() -> None:
-        async with opened(directory) as (port, board):
-            await scenario(port, board)
-
-    asyncio.run(main())
-
-
-def accounted(port: Port) -> int:
-    stats = port.stats()
-    return stats.tx_bytes + stats.dropped_bytes + stats.unheard_bytes
+def run(directory: Path, scenario: Scenario) -> None:
+    run_port(make(Options(), PortContext("b", "m1", directory)), scenario)
 
 
 def test_every_byte_value_passes_both_ways_unchanged(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         every = bytes(range(256)) * 4
         fd = client(port)
         os.write(fd, every)
@@ -120,7 +39,7 @@ def test_every_byte_value_passes_both_ways_unchanged(tmp_path: Path) -> None:
 
 
 def test_bytes_for_nobody_are_counted_and_not_kept(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         port.write(b"boot text")
         fd = client(port)
         port.write(b"heard")
@@ -134,7 +53,7 @@ def test_bytes_for_nobody_are_counted_and_not_kept(tmp_path: Path) -> None:
 
 
 def test_what_the_last_client_left_unread_is_not_for_the_next(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         first = client(port)
         for _ in range(20):
             port.write(bytes(1000))  # fills the terminal, its buffers in the kernel, and the port's queue
@@ -150,7 +69,7 @@ def test_what_the_last_client_left_unread_is_not_for_the_next(tmp_path: Path) ->
 
 
 def test_open_write_close_at_once_loses_nothing(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         shell = await asyncio.create_subprocess_shell(f"echo m > {port.address}; printf n > {port.address}")
         await shell.wait()
         for number in range(200):
@@ -164,7 +83,7 @@ def test_open_write_close_at_once_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_an_idle_port_without_clients_uses_no_processor_time(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         os.close(client(port))
         await until(lambda: port.stats().connects == 1 and port.stats().clients == 0)
         before = time.process_time()
@@ -175,7 +94,7 @@ def test_an_idle_port_without_clients_uses_no_processor_time(tmp_path: Path) -> 
 
 
 def test_at_room_0_the_client_is_held_up_and_nothing_is_lost(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.room_bytes = 10
         fd = client(port)
         sent = 0
@@ -210,7 +129,7 @@ def test_at_room_0_the_client_is_held_up_and_nothing_is_lost(tmp_path: Path) -> 
 
 
 def test_a_client_that_never_reads_costs_only_its_own_bytes(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         fd = client(port)
         total = 0
         for _ in range(300):
@@ -242,7 +161,7 @@ def test_a_client_that_never_reads_costs_only_its_own_bytes(tmp_path: Path) -> N
 
 
 def test_a_binary_flood_both_ways_arrives_whole(tmp_path: Path) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         flood = os.urandom(1 << 20)
         board.answer = lambda data: data
         code = (

@@ -4,62 +4,22 @@ import asyncio
 import os
 import socket
 import struct
-import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import serial
 from pydantic import ValidationError
 
+from hil.testing.ports import DEADLINE_S, RecordingHost, Scenario, accounted, run_port, until
 from hil.vocab.ports import Port, PortContext, PortError
 from virtual_ports.tcp.client import QUEUE_BYTES
 from virtual_ports.tcp.port import Options, make
 
-DEADLINE_S = 20.0
 
-
-class Board:
-    """A host that keeps what it gets and has as much room as it is told."""
-
-    def __init__(self) -> None:
-        self.got = bytearray()
-        self.room_bytes = 1 << 30
-        self.drains = 0
-        self.port: Port | None = None
-        self.answer: Callable[[bytes], bytes] = lambda data: b""
-
-    def received(self, data: bytes) -> None:
-        assert self.port is not None
-        assert 0 < len(data) <= self.room_bytes
-        self.room_bytes -= len(data)
-        self.got += data
-        if reply := self.answer(data):
-            self.port.write(reply)
-
-    def room(self) -> int:
-        return self.room_bytes
-
-    def drained(self) -> None:
-        assert self.port is not None
-        assert self.port.backlog() == 0
-        self.drains += 1
-
-    def port_failed(self, reason: str) -> None:
-        raise AssertionError(reason)
-
-
-def made(options: Options) -> tuple[Port, Board]:
-    port, board = make(options, PortContext("b", "m1", Path("/nowhere"))), Board()
-    board.port = port
-    return port, board
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        await asyncio.sleep(0)
+def made(options: Options) -> tuple[Port, RecordingHost]:
+    port = make(options, PortContext("b", "m1", Path("/nowhere")))
+    return port, RecordingHost(port)
 
 
 def connect(port: Port) -> socket.socket:
@@ -91,28 +51,18 @@ def reset(connection: socket.socket) -> None:
     connection.close()
 
 
-def run(scenario: Callable[[Port, Board], Awaitable[None]], host: str = "127.0.0.1") -> None:
-    async def main() -> None:
-        fds = sorted(os.listdir("/proc/self/fd"))
-        port, board = made(Options(host=host))
-        await port.open(board)
-        try:
-            await scenario(port, board)
-        finally:
-            await port.close()
-            await port.close()
-        assert sorted(os.listdir("/proc/self/fd")) == fds
+def run(scenario: Scenario, host: str = "127.0.0.1") -> None:
+    async def leaving_nothing(port: Port, board: RecordingHost) -> None:
+        without_listener = len(os.listdir("/proc/self/fd")) - 1
+        await scenario(port, board)
+        await port.close()  # run_port closes once more
+        assert len(os.listdir("/proc/self/fd")) == without_listener
 
-    asyncio.run(main())
-
-
-def accounted(port: Port) -> int:
-    stats = port.stats()
-    return stats.tx_bytes + stats.dropped_bytes + stats.unheard_bytes
+    run_port(make(Options(host=host), PortContext("b", "m1", Path("/nowhere"))), leaving_nothing)
 
 
 def test_every_byte_value_passes_both_ways_unchanged() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         every = bytes(range(256)) * 4
         port.write(b"for nobody")
         with await connected(port) as connection:
@@ -131,7 +81,7 @@ def test_every_byte_value_passes_both_ways_unchanged() -> None:
 
 
 def test_pyserial_opens_the_address() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.answer = lambda data: data.upper()
 
         def ask() -> bytes:
@@ -145,7 +95,7 @@ def test_pyserial_opens_the_address() -> None:
 
 
 def test_the_address_shows_the_number_that_was_found() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         assert port.address.startswith("socket://127.0.0.1:")
         assert not port.address.endswith(":0")
 
@@ -156,7 +106,7 @@ def test_ipv6() -> None:
     if not socket.has_ipv6 or not os.path.exists("/proc/net/if_inet6"):
         pytest.skip("no IPv6 here")
 
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         assert port.address.startswith("socket://[::1]:")
         with await connected(port) as connection:
             connection.send(b"m")
@@ -166,7 +116,7 @@ def test_ipv6() -> None:
 
 
 def test_clients_share_the_line() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         clients = [await connected(port) for _ in range(4)]
         port.write(b"to all")
         for number, each in enumerate(clients):
@@ -184,7 +134,7 @@ def test_clients_share_the_line() -> None:
 
 
 def test_send_and_close_at_once_loses_nothing() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         for number in range(100):
             with connect(port) as connection:
                 connection.send(b"%03d," % number)
@@ -195,7 +145,7 @@ def test_send_and_close_at_once_loses_nothing() -> None:
 
 
 def test_at_room_0_clients_are_held_up_and_nothing_is_lost() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.room_bytes = 10
         flood = bytes(range(128)) * 200
         first, second = await connected(port), await connected(port)
@@ -222,7 +172,7 @@ def test_at_room_0_clients_are_held_up_and_nothing_is_lost() -> None:
 
 
 def test_a_client_that_never_reads_costs_only_its_own_bytes() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         deaf, reader = await connected(port), await connected(port)
         sent = bytearray()
         block = bytes(range(256)) * 256
@@ -245,7 +195,7 @@ def test_a_client_that_never_reads_costs_only_its_own_bytes() -> None:
 
 @pytest.mark.parametrize("leave", [reset, socket.socket.close])
 def test_what_waited_for_a_client_that_leaves_is_counted(leave: Callable[[socket.socket], None]) -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         deaf = await connected(port)
         given = 0
         while port.stats().dropped_bytes == 0:
@@ -261,7 +211,7 @@ def test_what_waited_for_a_client_that_leaves_is_counted(leave: Callable[[socket
 
 
 def test_a_client_that_resets_does_not_disturb_others() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         with await connected(port) as steady:
             for number in range(50):
                 reset(connect(port))  # before it is accepted
@@ -279,7 +229,7 @@ def test_a_client_that_resets_does_not_disturb_others() -> None:
 
 
 def test_a_dead_client_is_noticed_while_nobody_is_read() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         board.room_bytes = 1
         rude = await connected(port)
         rude.send(b"mm")
@@ -300,7 +250,7 @@ def test_a_dead_client_is_noticed_while_nobody_is_read() -> None:
 
 
 def test_a_thousand_clients_leave_nothing_behind() -> None:
-    async def scenario(port: Port, board: Board) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
         fds = len(os.listdir("/proc/self/fd"))
         for number in range(1000):
             connection = await connected(port)
