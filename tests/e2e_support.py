@@ -74,7 +74,7 @@ class Client:
             self.fd = self._socket.fileno()
         else:
             self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-        self.got = b""
+        self.got = bytearray()
         """What came and was not taken by ``read_until`` or ``read_exactly``."""
 
     def write(self, data: bytes, timeout_s: float = PATIENCE_S) -> None:
@@ -111,16 +111,19 @@ class Client:
         searched = 0
         while (at := self.got.find(marker, max(searched - len(marker), 0))) < 0:
             searched = len(self.got)
-            self._wait(deadline, f"{marker!r} within {timeout_s:g} s after {self.got[-300:]!r}")
-        answer, self.got = self.got[: at + len(marker)], self.got[at + len(marker) :]
-        return answer
+            self._wait(deadline, f"{marker!r} within {timeout_s:g} s after {bytes(self.got[-300:])!r}")
+        return self._taken(at + len(marker))
 
     def read_exactly(self, size: int, timeout_s: float = PATIENCE_S, piece: int = 65536) -> bytes:
         """``size`` bytes, in reads of at most ``piece``."""
         deadline = time.monotonic() + timeout_s
         while len(self.got) < size:
             self._wait(deadline, f"{size} bytes within {timeout_s:g} s, got {len(self.got)}", piece)
-        answer, self.got = self.got[:size], self.got[size:]
+        return self._taken(size)
+
+    def _taken(self, size: int) -> bytes:
+        answer = bytes(self.got[:size])
+        del self.got[:size]
         return answer
 
     def _wait(self, deadline: float, what: str, piece: int = 65536) -> None:
@@ -133,8 +136,7 @@ class Client:
         """Everything until nothing has come for ``for_s``."""
         while select.select([self.fd], [], [], for_s)[0] and self._take():
             pass
-        answer, self.got = self.got, b""
-        return answer
+        return self._taken(len(self.got))
 
     def ask(self, command: bytes, end: bytes = b"\r\n", timeout_s: float = PATIENCE_S) -> bytes:
         self.write(command)

@@ -106,7 +106,7 @@ def test_a_binary_flood(pair: Server) -> None:
     with Neighbour(pair) as neighbour, pair.client("m1") as client:
         for at in range(0, len(data), 4096):
             client.write(data[at : at + 4096], timeout_s=60)
-            client.got = b""
+            client.got.clear()
         until(lambda: (client.quiet(0.01), pair.status("m1")["rx_bytes"] == len(data))[1], "the flood's end")
         boot(pair, client)
     neighbour.undisturbed()

@@ -230,7 +230,7 @@ class Daemon:
         try:
             self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
         except OSError as error:
-            raise StartError(f"the core's thread could not be started: {os.strerror(error.errno)}") from error
+            raise StartError(f"the core's thread could not be started: {error.strerror}") from error
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())

@@ -1,6 +1,6 @@
 """What ``hil list`` and ``hil status`` draw."""
 
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -34,20 +34,9 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         f"firmware lag  {_histogram(status['lag'])}",
     )
     table = Table(box=None)
-    for column in (
-        "device",
-        "clients",
-        "in",
-        "out",
-        "dropped",
-        "unheard",
-        "overrun",
-        "deg",
-        "rpm",
-        "mode",
-        "state",
-    ):
-        table.add_column(column, justify="left" if column in ("device", "state") else "right")
+    for column in ("device", "clients", "in", "out", "dropped", "deg", "rpm", "mode", "state"):
+        justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
+        table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
         mode = chr(int(shot["mode"])) if shot["mode"] else "-"
@@ -57,8 +46,6 @@ def status_view(status: dict[str, Any]) -> RenderableType:
             str(row["rx_bytes"]),
             str(row["tx_bytes"]),
             str(row["dropped_bytes"]),
-            str(row["unheard_bytes"]),
-            str(row["overrun_bytes"]),
             f"{shot['position_deg']:.2f}",
             f"{shot['velocity_rpm']:.1f}",
             mode + ("" if shot["loop_on"] else " off"),
@@ -79,6 +66,7 @@ def _state(row: dict[str, Any]) -> list[str]:
     said += [row["port_failure"]] if row["port_failure"] else []
     said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []
     said += [row["note"]] if row["note"] else []
+    said += [f"{row['overrun_bytes']} bytes lost to overruns"] if row["overrun_bytes"] else []
     return said
 
 
