@@ -55,11 +55,15 @@ needs_stranger = pytest.mark.skipif(
 )
 
 
-def config(bench: str = "t", speed: float = 20, devices: Mapping[str, Mapping[str, Any]] | None = None, **top: Any) -> str:
+def config(
+    bench: str = "t", speed: float = 20, devices: Mapping[str, Mapping[str, Any]] | None = None, **top: Any
+) -> str:
     """A bench as YAML (of which JSON is a part); by default ``m1`` on a pty with the identity table."""
     chosen = devices or {"m1": {}}
     default = {"profile": "mechaduino", "port": "pty", "flash": {"table": "identity"}}
-    return json.dumps({"bench": bench, "speed": speed, "devices": {n: default | dict(d) for n, d in chosen.items()}} | top)
+    return json.dumps(
+        {"bench": bench, "speed": speed, "devices": {n: default | dict(d) for n, d in chosen.items()}} | top
+    )
 
 
 class Client:
@@ -252,7 +256,9 @@ class Place:
         """The options that make ``hil`` use this place."""
         return "--runtime-dir", str(self.runtime), "--state-dir", str(self.state)
 
-    def launch(self, text: str, *options: str, bench: str = "t", prefix: Sequence[str] = (), **popen: Any) -> Server:
+    def launch(
+        self, text: str, *options: str, bench: str = "t", prefix: Sequence[str] = (), **popen: Any
+    ) -> Server:
         """Start ``hil serve`` without waiting for anything."""
         path = self.write(text, f"{bench}.yaml")
         command = [*prefix, HIL, "serve", str(path), *self.folders(), *options]
@@ -272,7 +278,11 @@ class Place:
         return server
 
     def _command(self, arguments: Sequence[str]) -> list[str]:
-        where = ("--runtime-dir", str(self.runtime)) if arguments[:1] and arguments[0] in NEEDS_RUNTIME_DIR else ()
+        where = (
+            ("--runtime-dir", str(self.runtime))
+            if arguments[:1] and arguments[0] in NEEDS_RUNTIME_DIR
+            else ()
+        )
         return [*arguments, *where]
 
     def cli(self, *arguments: str, code: int = 0) -> str:

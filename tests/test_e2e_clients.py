@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -57,9 +56,9 @@ class Neighbour:
 
 
 @pytest.fixture
-def pair(place: Place, request: pytest.FixtureRequest) -> Iterator[Server]:
+def pair(place: Place, request: pytest.FixtureRequest) -> Server:
     """A server with m1 on the parametrized port and m2 on a pty."""
-    yield place.serve(config(speed=100, devices={"m1": request.param, "m2": {}})).ready()
+    return place.serve(config(speed=200, devices={"m1": request.param, "m2": {}})).ready()
 
 
 PAIRS = pytest.mark.parametrize("pair", [{"port": "pty"}, TCP], ids=["pty", "tcp"], indirect=True)
@@ -131,24 +130,22 @@ def test_a_flood_of_all_bytes_and_a_hang_up(pair: Server) -> None:
     with Neighbour(pair) as neighbour:
         with pair.client("m1") as client:
             client.write_until_full(data)
-            client.quiet(0.2)
+            until(lambda: pair.status("m1")["rx_bytes"] > 0, "the flood's begin")
         until(lambda: len(neighbour.waits_s) > 50, "answers to the neighbour")
-        with pair.client("m1") as client:
-            client.quiet(0.1)
     neighbour.undisturbed()
     assert pair.status("m1")["failed"] is None
 
 
 def test_half_numbers(place: Place) -> None:
-    """The number is taken 1,000 ms after its last byte: half a second at speed 2."""
-    server = place.serve(config(speed=2)).ready()
+    """The number is taken 1,000 ms after its last byte: a quarter of a second at speed 4."""
+    server = place.serve(config(speed=4)).ready()
     with server.client() as client:
         for typed, number in ((b"r12", b"12.00"), (b"r-3.5", b"-3.50"), (b"r\n", b"0.00"), (b"r-", b"0.00")):
             client.write(typed)
             start = time.monotonic()
             assert client.read_until(b"\r\n") == b"Enter setpoint:\r\n"
             assert client.read_until(b"\r\n") == number + b"\r\n"
-            assert 0.4 < time.monotonic() - start < 0.5 + ANSWER_S
+            assert 0.2 < time.monotonic() - start < 0.25 + ANSWER_S
         client.write(b"kpp7")
         assert b"new pKp = 7.0000000000\r\n" in client.read_until(b"new pKp = 7.0000000000\r\n")
         client.read_until(b"q ----- quit\r\n\r\n")

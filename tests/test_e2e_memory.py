@@ -250,6 +250,19 @@ def test_a_full_disk_during_a_calibration(place: Place, tiny_disk: Path, answers
     assert "identical" in place.cli("replay", str(place.folder / "log"))
 
 
+def test_a_full_disk_under_the_log(place: Place, tiny_disk: Path) -> None:
+    """The log ends, and says so; board and daemon go on, and what was logged can be replayed."""
+    log = tiny_disk / "log"
+    server = place.serve(config(speed=SPEED), "--log", str(log)).ready()
+    with server.client() as client:
+        for _ in range(3):
+            query(client)
+        assert client.ask(b"p").startswith(b"stepNumber: 0 ")
+    said = server.stop()
+    assert said.count(f"log {log}: No space left on device; nothing more is written to it") == 1
+    assert "identical" in place.cli("replay", str(log))
+
+
 def refuse_a_write(server: Server, client: Client, table: bytes, reason: str) -> None:
     """A calibration that would make another table fails, and changes nothing."""
     client.write(b"s" * 20)

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,9 @@ def nothing_left(place: Place, bench: str = "t") -> bool:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_leaves_nothing_behind(place: Place, number: int) -> None:
-    server = place.serve(config(devices={"m1": {}, "m2": TCP}), "--log", str(place.folder / "log"), process_group=0)
+    server = place.serve(
+        config(devices={"m1": {}, "m2": TCP}), "--log", str(place.folder / "log"), process_group=0
+    )
     address = server.ask("list")["devices"][1]["address"].removeprefix("socket://")
     host, tcp_port = address.split(":")
     with server.client("m1") as reader, server.client("m2"):
@@ -99,7 +102,9 @@ def test_two_daemons_may_not_share_memories(place: Place) -> None:
     place.serve(config())
     path = place.write(config(), "t.yaml")
     other = ["--runtime-dir", str(place.folder / "other"), "--state-dir", str(place.state)]
-    done = subprocess.run([HIL, "serve", str(path), *other], capture_output=True, timeout=PATIENCE_S, check=False)
+    done = subprocess.run(
+        [HIL, "serve", str(path), *other], capture_output=True, timeout=PATIENCE_S, check=False
+    )
     assert done.returncode == 2
     assert f"state directory {place.state / 't'}" in done.stderr.decode()
     assert not (place.folder / "other").exists()
@@ -148,7 +153,11 @@ def test_a_stale_symlink_to_a_strangers_terminal_is_replaced(place: Place) -> No
 def test_a_name_that_is_taken_is_refused(place: Place, kind: str) -> None:
     taken = place.runtime / "t" / "m1"
     taken.parent.mkdir(parents=True, mode=0o700)
-    {"file": lambda: taken.write_text("precious"), "directory": taken.mkdir, "fifo": lambda: os.mkfifo(taken)}[kind]()
+    {
+        "file": lambda: taken.write_text("precious"),
+        "directory": taken.mkdir,
+        "fifo": lambda: os.mkfifo(taken),
+    }[kind]()
     said = place.launch(config(devices={"m1": {}, "m2": TCP})).refused()
     assert f"pty port of m1: {taken} is a " in said
     assert "remove it or choose another path:" in said
@@ -253,7 +262,9 @@ def test_too_long_a_runtime_directory(place: Place) -> None:
     path = place.write(config())
     deep = place.folder / ("x" * 100)
     options = ["--runtime-dir", str(deep), "--state-dir", str(place.state)]
-    done = subprocess.run([HIL, "serve", str(path), *options], capture_output=True, timeout=PATIENCE_S, check=False)
+    done = subprocess.run(
+        [HIL, "serve", str(path), *options], capture_output=True, timeout=PATIENCE_S, check=False
+    )
     assert done.returncode == 2
     assert b"path too long" in done.stderr
     assert b"choose another --runtime-dir" in done.stderr
@@ -281,10 +292,8 @@ def test_requests_that_are_wrong(place: Place) -> None:
         client.settimeout(PATIENCE_S)
         writer = threading.Thread(target=_send_all, args=(client, b"x" * 1_000_000))
         writer.start()
-        try:
+        with suppress(ConnectionResetError):
             assert client.recv(100) == b""
-        except ConnectionResetError:
-            pass
         writer.join(PATIENCE_S)
         assert not writer.is_alive()
     with server.ready().client() as client:
@@ -293,7 +302,5 @@ def test_requests_that_are_wrong(place: Place) -> None:
 
 
 def _send_all(client: socket.socket, data: bytes) -> None:
-    try:
+    with suppress(OSError):  # the daemon hangs up
         client.sendall(data)
-    except OSError:
-        pass  # the daemon has hung up

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
+from os.path import commonprefix
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -32,12 +33,12 @@ class Replayed:
 
     def difference(self) -> str | None:
         """The first thing that a device did otherwise than logged, or None: identical bytes, times and
-        states. What a device sent after the log's last input counts too."""
+        states. What a device sent after the log's last input counts too, unless the log was cut."""
         for name in self.sent:
             then = [sent for sent in self.logged.sent if sent.device == name]
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
-                if was != now:
-                    return f"{name}, piece {index}: logged {was}, now {now}"
+                if was != now and not (was is None and self.logged.cut):
+                    return f"{name}, piece {index}: logged {_shown(was, now)}, now {_shown(now, was)}"
         return None
 
     def summary(self) -> str:
@@ -47,6 +48,15 @@ class Replayed:
         states = sum(sent.state is not None for sent in pieces)
         inputs = len(self.logged.inputs)
         return f"{inputs} inputs, {size} bytes in {len(pieces)} pieces, {states} states of axes"
+
+
+def _shown(sent: Sent | None, other: Sent | None) -> str:
+    """A piece with its bytes around the first that differs from the other's."""
+    if sent is None:
+        return "nothing"
+    same = len(commonprefix([sent.data, other.data])) if other else 0
+    state = "" if sent.state is None else f", state {sent.state:08x}"
+    return f"{sent.data[max(same - 20, 0) : same + 40]!r} at {sent.at_ns} ns{state}"
 
 
 class _LoggedStore:

@@ -17,6 +17,7 @@ from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue
 from hil.daemon.control import ControlServer, already_running, listener
 from hil.daemon.guard import StepGuard
+from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_private
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.store import NvmStore, StoreError
@@ -96,6 +97,7 @@ class Daemon:
         self.bench: BenchRuntime
         self._config_folder = config_folder
         self._input_log = input_log
+        self._log_file: LogFile | None = None
         self._require_rt = require_rt
         self._stop = asyncio.Event()
         self._release_timer: asyncio.TimerHandle | None = None
@@ -193,10 +195,10 @@ class Daemon:
 
     def _open_log(self, path: Path, memories: Mapping[str, Mapping[str, bytes]]) -> None:
         try:
-            file = path.open("w")
+            self._log_file = LogFile(path)
         except OSError as error:
             raise StartError(f"log {path}: {error.strerror}") from error
-        self.bench.log = InputLogWriter(file, f"hil {__version__}", self.config_as_dict(), memories)
+        self.bench.log = InputLogWriter(self._log_file, f"hil {__version__}", self.config_as_dict(), memories)
         self.bench.listeners.append(self.bench.log.sent)
 
     def config_as_dict(self) -> dict[str, Any]:
@@ -235,7 +237,7 @@ class Daemon:
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())
         loop.add_reader(self.bench.core.event_fd, self._core_is_due)
-        if self.bench.log:
+        if self._log_file:
             loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
 
     # ---- work ----
@@ -260,8 +262,8 @@ class Daemon:
             self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
 
     def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
-        if self.bench.log and not self._stop.is_set():
-            self.bench.log.file.flush()
+        if self._log_file and not self._stop.is_set():
+            self._log_file.flush()
             loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
 
     def _device_failed(self, device: Device) -> None:
@@ -284,8 +286,8 @@ class Daemon:
             self._release_timer.cancel()
         for session in self.sessions.values():
             await session.port.close()
-        if hasattr(self, "bench") and self.bench.log:
-            self.bench.log.file.close()
+        if self._log_file:
+            self._log_file.close()
         with suppress(OSError):
             self.runtime_dir.rmdir()
             os.rmdir(self.runtime_dir.parent)

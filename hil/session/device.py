@@ -10,7 +10,7 @@ from hil.core import CoreAxis
 from hil.firmware.runtime import Runtime
 from hil.session.inputs import Bytes, CommitDone, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
-from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware
+from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.time import FOREVER, SimTimeNs
 
 
@@ -79,7 +79,7 @@ class Device:
         try:
             with self.guard():
                 self._runtime.resume(now_ns)
-        except Exception as error:  # the firmware is a plug-in: whatever it raises stops its device only
+        except (Exception, SystemExit) as error:  # the firmware is a plug-in: it stops its device only
             self.fail(f"{type(error).__name__}: {error}")
         self._empty_outbox()
 
@@ -91,7 +91,7 @@ class Device:
         try:
             with self.guard():
                 self._firmware.interrupt(event)
-        except Exception as error:  # as in step
+        except (Exception, SystemExit) as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
         self.interrupting = True
         self._empty_outbox()
@@ -140,9 +140,13 @@ class Device:
         for field, value in self._power_up.items():
             self.axis.set(field, value)
         self.uart.clear()
-        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
-        self._runtime = Runtime(self._firmware.main(), self.uart, self._commit, self.uart.print_returns)
+        self._runtime = Runtime(self._program(), self.uart, self._commit, self.uart.print_returns)
         self._runtime.due_ns = self.uart.now_ns
+
+    def _program(self) -> Main:
+        """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
+        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
+        yield from self._firmware.main()
 
     def _empty_outbox(self) -> None:
         """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what

@@ -11,7 +11,7 @@ import json
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TextIO
+from typing import Any, Protocol
 
 from hil.session.device import Device
 from hil.session.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, decode_line, encode_line
@@ -46,12 +46,21 @@ class InputLog:
     memories: dict[str, dict[str, bytes]]
     inputs: list[Logged]
     sent: list[Sent]
+    cut: bool = False
+    """Its writer was killed, or had no room left: answers to the last inputs are missing."""
+
+
+class Text(Protocol):
+    """Where lines go."""
+
+    def write(self, text: str, /) -> object:
+        """Append."""
 
 
 class InputLogWriter:
     """Appends to an open text file. The caller flushes and closes it."""
 
-    def __init__(self, file: TextIO, program: str, config: Mapping[str, object], memories: Memories) -> None:
+    def __init__(self, file: Text, program: str, config: Mapping[str, object], memories: Memories) -> None:
         self.file = file
         nvm = {
             device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
@@ -84,7 +93,8 @@ def read_input_log(lines: Iterable[str]) -> InputLog:
     """
     try:
         texts = list(lines)
-        if texts and not texts[-1].endswith("\n"):
+        cut = bool(texts) and not texts[-1].endswith("\n")
+        if cut:
             texts.pop()
         header = json.loads(texts[0])
         if header["format"] != LOG_FORMAT:
@@ -97,7 +107,7 @@ def read_input_log(lines: Iterable[str]) -> InputLog:
         }
         sent = [_decode_sent(text) for text in texts[1:] if '"sent":' in text]
         inputs = [decode_line(text) for text in texts[1:] if '"sent":' not in text]
-        return InputLog(header["config"], memories, inputs, sent)
+        return InputLog(header["config"], memories, inputs, sent, cut)
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise InputLogError(f"this is not an input log: {error!r}") from error
 

@@ -11,7 +11,8 @@ class Client:
     """``count(tx_bytes, dropped_bytes)`` is told the fate of each byte given to ``write``, once;
     ``drained`` is called each time ``backlog_bytes`` goes back to 0, perhaps in the middle of a ``write``.
 
-    The owner reads ``connection`` and calls ``close`` when it ends; until then a dead connection drops.
+    The owner reads ``connection`` and calls ``close`` when it ends, or when ``died`` is called, from the
+    event loop: what such a client has sent and was not read yet is void. Until then a dead connection drops.
     """
 
     def __init__(
@@ -20,6 +21,7 @@ class Client:
         loop: asyncio.AbstractEventLoop,
         count: Callable[[int, int], None],
         drained: Callable[[], None],
+        died: Callable[["Client"], None],
     ) -> None:
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -28,6 +30,7 @@ class Client:
         self._loop = loop
         self._count = count
         self._drained = drained
+        self._died = died
         self._queue = bytearray()
         self._dead = False
 
@@ -60,7 +63,8 @@ class Client:
         except BlockingIOError:
             return 0
         except OSError:
-            self._dead = True  # the owner sees it too, when it reads
+            self._dead = True
+            self._loop.call_soon(self._died, self)
             return 0
         self._count(sent, 0)
         return sent

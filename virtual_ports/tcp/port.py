@@ -105,7 +105,7 @@ class TcpPort:
                 self._accept_timer = self._loop.call_later(_ACCEPT_AGAIN_S, self._accept_again)
                 return
             self._connects += 1
-            client = Client(connection, self._loop, self._count, self._client_drained)
+            client = Client(connection, self._loop, self._count, self._client_drained, self._forget)
             self._clients[connection.fileno()] = client
             if self._reading:
                 self._read_from(client)
