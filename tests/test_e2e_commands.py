@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import jsonschema
@@ -81,10 +82,8 @@ def exit_code(child: int, terminal: int) -> int:
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         if select.select([terminal], [], [], 0.05)[0]:
-            try:
+            with suppress(OSError):  # it has closed its end
                 os.read(terminal, 65536)
-            except OSError:
-                pass  # it has closed its end
         pid, status = os.waitpid(child, os.WNOHANG)
         if pid:
             os.close(terminal)

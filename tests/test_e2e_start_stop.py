@@ -71,7 +71,7 @@ def test_hangup_is_ignored_under_nohup(place: Place) -> None:
 def test_a_signal_while_it_starts_leaves_nothing_behind(place: Place, number: int) -> None:
     for _ in range(3):
         server = place.launch(config(devices={f"m{i}": {} for i in range(20)}))
-        until(lambda: server.control.exists() or server.process.poll() is not None, "the control socket")
+        until(server.control.exists, "the control socket")
         server.process.send_signal(number)
         assert server.process.wait(PATIENCE_S) == 0, server.output
         assert "Traceback" not in server.output
@@ -271,16 +271,29 @@ def test_too_long_a_runtime_directory(place: Place) -> None:
     assert not deep.exists()
 
 
+WRONG_REQUESTS = rb"""
+{}
+[]
+7
+null
+%
+{"verb":"nonsense"}
+{"verb":[]}
+{"verb":"reset"}
+{"verb":"reset","device":[]}
+{"verb":"reset","device":{"a":1}}
+{"verb":"pin","device":"m1","pin":[],"level":1}
+{"verb":"pin","device":"m1","pin":"D0","level":"1"}
+{"verb":"set","device":"m1","field":"errfl","value":null}
+{"verb":"set","device":"m1","field":"load_torque_Nm","value":1e400}
+{"verb":"set","device":"m1","field":"load_torque_Nm","value":"x"}
+""".replace(b"%", b"\xff").splitlines(keepends=True)
+
+
 def test_requests_that_are_wrong(place: Place) -> None:
     """Nothing that is written to the control socket disturbs the daemon."""
     server = place.serve(config())
-    for request in (b"\n", b"{}\n", b"[]\n", b"7\n", b"null\n", b"\xff\n", b'{"verb":"nonsense"}\n', b'{"verb":[]}\n',
-                    b'{"verb":"reset"}\n', b'{"verb":"reset","device":[]}\n', b'{"verb":"reset","device":{"a":1}}\n',
-                    b'{"verb":"pin","device":"m1","pin":[],"level":1}\n',
-                    b'{"verb":"pin","device":"m1","pin":"D0","level":"1"}\n',
-                    b'{"verb":"set","device":"m1","field":"errfl","value":null}\n',
-                    b'{"verb":"set","device":"m1","field":"load_torque_Nm","value":1e400}\n',
-                    b'{"verb":"set","device":"m1","field":"load_torque_Nm","value":"x"}\n'):  # fmt: skip
+    for request in WRONG_REQUESTS:
         with socket.socket(socket.AF_UNIX) as client:
             client.settimeout(PATIENCE_S)
             client.connect(str(server.control))

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from os.path import commonprefix
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -54,7 +53,8 @@ def _shown(sent: Sent | None, other: Sent | None) -> str:
     """A piece with its bytes around the first that differs from the other's."""
     if sent is None:
         return "nothing"
-    same = len(commonprefix([sent.data, other.data])) if other else 0
+    pairs = zip(sent.data, other.data if other else b"", strict=False)
+    same = next((i for i, (byte, others) in enumerate(pairs) if byte != others), 0)
     state = "" if sent.state is None else f", state {sent.state:08x}"
     return f"{sent.data[max(same - 20, 0) : same + 40]!r} at {sent.at_ns} ns{state}"
 
