@@ -1,6 +1,7 @@
 """For tests of kinds of ports: a host that records, and clients that read without blocking."""
 
 import asyncio
+import gc
 import os
 import select
 import time
@@ -86,6 +87,12 @@ async def read_exactly(fd: int, size: int) -> bytes:
 
     await until(complete)
     return bytes(data)
+
+
+def open_fds() -> list[str]:
+    """This process's file descriptors, those that only garbage holds closed first."""
+    gc.collect()
+    return sorted(os.listdir("/proc/self/fd"))
 
 
 def accounted(port: Port) -> int:

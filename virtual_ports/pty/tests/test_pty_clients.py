@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from hil.testing.ports import RecordingHost, Scenario, accounted, read_exactly, run_port, until
+from hil.testing.ports import RecordingHost, Scenario, accounted, open_fds, read_exactly, run_port, until
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.pty.port import Options, make
 
@@ -195,7 +195,7 @@ def test_clients_of_other_processes_that_take_turns_lose_nothing(tmp_path: Path)
 
 def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
     async def scenario(port: Port, board: RecordingHost) -> None:
-        fds = len(os.listdir("/proc/self/fd"))
+        fds = len(open_fds())
         for number in range(960):
             fd = client(port)
             os.write(fd, b"x")
@@ -226,7 +226,7 @@ def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
         port.write(b"still here")
         assert await read_exactly(fd, 10) == b"still here"
         os.close(fd)
-        assert len(os.listdir("/proc/self/fd")) <= fds + 2  # asyncio's own for its child processes
+        assert len(open_fds()) <= fds + 2  # asyncio's own for its child processes
 
     run(tmp_path, scenario)
 
@@ -260,7 +260,7 @@ def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
     """More than the kernel gives inotify instances to a user."""
 
     async def main() -> None:
-        before = sorted(os.listdir("/proc/self/fd"))
+        before = open_fds()
         ports = [make(Options(), PortContext("b", f"m{number}", tmp_path)) for number in range(150)]
         boards = [RecordingHost(port) for port in ports]
         for port, board in zip(ports, boards, strict=True):
@@ -277,7 +277,7 @@ def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
             os.write(fd, b"m")
         os.close(fd)
         assert os.listdir(tmp_path) == []
-        assert sorted(os.listdir("/proc/self/fd")) == before
+        assert open_fds() == before
 
     asyncio.run(main())
 

@@ -1,7 +1,6 @@
 """The stable name and who may open it: what is replaced, what is refused, and with what remedy."""
 
 import asyncio
-import gc
 import grp
 import os
 import re
@@ -15,6 +14,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from hil.testing.ports import open_fds
 from hil.vocab.ports import PortContext, PortError
 from virtual_ports.pty.port import Options, make
 
@@ -45,11 +45,10 @@ def open_and_close(options: Options, directory: Path, while_open: Callable[[str]
 
 def refused(options: Options, directory: Path) -> str:
     """The error's text; nothing may be left open."""
-    gc.collect()  # loops of earlier tests that are garbage, but not yet closed
-    fds = sorted(os.listdir("/proc/self/fd"))
+    fds = open_fds()
     with pytest.raises(PortError) as error:
         open_and_close(options, directory, lambda address: None)
-    assert sorted(os.listdir("/proc/self/fd")) == fds
+    assert open_fds() == fds
     text = str(error.value)
     assert text.startswith("pty port of m1: ")
     assert "\n" not in text
@@ -113,11 +112,15 @@ def test_a_name_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -
 def test_what_is_no_symlink_to_a_pts_is_refused_and_kept(tmp_path: Path) -> None:
     name = tmp_path / "m1"
 
+    def identity() -> tuple[int, int, int]:
+        found = name.lstat()
+        return found.st_ino, found.st_mode, found.st_mtime_ns
+
     def expect(kind: str) -> None:
-        before = name.lstat()
+        before = identity()
         text = refused(Options(), tmp_path)
         assert f"{name} is {kind}, not a symlink to a pts; remove it or choose another path:" in text
-        assert name.lstat() == before
+        assert identity() == before
         assert os.listdir(tmp_path) == ["m1"]
 
     name.write_text("notes")

@@ -11,7 +11,7 @@ import pytest
 import serial
 from pydantic import ValidationError
 
-from hil.testing.ports import DEADLINE_S, RecordingHost, Scenario, accounted, run_port, until
+from hil.testing.ports import DEADLINE_S, RecordingHost, Scenario, accounted, open_fds, run_port, until
 from hil.vocab.ports import Port, PortContext, PortError
 from virtual_ports.tcp.client import QUEUE_BYTES
 from virtual_ports.tcp.port import Options, make
@@ -53,10 +53,10 @@ def reset(connection: socket.socket) -> None:
 
 def run(scenario: Scenario, host: str = "127.0.0.1") -> None:
     async def leaving_nothing(port: Port, board: RecordingHost) -> None:
-        without_listener = len(os.listdir("/proc/self/fd")) - 1
+        without_listener = len(open_fds()) - 1
         await scenario(port, board)
         await port.close()  # run_port closes once more
-        assert len(os.listdir("/proc/self/fd")) == without_listener
+        assert len(open_fds()) == without_listener
 
     run_port(make(Options(host=host), PortContext("b", "m1", Path("/nowhere"))), leaving_nothing)
 
@@ -251,7 +251,7 @@ def test_a_dead_client_is_noticed_while_nobody_is_read() -> None:
 
 def test_a_thousand_clients_leave_nothing_behind() -> None:
     async def scenario(port: Port, board: RecordingHost) -> None:
-        fds = len(os.listdir("/proc/self/fd"))
+        fds = len(open_fds())
         for number in range(1000):
             connection = await connected(port)
             await until(lambda: port.stats().clients == 1)
@@ -261,7 +261,7 @@ def test_a_thousand_clients_leave_nothing_behind() -> None:
         await until(lambda: port.stats().clients == 0)
         assert port.stats().connects == 1000
         assert accounted(port) == 5000
-        assert len(os.listdir("/proc/self/fd")) == fds
+        assert len(open_fds()) == fds
 
     run(scenario)
 
@@ -282,7 +282,7 @@ def test_close_ends_the_clients_and_frees_the_number() -> None:
 
 
 def refused(options: Options) -> str:
-    fds = sorted(os.listdir("/proc/self/fd"))
+    fds = open_fds()
 
     async def main() -> str:
         port, board = made(options)
@@ -292,7 +292,7 @@ def refused(options: Options) -> str:
         return str(error.value)
 
     text = asyncio.run(main())
-    assert sorted(os.listdir("/proc/self/fd")) == fds
+    assert open_fds() == fds
     assert text.startswith("tcp port of m1: cannot listen on ")
     assert "\n" not in text
     return text
