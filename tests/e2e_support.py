@@ -167,11 +167,15 @@ class Server:
         self.control = place.runtime / bench / "control.sock"
         self._out = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the server
         streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._out}
+        # The suite itself may run under nohup, which children inherit; a shell's daemon does not.
+        ignored = signal.signal(signal.SIGHUP, signal.SIG_DFL)
         try:
             self.process: subprocess.Popen[bytes] = subprocess.Popen(command, **streams, **popen)
         except OSError:
             self._out.close()
             raise
+        finally:
+            signal.signal(signal.SIGHUP, ignored)
         self.pid = self.process.pid
 
     @property

@@ -35,6 +35,12 @@ class Broken:
                 case "l":
                     while True:
                         pass
+                case "s":
+                    while True:
+                        try:
+                            sum(range(1000))
+                        except Exception:
+                            continue
                 case "z":
                     while True:
                         yield Delay(0)
@@ -62,6 +68,7 @@ asyncio.run(daemon.run(started))
 REASONS = {
     b"r": "ValueError: a [/bold] mistake",
     b"l": "FirmwareHung: one step took more than 200 ms of CPU time",
+    b"s": "FirmwareHung: one step took more than 200 ms of CPU time",
     b"z": "Firmware",  # stuck or hung, whichever limit it meets first
     b"e": "FirmwareStuck: the main program returned",
     b"y": "FirmwareStuck: the main program yielded 'nonsense'",

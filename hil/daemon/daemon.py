@@ -18,7 +18,7 @@ from hil.config import BenchConfig, Catalogue
 from hil.daemon.control import ControlServer, already_running, listener
 from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
-from hil.daemon.paths import CONTROL_SOCKET, make_private
+from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.store import NvmStore, StoreError
 from hil.firmware.nvm import Content
@@ -139,7 +139,7 @@ class Daemon:
     def _open_store(self) -> tuple[NvmStore, int]:
         """The store, and the file descriptor that keeps other daemons away from its directory."""
         try:
-            make_private(self.state_dir)
+            make_folder(self.state_dir)
             lock = os.open(self.state_dir, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return NvmStore(self.state_dir), lock
@@ -157,8 +157,8 @@ class Daemon:
 
     def _prepare_runtime_dir(self) -> None:
         try:
-            make_private(self.runtime_dir.parent)
-            make_private(self.runtime_dir)
+            make_folder(self.runtime_dir.parent)
+            make_folder(self.runtime_dir, 0o755)  # ports and socket have modes of their own
         except OSError as error:
             raise StartError(
                 f"runtime directory {self.runtime_dir}: {error.strerror}; choose another with --runtime-dir"

@@ -14,8 +14,9 @@ STEP_LIMIT_NS = 200_000_000
 """CPU time of one step. The longest of a healthy firmware, a query of the look-up table, takes 20 ms."""
 
 
-class FirmwareHung(Exception):
-    """A firmware step used more CPU time than a step may."""
+class FirmwareHung(BaseException):
+    """A firmware step used more CPU time than a step may. No ``Exception``: a firmware that goes on after
+    whatever happens to it must not go on after this."""
 
 
 class StepGuard(AbstractContextManager[None]):

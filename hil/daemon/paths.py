@@ -30,14 +30,15 @@ def state_base(option: Path | None, configured: Path | None, env: Mapping[str, s
     return Path(env.get("HOME", "/")) / ".local" / "state" / "hil"
 
 
-def make_private(folder: Path) -> None:
-    """Create the folder (0700 where it or one above it is new) and check that it is usable.
+def make_folder(folder: Path, mode: int = 0o700) -> None:
+    """Create the folder with this mode where it is new (0700 any new one above it) and check that it is
+    usable.
 
     Raises:
         OSError: it cannot be made or written, or belongs to somebody else.
     """
     for new in reversed([each for each in (folder, *folder.parents) if not each.exists()]):
-        new.mkdir(mode=0o700, exist_ok=True)
+        new.mkdir(mode=mode if new == folder else 0o700, exist_ok=True)
     if folder.stat().st_uid != os.getuid():
         raise PermissionError(13, "it belongs to another user", str(folder))
     if not os.access(folder, os.W_OK | os.X_OK):

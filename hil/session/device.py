@@ -79,7 +79,9 @@ class Device:
         try:
             with self.guard():
                 self._runtime.resume(now_ns)
-        except (Exception, SystemExit) as error:  # the firmware is a plug-in: it stops its device only
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # the firmware is a plug-in: whatever it raises stops its device only
             self.fail(f"{type(error).__name__}: {error}")
         self._empty_outbox()
 
@@ -91,7 +93,9 @@ class Device:
         try:
             with self.guard():
                 self._firmware.interrupt(event)
-        except (Exception, SystemExit) as error:  # as in step
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
         self.interrupting = True
         self._empty_outbox()
