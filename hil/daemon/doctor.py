@@ -171,21 +171,21 @@ def _cpus(system: System, tried: Tried) -> Finding:
 
 def _isolation(system: System) -> Finding:
     name, isolated, allowed = "isolated CPU", system.isolated_cpus, system.allowed_cpus
-    if not isolated and len(allowed) == 1:
-        return Finding(name, "ok", "none; there is no second CPU to isolate")
-    if not isolated:
-        last = allowed[-1] if allowed else 1
-        cost = "other programs run on the core's CPU, and the kernel's work delays it"
-        remedy = f"`isolcpus={last} nohz_full={last}` on the kernel's command line, then `cpu: {last}`"
-        return Finding(name, "note", "none", cost, remedy)
     usable = [cpu for cpu in isolated if cpu in allowed]
-    if not usable:
-        cost = "nothing uses them: a process has to ask for an isolated CPU"
-        every = ranges(tuple(sorted({*allowed, *isolated})))
-        remedy = f"`taskset -c {every} hil serve ...`, with `cpu: {isolated[-1]}`"
-        return Finding(name, "note", f"{ranges(isolated)}, not among those allowed", cost, remedy)
-    tickless = ", no timer tick" if usable[-1] in system.tickless_cpus else ""
-    return Finding(name, "ok", f"{ranges(isolated)}{tickless}; use it with `cpu: {usable[-1]}`")
+    if usable:
+        tickless = ", no timer tick" if usable[-1] in system.tickless_cpus else ""
+        return Finding(name, "ok", f"{ranges(isolated)}{tickless}; use it with `cpu: {usable[-1]}`")
+    if not isolated and len(allowed) < 2:
+        return Finding(name, "ok", "none; there is no second CPU to isolate")
+    cpu = (isolated or allowed)[-1]
+    # A process is not allowed an isolated CPU unless it asks for it.
+    ask = f"`taskset -c {ranges(tuple(sorted({*allowed, *isolated})))} hil serve ...` with `cpu: {cpu}`"
+    if isolated:
+        return Finding(name, "note", f"{ranges(isolated)}, not among those allowed", "nothing uses them", ask)
+    cost = "other programs run on the core's CPU, and the kernel's work delays it"
+    return Finding(
+        name, "note", "none", cost, f"boot the kernel with `isolcpus={cpu} nohz_full={cpu}`, then {ask}"
+    )
 
 
 def _quota(system: System) -> Finding:
