@@ -289,6 +289,44 @@ def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --lo
     typer.echo(f"identical: {replayed.summary()}")
 
 
+@app.command()
+def doctor(
+    devices: Annotated[
+        int, typer.Option("--devices", min=1, max=512, help="How many the bench is to have.")
+    ] = 8,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say whether this system is fit for real time.
+
+    Tries what a bench needs, and gives what is wrong, what it costs, and the line that mends it. Exits with
+    1 if something that matters is wrong.
+    """
+    import dataclasses
+    import os
+
+    from hil.daemon.doctor import healthy, judge
+    from hil.daemon.paths import runtime_base, state_base
+    from hil.daemon.probes import try_all
+    from hil.daemon.system import read_system
+
+    tried = try_all(
+        devices, runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
+    )
+    findings = judge(read_system(), tried, devices)
+    if as_json:
+        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
+    else:
+        from rich.console import Console
+
+        from hil.daemon.views import doctor_view
+
+        Console(soft_wrap=True).print(doctor_view(findings))
+    if not healthy(findings):
+        raise typer.Exit(1)
+
+
 @app.command(hidden=True)
 def reference() -> None:
     """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""

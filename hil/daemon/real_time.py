@@ -4,8 +4,10 @@ import errno
 import os
 import resource
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hil.daemon.refusal import memory_refused, pin_refused, real_time_refused
+from hil.daemon.system import System, read_system
 
 if TYPE_CHECKING:
     from hil.core._native import RtStats
@@ -50,18 +52,21 @@ def wanted_cpu(configured: int | None) -> int:
     return allowed[-1] if len(allowed) > 1 else -1
 
 
-def grant(stats: "RtStats", priority: int, cpu: int) -> Grant:
-    """What the core reports, in words."""
+def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
+    """What the core reports, in words. The system is read where something was refused."""
+    if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
+        return Grant(priority, cpu, (), ())
+    system = system or read_system()
     missing, remedies = [], []
     if stats["fifo_errno"]:
         missing.append("real-time priority")
-        remedies.append(_fifo_remedy(priority))
+        remedies.append(real_time_refused(system, priority).line())
     if stats["pin_errno"]:
         missing.append(f"CPU {cpu}")
-        remedies.append("choose a cpu: that `taskset -p $$` allows")
+        remedies.append(pin_refused(cpu).line())
     if stats["lock_errno"]:
         missing.append("locked memory")
-        remedies.append(f"raise RLIMIT_MEMLOCK ({_memlock()}): LimitMEMLOCK=256M, or `ulimit -l unlimited`")
+        remedies.append(memory_refused(system).line())
     return Grant(priority, cpu, tuple(missing), tuple(remedies))
 
 
@@ -73,27 +78,6 @@ def refused(configured_cpu: int | None) -> str | None:
     return (
         f"cpu: {configured_cpu} is not one that this process may use ({', '.join(map(str, sorted(allowed)))})"
     )
-
-
-def _fifo_remedy(priority: int) -> str:
-    soft, hard = resource.getrlimit(resource.RLIMIT_RTPRIO)
-    if os.geteuid() == 0 and _in_rt_group_without_budget():
-        return "this control group has no real-time budget: write one to its cpu.rt_runtime_us"
-    limits = f"RLIMIT_RTPRIO is {soft}, at most {hard}"
-    return f"{limits}: LimitRTPRIO={priority}, or `rtprio {priority}` for you in /etc/security/limits.conf"
-
-
-def _in_rt_group_without_budget() -> bool:
-    for line in Path("/proc/self/cgroup").read_text().splitlines():
-        budget = Path(f"/sys/fs/cgroup/cpu{line.rsplit(':', 1)[1]}/cpu.rt_runtime_us")
-        if budget.exists() and budget.read_text().strip() == "0":
-            return True
-    return False
-
-
-def _memlock() -> str:
-    soft, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    return "unlimited" if soft == resource.RLIM_INFINITY else f"now {soft // 1024} kB"
 
 
 def error_name(number: int) -> str:

@@ -1,12 +1,16 @@
-"""What ``hil list`` and ``hil status`` draw."""
+"""What ``hil list``, ``hil status`` and ``hil doctor`` draw."""
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+if TYPE_CHECKING:
+    from hil.daemon.doctor import Finding
+
 _BAR = "▁▂▃▄▅▆▇█"
+_VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
 
 def device_table(listed: dict[str, Any]) -> RenderableType:
@@ -53,6 +57,26 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         )
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     return Group(head, Text(), table, *_remarks(remarks))
+
+
+def doctor_view(findings: list["Finding"]) -> RenderableType:
+    """All of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    table = Table(box=None)
+    for column in ("verdict", "what", "found"):
+        table.add_column(column, no_wrap=column != "found", overflow="fold")
+    for finding in findings:
+        verdict = Text(finding.verdict, style=_VERDICT_STYLE[finding.verdict])
+        table.add_row(verdict, finding.name, Text(finding.found))
+    remarks = [
+        Text.assemble(
+            ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
+            f": {finding.cost}",
+            f"\n  {finding.remedy}" if finding.remedy else "",
+        )
+        for finding in findings
+        if finding.cost
+    ]
+    return Group(table, *remarks)
 
 
 def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
