@@ -4,6 +4,8 @@ touch at 1200 baud that begins an upload."""
 import json
 import os
 import select
+import shlex
+import signal
 import socket
 import subprocess
 import time
@@ -12,7 +14,7 @@ from typing import Any
 
 import pytest
 import serial
-from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, until
+from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 
 from hil.session.inputs import Reset, decode_line
 
@@ -24,9 +26,9 @@ MENU_END = b"m  -  print main menu\r\n"
 class Tool:
     """One of the programs that the IDE starts."""
 
-    def __init__(self, *arguments: str) -> None:
+    def __init__(self, recipe: str) -> None:
         pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        self._process = subprocess.Popen([HIL, *arguments], **pipes)
+        self._process = subprocess.Popen(shlex.split(recipe), **pipes)
         self._pending = b""
 
     def say(self, line: str) -> dict[str, Any]:
@@ -71,20 +73,23 @@ class Tool:
 
 
 class Tools:
-    """Starts them and ends them."""
+    """Starts them as ``hil arduino install`` says, and ends them."""
 
     def __init__(self, place: Place) -> None:
-        self._runtime = str(place.runtime)
+        book, runtime = place.folder / "sketchbook", str(place.runtime)
+        place.cli("arduino", "install", "--sketchbook", str(book), "--runtime-dir", runtime)
+        lines = (book / "hardware/hil/virtual/platform.txt").read_text().splitlines()[1:]
+        self._platform = dict(line.split("=", 1) for line in lines)
         self.started: list[Tool] = []
 
     def discovery(self) -> Tool:
-        return self._greeted("arduino-discovery", "--runtime-dir", self._runtime)
+        return self._greeted("pluggable_discovery.hil.pattern")
 
     def monitor(self) -> Tool:
-        return self._greeted("arduino-monitor")
+        return self._greeted("pluggable_monitor.pattern.hil")
 
-    def _greeted(self, *arguments: str) -> Tool:
-        tool = Tool(*arguments)
+    def _greeted(self, key: str) -> Tool:
+        tool = Tool(self._platform[key])
         self.started.append(tool)
         assert tool.say(HELLO) == {"eventType": "hello", "protocolVersion": 1, "message": "OK"}
         return tool
@@ -177,7 +182,7 @@ def test_benches_come_and_go_and_one_is_stopped(place: Place, tools: Tools) -> N
     assert {discovery.hear()["port"]["label"] for _ in range(2)} == {"t/m1", "t/m2"}
     second = place.serve(config(bench="u"), bench="u")
     assert discovery.hear()["port"]["label"] == "u/m1"
-    first.process.send_signal(19)  # SIGSTOP: it is there, and does not answer
+    first.process.send_signal(signal.SIGSTOP)  # it is there, and does not answer
     second.stop()
     gone = discovery.hear()
     assert (gone["eventType"], gone["port"]["address"]) == ("remove", str(place.runtime / "u" / "m1"))
