@@ -113,11 +113,7 @@ class Ide:
 
     def accept(self) -> Client:
         """The monitor's connection."""
-        connection, _ = self._listener.accept()
-        connection.setblocking(False)
-        client = Client.__new__(Client)
-        client._socket, client.fd, client.got = connection, connection.fileno(), b""
-        return client
+        return Client(self._listener.accept()[0])
 
     def __enter__(self) -> "Ide":
         return self
