@@ -19,8 +19,9 @@ BACKLOG_HOLD_BYTES = 64 * 1024
 up in print() by a host that does not read."""
 
 TOUCH_BAUD = 1200
-"""A board with native USB resets when its port is closed at this rate, which no serial line has any more:
-``CDC_LineState`` of the Arduino cores. On the board the bootloader runs first, for an upload."""
+"""A board with native USB resets when its port is closed at this rate: Arduino platform specification, "1200
+bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before, and
+the bootloader runs first."""
 
 
 class Session:
