@@ -69,14 +69,16 @@ def config(
 class Client:
     """A program that has a port open; it never blocks longer than it is told to."""
 
-    def __init__(self, address: str) -> None:
-        self._socket: socket.socket | None = None
-        if address.startswith("socket://"):
+    def __init__(self, address: str | socket.socket) -> None:
+        self._socket = address if isinstance(address, socket.socket) else None
+        if isinstance(address, str) and address.startswith("socket://"):
             host, _, number = address.removeprefix("socket://").rpartition(":")
             self._socket = socket.create_connection((host, int(number)), timeout=PATIENCE_S)
+        if self._socket:
             self._socket.setblocking(False)
             self.fd = self._socket.fileno()
         else:
+            assert isinstance(address, str)
             self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self.got = bytearray()
         """What came and was not taken by ``read_until`` or ``read_exactly``."""

@@ -67,6 +67,8 @@ class ProfileInfo:
     folder: Path
     firmware: str = "firmware:Firmware"
     """``module:class``; the module is in the profile's folder."""
+    usb: Literal["native"] | None = None
+    """``native``: the board's own processor is on the USB, without a UART in between."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class _ProfileText(_Text):
     firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
     law: str
     plant: Literal["simple"]
+    usb: Literal["native"] | None = None
     hardware: dict[str, _HardwareText] = Field(min_length=1)
     default_hardware: str
     axis: dict[str, _AxisText]
@@ -138,6 +141,7 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
         registers=read.registers,
         folder=folder,
         firmware=read.firmware,
+        usb=read.usb,
     )
     if info.name != folder.name:
         findings.append(Finding(("name",), "this is not its folder's name", f'write "{folder.name}"'))

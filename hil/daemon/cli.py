@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
+from hil.daemon.arduino import commands as arduino
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -333,6 +334,11 @@ def reference() -> None:
     from hil.daemon.reference import reference as text
 
     typer.echo(text(app), nl=False)
+
+
+app.add_typer(arduino.app, name="arduino")
+app.command("arduino-discovery", hidden=True)(arduino.discovery)
+app.command("arduino-monitor", hidden=True)(arduino.monitor)
 
 
 def _read_config(path: Path) -> Any:

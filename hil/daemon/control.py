@@ -121,7 +121,7 @@ def already_running(bench: str, pid: int) -> str:
     return f"bench {bench} is running already, as process {pid}"
 
 
-def ask(path: Path, verb: str, **arguments: Any) -> Any:
+def ask(path: Path, verb: str, *, timeout_s: float = _CLIENT_TIMEOUT_S, **arguments: Any) -> Any:
     """One request to the daemon behind a control socket; answers its result.
 
     Raises:
@@ -129,7 +129,7 @@ def ask(path: Path, verb: str, **arguments: Any) -> Any:
     """
     try:
         with socket.socket(socket.AF_UNIX) as client:
-            client.settimeout(_CLIENT_TIMEOUT_S)
+            client.settimeout(timeout_s)
             client.connect(str(path))
             client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
             answer = json.loads(client.makefile("rb").readline())

@@ -213,7 +213,9 @@ class Daemon:
         for name, device_config in self.config.devices.items():
             context = PortContext(self.config.bench, name, self.runtime_dir)
             port = make_port(device_config.port, context)
-            session = Session(self.bench, self.bench.devices[name], port, self.release)
+            native_usb = self.catalogue.profiles[device_config.profile].usb == "native"
+            device = self.bench.devices[name]
+            session = Session(self.bench, device, port, self.release, native_usb=native_usb)
             try:
                 await port.open(session)
                 self.sessions[name] = session

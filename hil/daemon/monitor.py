@@ -7,7 +7,7 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 
 QUIT = 0x1D  # Ctrl-]
 _READ_BYTES = 4096
@@ -24,26 +24,30 @@ def monitor(address: str, seconds: float | None = None) -> None:
     Raises:
         MonitorError: the address cannot be opened.
     """
-    with _opened(address) as port, _raw_terminal():
+    with opened(address) as port, _raw_terminal():
         _copy(port, 1.0 if seconds is None else seconds)
 
 
 @contextmanager
-def _opened(address: str) -> Iterator[int]:
-    try:
-        if address.startswith("socket://"):
-            host, _, number = address.removeprefix("socket://").rpartition(":")
-            with socket.create_connection((host.strip("[]"), int(number))) as connection:
-                yield connection.fileno()
-            return
-        port = os.open(address, os.O_RDWR | os.O_NOCTTY)
-    except (OSError, ValueError) as error:
-        raise MonitorError(f"{address}: {error}") from error
-    try:
-        tty.setraw(port)
+def opened(address: str) -> Iterator[int]:
+    """A port's file descriptor, of a terminal in raw mode or of a socket.
+
+    Raises:
+        MonitorError: the address cannot be opened.
+    """
+    with ExitStack() as resources:
+        try:
+            if address.startswith("socket://"):
+                host, _, number = address.removeprefix("socket://").rpartition(":")
+                connection = socket.create_connection((host.strip("[]"), int(number)))
+                port = resources.enter_context(connection).fileno()
+            else:
+                port = os.open(address, os.O_RDWR | os.O_NOCTTY)
+                resources.callback(os.close, port)
+                tty.setraw(port)
+        except (OSError, ValueError, termios.error) as error:
+            raise MonitorError(f"{address}: {error}") from error
         yield port
-    finally:
-        os.close(port)
 
 
 @contextmanager

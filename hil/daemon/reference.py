@@ -1,6 +1,8 @@
 """The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
 
 import re
+from collections.abc import Iterator
+from typing import Any
 
 import typer
 
@@ -23,8 +25,7 @@ def reference(app: typer.Typer) -> str:
 
 
 def _commands(app: typer.Typer) -> str:
-    group = typer.main.get_command(app)
-    commands = {n: c for n, c in getattr(group, "commands", {}).items() if not c.hidden}
+    commands = dict(_named_commands(typer.main.get_command(app)))
     rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
     options: dict[tuple[str, str], list[str]] = {}
     for name, command in commands.items():
@@ -36,6 +37,14 @@ def _commands(app: typer.Typer) -> str:
     rows += ["", "| option | of | meaning |", "|---|---|---|"]
     rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
     return "\n".join(rows)
+
+
+def _named_commands(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, command in group.commands.items():
+        if not command.hidden:
+            yield prefix + name, command
+            if hasattr(command, "commands"):
+                yield from _named_commands(command, f"{prefix}{name} ")
 
 
 def _cell(text: str) -> str:

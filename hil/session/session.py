@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
-from hil.session.inputs import Bytes
+from hil.session.inputs import Bytes, Reset
 from hil.vocab.ports import Port
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
@@ -18,19 +18,32 @@ BACKLOG_HOLD_BYTES = 64 * 1024
 """While more than this waits for a client to read, the device takes no more commands: a board is held
 up in print() by a host that does not read."""
 
+TOUCH_BAUD = 1200
+"""A board with native USB resets when its port is closed at this rate: Arduino platform specification, "1200
+bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before, and
+the bootloader runs first."""
+
 
 class Session:
     """The port's host (``hil.vocab.ports.PortHost``) and the device's line. ``scheduled`` is called when
-    bytes were put on a paced line, for ``release`` to be called in time."""
+    bytes were put on a paced line, for ``release`` to be called in time. ``native_usb``: the board's own
+    processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     def __init__(
-        self, bench: BenchRuntime, device: Device, port: Port, scheduled: Callable[[], None]
+        self,
+        bench: BenchRuntime,
+        device: Device,
+        port: Port,
+        scheduled: Callable[[], None],
+        *,
+        native_usb: bool = False,
     ) -> None:
         self.device = device
         self.port = port
         self.port_failure: str | None = None
         self._bench = bench
         self._scheduled = scheduled
+        self._native_usb = native_usb
         self._held = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
@@ -49,6 +62,12 @@ class Session:
 
     def drained(self) -> None:
         self.refresh()
+
+    def client_left(self, baud: int | None) -> None:
+        """Nobody has the port open any more."""
+        if self._native_usb and self.device.uart.baud is None and baud == TOUCH_BAUD:
+            self._bench.give(self.device, Reset())
+            self.flush()
 
     def port_failed(self, reason: str) -> None:
         self.port_failure = reason

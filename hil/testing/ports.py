@@ -22,6 +22,8 @@ class RecordingHost:
         self.room_bytes = 1 << 30
         self.failures: list[str] = []
         self.drains = 0
+        self.left: list[int | None] = []
+        """The bauds of last clients, as they left."""
         self.answer: Callable[[bytes], bytes] = lambda data: b""
 
     def received(self, data: bytes) -> None:
@@ -38,6 +40,9 @@ class RecordingHost:
     def drained(self) -> None:
         assert self.port.backlog() == 0
         self.drains += 1
+
+    def client_left(self, baud: int | None) -> None:
+        self.left.append(baud)
 
     def port_failed(self, reason: str) -> None:
         self.failures.append(reason)

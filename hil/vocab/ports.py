@@ -50,6 +50,10 @@ class PortHost(Protocol):
     def drained(self) -> None:
         """What waited for a slow client has gone: ``Port.backlog`` is 0 again."""
 
+    def client_left(self, baud: int | None) -> None:
+        """The last client has closed the port; ``baud`` as ``Port.client_baud`` said before that. Ports
+        whose clients have no baud need not tell."""
+
     def port_failed(self, reason: str) -> None:
         """The port cannot go on (its file descriptor is dead). Called once."""
 

@@ -239,7 +239,13 @@ class PtyPort:
         self._discard_queue()
         with self._failing_loudly():
             line.discard_unread(self._slave)
+            # Later, because the host may answer with a write, and this may be in the middle of one.
+            self._loop.call_soon(self._tell_client_left, line.baud(self._master))
         self._reset_line()
+
+    def _tell_client_left(self, baud: int | None) -> None:
+        if self._master >= 0 and not self._failed:
+            self._host.client_left(baud)
 
     def _reset_line(self) -> None:
         if self._clients or self._failed or self._watch is None:

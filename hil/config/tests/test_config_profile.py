@@ -24,6 +24,7 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     profile = profile_from_yaml(TEXT, FOLDER)
     assert (profile.name, profile.law, profile.plant) == ("mechaduino", "mechaduino", "simple")
     assert profile.firmware == "firmware:Mechaduino"
+    assert profile.usb == "native"
     assert profile.folder == FOLDER
     assert {name: parameter.value for name, parameter in profile.axis.items()} == {
         "inertia_kg_m2": 5.4e-6,

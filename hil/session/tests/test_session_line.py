@@ -203,6 +203,36 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     assert port.got == b"hello"
 
 
+class Greeter(Echo):
+    """Says so when it starts."""
+
+    def main(self) -> Main:
+        self.uart.write(b"up")
+        yield from super().main()
+
+
+@pytest.mark.parametrize(
+    ("native_usb", "device_baud", "client_baud", "starts"),
+    [
+        (True, None, 1200, 2),
+        (True, None, 1201, 1),
+        (True, None, None, 1),
+        (True, 1200, 1200, 1),
+        (False, None, 1200, 1),
+    ],
+)
+def test_the_touch_resets_a_board_with_native_usb(
+    native_usb: bool, device_baud: int | None, client_baud: int | None, starts: int
+) -> None:
+    bench = Bench()
+    device = bench.add("m1", Greeter, device_baud)
+    session = Session(bench.runtime, device, MemoryPort(), lambda: None, native_usb=native_usb)
+    bench.until(1_000_000)
+    session.client_left(client_baud)
+    bench.until(2_000_000)
+    assert [data for _, _, data in bench.heard] == [b"up"] * starts
+
+
 # ---- broken firmware ----
 
 

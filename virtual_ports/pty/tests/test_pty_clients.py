@@ -81,6 +81,43 @@ def test_the_baud_of_a_client_is_seen_and_forgotten(tmp_path: Path) -> None:
     run(tmp_path, scenario)
 
 
+def test_the_host_is_told_when_the_last_client_leaves_and_at_which_baud(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
+        for baud in (1200, 250000):
+            with serial.Serial(port.address, baud):
+                await until(lambda: port.stats().clients == 1)
+            await until(lambda baud=baud: board.left[-1:] == [baud])  # type: ignore[misc]
+        fds = [client(port) for _ in range(3)]
+        await until(lambda: port.stats().clients == 3)
+        for fd in fds:
+            assert len(board.left) == 2
+            os.close(fd)
+            await until(lambda fd=fd: port.stats().clients == 2 - fds.index(fd))  # type: ignore[misc]
+        await until(lambda: board.left == [1200, 250000, None])
+
+    run(tmp_path, scenario)
+
+
+def test_the_host_may_answer_when_the_last_client_has_left(tmp_path: Path) -> None:
+    class Answering(RecordingHost):
+        def client_left(self, baud: int | None) -> None:
+            super().client_left(baud)
+            self.port.write(b"booting")
+
+    async def main() -> None:
+        port = make(Options(), PortContext("b", "m1", tmp_path))
+        host = Answering(port)
+        await port.open(host)
+        os.close(client(port))
+        port.write(b"x")  # here the port notices; the host is not called from within
+        assert host.left == []
+        await until(lambda: len(host.left) == 1)
+        assert port.stats().unheard_bytes == len(b"xbooting")
+        await port.close()
+
+    asyncio.run(main())
+
+
 def test_bytes_of_a_client_that_has_left_still_have_its_baud(tmp_path: Path) -> None:
     async def scenario(port: Port, board: RecordingHost) -> None:
         board.room_bytes = 0

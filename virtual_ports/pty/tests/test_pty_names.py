@@ -27,6 +27,8 @@ class DeafHost:
 
     def drained(self) -> None: ...
 
+    def client_left(self, baud: int | None) -> None: ...
+
     def port_failed(self, reason: str) -> None:
         raise AssertionError(reason)
 
