@@ -13,6 +13,7 @@ setup(
                 f"{NATIVE}/core.c",
                 f"{NATIVE}/axis.c",
                 f"{NATIVE}/control/mechaduino.c",
+                f"{NATIVE}/plant/full.c",
                 f"{NATIVE}/plant/simple.c",
                 f"{NATIVE}/rt/thread.c",
                 f"{NATIVE}/rt/watchdog.c",
@@ -24,7 +25,9 @@ setup(
                     "hil_core.h",
                     "fields.def",
                     "control/mechaduino.h",
+                    "plant/full.h",
                     "plant/simple.h",
+                    "plant/trig.h",
                     "rt/ring.h",
                     "rt/seqlock.h",
                 )

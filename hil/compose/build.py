@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hil.compose.find import PROFILES
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
-from hil.core import Core
+from hil.core import AxisPlan, Core, Load
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
 from hil.vocab.firmware import Board, Firmware
@@ -79,9 +79,11 @@ def add_device(
     profile: ProfileInfo,
     sections: Mapping[str, bytes],
     store: Store,
+    seed: int,
 ) -> Device:
-    """Open an axis and start the device's firmware."""
-    group, axis = bench.open_group(config.axis_parameters(profile))
+    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts."""
+    load = config.load.parts() if config.load else Load()
+    group, axis = bench.open_group(AxisPlan(config.axis_parameters(profile), config.plant, load, seed))
     device = Device(
         name,
         profile.name,
@@ -110,7 +112,9 @@ def bench_runtime(
     that a reload can add some.
     """
     bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
-    for name, device in config.devices.items():
+    for index, (name, device) in enumerate(config.devices.items()):
         profile = catalogue.profiles[device.profile]
-        add_device(bench, name, device, profile, memories.get(name, {}), store)
+        # Far apart, so that bench 0's second device is not bench 1's first.
+        seed = config.seed + (index << 32)
+        add_device(bench, name, device, profile, memories.get(name, {}), store, seed)
     return bench

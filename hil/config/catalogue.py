@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hil.config.document import Finding
 from hil.config.explain import findings_of, suggestion
 from hil.config.yaml_text import document_from_yaml
-from hil.core import AXIS_PARAMETERS, LAWS
+from hil.core import AXIS_PARAMETERS, FULL_PARAMETERS, LAWS
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,12 @@ class AxisParameter:
     whole: bool = False
     """Only whole numbers make sense."""
     about: str = ""
+    full: float | None = None
+    """The value of the full plant, where it differs."""
+
+    def default(self, plant: str) -> float:
+        """The value under this plant unless a device sets one."""
+        return self.value if self.full is None or plant != "full" else self.full
 
     def refusal(self, value: float) -> tuple[str, str] | None:
         """Why the value cannot be used and what can, or None for a good one."""
@@ -59,7 +65,7 @@ class ProfileInfo:
     name: str
     title: str
     law: str
-    plant: Literal["simple"]
+    plant: Literal["simple", "full"]
     hardware: Mapping[str, HardwareVersion]
     default_hardware: str
     axis: Mapping[str, AxisParameter]
@@ -85,6 +91,7 @@ class _Text(BaseModel):
 
 class _AxisText(_Text):
     value: float
+    full: float | None = None
     unit: str
     about: str
     source: str
@@ -105,7 +112,7 @@ class _ProfileText(_Text):
     title: str
     firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
     law: str
-    plant: Literal["simple"]
+    plant: Literal["simple", "full"]
     usb: Literal["native"] | None = None
     hardware: dict[str, _HardwareText] = Field(min_length=1)
     default_hardware: str
@@ -152,12 +159,13 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
         findings.append(Finding(("law",), "there is no such control law", suggestion(info.law, LAWS)))
     findings += [
         Finding(("axis",), f"{name} is missing", "write it with its value, unit, about and source")
-        for name in AXIS_PARAMETERS
+        for name in AXIS_PARAMETERS + FULL_PARAMETERS * (info.plant == "full")
         if name not in info.axis
     ]
     for name, parameter in info.axis.items():
-        if refusal := parameter.refusal(parameter.value):
-            findings.append(Finding(("axis", name, "value"), *refusal))
+        for key, value in (("value", parameter.value), ("full", parameter.full)):
+            if value is not None and (refusal := parameter.refusal(value)):
+                findings.append(Finding(("axis", name, key), *refusal))
     if findings:
         raise document.error(findings)
     return info

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
 from hil.config.explain import findings_of, nearest, shown, unknown_key
+from hil.config.load import LOAD_KINDS
 from hil.config.model import BenchConfig, PortConfig
 from hil.config.yaml_text import document_from_yaml
 
@@ -95,7 +96,8 @@ class _Device:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             self._axis(profile)
-            self._hardware(profile, result["hardware"])
+            self._load(result)
+            self._hardware(profile, result["hardware"], result["plant"])
             self._registers(profile)
         return result
 
@@ -171,7 +173,31 @@ class _Device:
             elif _is_number(value) and (refusal := parameter.refusal(value)):
                 self._add(*refusal, "axis", name)
 
-    def _hardware(self, profile: ProfileInfo, name: object) -> None:
+    def _load(self, result: dict[str, Any]) -> None:
+        """Checks the load by its kind's own model, so that problems have the file's key paths."""
+        given = self.raw.get("load")
+        if given is None:
+            return
+        result["load"] = None
+        kinds = f"known kinds are: {', '.join(LOAD_KINDS)}"
+        if not isinstance(given, dict):
+            self._add(f"a load's kind and numbers are wanted here, not {shown(given)}", kinds, "load")
+            return
+        kind = given.get("kind")
+        if kind is None:
+            self._add("the load has no kind", kinds, "load")
+        elif not isinstance(kind, str) or kind not in LOAD_KINDS:
+            self._unknown("load.kind", "kind of load", str(kind), LOAD_KINDS)
+        elif result["plant"] != "full":
+            self._add("the simple plant turns nothing but load_torque_Nm", "write plant: full", "load")
+        else:
+            model = LOAD_KINDS[kind]
+            try:
+                result["load"] = model.model_validate(given)
+            except ValidationError as error:
+                self.findings += findings_of(error, model, (*self.path, "load"), self.document)
+
+    def _hardware(self, profile: ProfileInfo, name: object, plant: object) -> None:
         if not isinstance(name, str):
             return
         version = profile.hardware.get(name)
@@ -180,7 +206,8 @@ class _Device:
             return
         axis = self.raw.get("axis")
         own = axis if isinstance(axis, dict) and SUPPLY in axis else None
-        given = own[SUPPLY] if own else profile.axis[SUPPLY].value if SUPPLY in profile.axis else None
+        default = profile.axis[SUPPLY].default(str(plant)) if SUPPLY in profile.axis else None
+        given = own[SUPPLY] if own else default
         if not _is_number(given) or _supplied(version, given):
             return
         message = f"{given:g} V is outside the supply range of {profile.name} {version.name}"

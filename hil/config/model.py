@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.explain import NAME_PATTERN, suggestion
+from hil.config.load import LoadConfig
 
 BUILT_IN_TABLES = ("stored", "identity", "empty")
 _TABLE_FILE_PATTERN = "[./]"
@@ -114,12 +115,17 @@ class DeviceConfig(_Model):
     hardware: str = Field(
         description="The board's version, one of its profile's; left out: the profile's default."
     )
-    plant: Literal["simple"] = Field(
+    plant: Literal["simple", "full"] = Field(
         default="simple",
         description=(
             "The model of motor and load. `simple`: inertia, viscous friction and a torque constant;"
-            " coil currents follow their command at once."
+            " coil currents follow their command at once. `full`: besides these, coils with inductance and"
+            " back-EMF behind a supply, detent torque, dry friction, a load, and the encoder's errors."
         ),
+    )
+    load: LoadConfig | None = Field(
+        default=None,
+        description="What the shaft turns, a mapping of `kind` and that kind's numbers; needs `plant: full`.",
     )
     axis: Mapping[str, float] = Field(
         default={},
@@ -140,8 +146,9 @@ class DeviceConfig(_Model):
     )
 
     def axis_parameters(self, profile: ProfileInfo) -> dict[str, float]:
-        """All the axis's parameters: the profile's, with this device's own in their place."""
-        return {name: parameter.value for name, parameter in profile.axis.items()} | dict(self.axis)
+        """All the axis's parameters: the profile's for this plant, with this device's own in their place."""
+        defaults = {name: parameter.default(self.plant) for name, parameter in profile.axis.items()}
+        return defaults | dict(self.axis)
 
     def register_values(self, profile: ProfileInfo) -> dict[str, int]:
         """All the registers at power-up: the profile's, with this device's own in their place."""

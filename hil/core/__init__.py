@@ -4,7 +4,18 @@ Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session 
 native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
 """
 
-from hil.core.core import AXIS_PARAMETERS, LAWS, Core, CoreAxis
+from hil.core.core import AXIS_PARAMETERS, FULL_PARAMETERS, LAWS, AxisPlan, Core, CoreAxis, Load
 from hil.core.fields import FIELDS, Field, Snapshot
 
-__all__ = ["AXIS_PARAMETERS", "FIELDS", "LAWS", "Core", "CoreAxis", "Field", "Snapshot"]
+__all__ = [
+    "AXIS_PARAMETERS",
+    "FIELDS",
+    "FULL_PARAMETERS",
+    "LAWS",
+    "AxisPlan",
+    "Core",
+    "CoreAxis",
+    "Field",
+    "Load",
+    "Snapshot",
+]

@@ -25,13 +25,10 @@ class NativeCore:
     def axis_open(
         self,
         group: int,
-        inertia_kg_m2: float,
-        viscous_Nm_s_per_rad: float,
-        torque_constant_Nm_per_A: float,
-        sense_resistor_ohm: float,
-        start_deg: float,
-        load_torque_Nm: float,
-        rotor_teeth: int,
+        motor: dict[str, float],
+        full: dict[str, float] | None,
+        load: dict[str, float] | None,
+        seed: int,
     ) -> int: ...
     def power_up(self, axis: int) -> None: ...
     def advance(self, group: int, until_ns: int) -> int: ...

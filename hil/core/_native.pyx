@@ -3,7 +3,7 @@
 what each call means and who may make it. `hil.core` is the face for the rest of the project."""
 
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint64_t
-from libc.string cimport memcpy
+from libc.string cimport memcpy, memset
 
 cdef extern from "native/hil_core.h" nogil:
     int HIL_TABLE_LEN, HIL_HISTOGRAM_LEN, HIL_FIELDS
@@ -24,6 +24,25 @@ cdef extern from "native/hil_core.h" nogil:
         int32_t axis
         int32_t kind
         double value
+    ctypedef struct hil_full_params:
+        double phase_resistance_ohm
+        double phase_inductance_H
+        double supply_V
+        double detent_torque_Nm
+        double coulomb_torque_Nm
+        double full_step_error_pct
+        double encoder_eccentricity_deg
+        double encoder_nonlinearity_deg
+        double encoder_noise_counts
+    ctypedef struct hil_load:
+        double inertia_kg_m2
+        double torque_Nm
+        double stiffness_Nm_per_rad
+        double pendulum_Nm
+        double centre_deg
+        double min_deg
+        double max_deg
+        int32_t end_stops
     ctypedef struct hil_axis_params:
         double inertia_kg_m2
         double viscous_Nm_s_per_rad
@@ -32,6 +51,10 @@ cdef extern from "native/hil_core.h" nogil:
         double start_deg
         double load_torque_Nm
         int32_t rotor_teeth
+        int32_t is_full
+        hil_full_params full
+        hil_load load
+        uint64_t seed
     ctypedef struct hil_rt_options:
         int64_t period_ns
         double speed
@@ -141,10 +164,21 @@ cdef class NativeCore:
     def group_close(self, int group):
         hil_group_close(self.core, group)
 
-    def axis_open(self, int group, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
-                  double sense_resistor_ohm, double start_deg, double load_torque_Nm, int rotor_teeth):
-        cdef hil_axis_params p = hil_axis_params(inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A,
-                                                 sense_resistor_ohm, start_deg, load_torque_Nm, rotor_teeth)
+    def axis_open(self, int group, dict motor, dict full, dict load, uint64_t seed):
+        cdef hil_axis_params p
+        memset(&p, 0, sizeof(p))
+        p.inertia_kg_m2 = motor["inertia_kg_m2"]
+        p.viscous_Nm_s_per_rad = motor["viscous_Nm_s_per_rad"]
+        p.torque_constant_Nm_per_A = motor["torque_constant_Nm_per_A"]
+        p.sense_resistor_ohm = motor["sense_resistor_ohm"]
+        p.start_deg = motor["start_deg"]
+        p.load_torque_Nm = motor["load_torque_Nm"]
+        p.rotor_teeth = int(motor["rotor_teeth"])
+        if full is not None:
+            p.is_full = 1
+            p.full = full  # by name: every member has to be there
+            p.load = load
+            p.seed = seed
         cdef int axis = hil_axis_open(self.core, group, &p)
         if axis == -2:
             raise ValueError("the motor is too stiff to be integrated: more inertia or less friction is needed")

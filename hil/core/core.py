@@ -2,6 +2,8 @@
 
 from array import array
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Literal
 
 from hil.core._native import NativeCore
 from hil.core.fields import INDEX, Snapshot
@@ -28,6 +30,52 @@ AXIS_PARAMETERS = (
     "rotor_teeth",
 )
 """What a profile has to say about its motor, driver and load."""
+
+SEED_MASK = (1 << 64) - 1
+
+FULL_PARAMETERS = (
+    "phase_resistance_ohm",
+    "phase_inductance_H",
+    "supply_V",
+    "detent_torque_Nm",
+    "coulomb_torque_Nm",
+    "full_step_error_pct",
+    "encoder_eccentricity_deg",
+    "encoder_nonlinearity_deg",
+    "encoder_noise_counts",
+)
+"""What it has to say besides for the full plant."""
+
+PLANTS = ("simple", "full")
+"""Models of motor and load."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """What the shaft of a full plant turns; the parts add up. ``native/hil_core.h``: hil_load."""
+
+    inertia_kg_m2: float = 0.0
+    torque_Nm: float = 0.0
+    stiffness_Nm_per_rad: float = 0.0
+    pendulum_Nm: float = 0.0
+    """Weight times length."""
+    centre_deg: float = 0.0
+    """Where spring and pendulum rest."""
+    min_deg: float = 0.0
+    max_deg: float = 0.0
+    end_stops: bool = False
+    """Whether min_deg and max_deg mean anything."""
+
+
+@dataclass(frozen=True)
+class AxisPlan:
+    """What an axis is opened with: the plant, its numbers by ``AXIS_PARAMETERS`` and
+    ``FULL_PARAMETERS``, its load, and where its randomness starts."""
+
+    parameters: Mapping[str, float]
+    plant: Literal["simple", "full"] = "simple"
+    load: Load = Load()
+    seed: int = 0
 
 
 class CoreAxis:
@@ -96,23 +144,17 @@ class Core:
         self.native = NativeCore(max_axes)
         self.event_fd = self.native.event_fd
 
-    def open_axis(self, group: int, parameters: Mapping[str, float]) -> CoreAxis:
-        """A cold-started axis with ``AXIS_PARAMETERS``.
+    def open_axis(self, group: int, plan: AxisPlan) -> CoreAxis:
+        """A cold-started axis.
 
         Raises:
             ValueError: such a motor is too stiff to be integrated.
         """
-        p = parameters
-        axis = self.native.axis_open(
-            group,
-            p["inertia_kg_m2"],
-            p["viscous_Nm_s_per_rad"],
-            p["torque_constant_Nm_per_A"],
-            p["sense_resistor_ohm"],
-            p["start_deg"],
-            p["load_torque_Nm"],
-            int(p["rotor_teeth"]),
-        )
+        motor = {name: plan.parameters[name] for name in AXIS_PARAMETERS}
+        full = None
+        if plan.plant == "full":
+            full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
+        axis = self.native.axis_open(group, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
         return CoreAxis(self.native, axis)
 
     def take_events(self, group: int) -> list[CoreEvent]:

@@ -3,10 +3,10 @@
 Every input goes through ``give``, which fixes its effective time once and logs it.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from hil.core import Core, CoreAxis
+from hil.core import AxisPlan, Core, CoreAxis
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
@@ -41,11 +41,11 @@ class BenchRuntime:
         """Virtual time: how far the bench was taken. Real time: what the wall's time asks for."""
         return SimTimeNs(self.core.native.rt_now()) if self.real_time else self._now_ns
 
-    def open_group(self, parameters: Mapping[str, float]) -> tuple[Group, CoreAxis]:
+    def open_group(self, plan: AxisPlan) -> tuple[Group, CoreAxis]:
         """A group of its own for a device with one axis."""
         group = Group(self.core, self.core.native.group_open(self.now_ns))
         self._groups[group.id] = group
-        return group, self.core.open_axis(group.id, parameters)
+        return group, self.core.open_axis(group.id, plan)
 
     def add(self, group: Group, device: Device) -> None:
         """The device's firmware starts now."""

@@ -47,8 +47,27 @@ static int shaft_raw(double rev)
 
 static int raw_at(const hil_axis *a, int64_t t_ns)
 {
-    return a->encoder.script_len ? scripted_raw(&a->encoder, t_ns) : shaft_raw(plant_at(&a->plant, t_ns).rev);
+    if (a->encoder.script_len) return scripted_raw(&a->encoder, t_ns);
+    if (!a->is_full) return shaft_raw(plant_at(&a->plant, t_ns).rev);
+    full now = full_at(&a->full, t_ns);
+    return full_raw(&now, t_ns);
 }
+
+/* ---- the plant, whichever it is ---- */
+
+static void make_node(hil_axis *a, int64_t t_ns)
+{
+    if (a->is_full) full_node(&a->full, t_ns);
+    else plant_node(&a->plant, t_ns);
+}
+
+static void set_currents(hil_axis *a, double a_A, double b_A)
+{
+    if (a->is_full) full_set_currents(&a->full, a_A, b_A);
+    else plant_set_currents(&a->plant, a_A, b_A);
+}
+
+static double load_torque_Nm(const hil_axis *a) { return a->is_full ? a->full.load_torque_Nm : a->plant.load_torque_Nm; }
 
 static int parity(unsigned v)
 {
@@ -75,8 +94,8 @@ static int spi_exchange(hil_axis *a, int command, int raw)
 static void drive(hil_axis *a)
 {
     const mechaduino_pins *p = &a->law.pins;
-    plant_set_currents(&a->plant, p->vref1 * a->amps_per_count * (p->in2 - p->in1),
-                       p->vref2 * a->amps_per_count * (p->in4 - p->in3));
+    set_currents(a, p->vref1 * a->amps_per_count * (p->in2 - p->in1),
+                 p->vref2 * a->amps_per_count * (p->in4 - p->in3));
 }
 
 static int64_t step_time_ns(const hil_axis *a, int64_t k)
@@ -98,8 +117,10 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 {
     while (a->loop_on && a->next_step_ns <= t_ns) {
         int64_t at_ns = a->next_step_ns;
-        plant_node(&a->plant, at_ns);
-        int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns) : shaft_raw(a->plant.shaft.rev);
+        make_node(a, at_ns);
+        int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
+                  : a->is_full          ? full_raw(&a->full, at_ns)
+                                        : shaft_raw(a->plant.shaft.rev);
         float y;
         int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
         drive(a);
@@ -107,7 +128,8 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
         a->control_steps++;
         a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
     }
-    plant_advance(&a->plant, t_ns);
+    if (a->is_full) full_advance(&a->full, t_ns);
+    else plant_advance(&a->plant, t_ns);
 }
 
 /* ---- the firmware's and the daemon's face ---- */
@@ -124,23 +146,28 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     int axis = 0;
     while (axis < c->max_axes && c->axes[axis].open) axis++;
     if (axis == c->max_axes) return -1;
-    plant started;
-    double amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm);
-    if (plant_init(&started, params->inertia_kg_m2, params->viscous_Nm_s_per_rad, params->torque_constant_Nm_per_A,
-                   params->rotor_teeth, 255 * amps_per_count, params->start_deg / 360, params->load_torque_Nm,
-                   atomic_load(&c->groups[group].now_ns)))
+    int64_t now_ns = atomic_load(&c->groups[group].now_ns);
+    plant simple = {0};
+    full full = {0};
+    double amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm), max_current_A = 255 * amps_per_count;
+    if (params->is_full ? full_init(&full, params, max_current_A, now_ns)
+                        : plant_init(&simple, params->inertia_kg_m2, params->viscous_Nm_s_per_rad,
+                                     params->torque_constant_Nm_per_A, params->rotor_teeth, max_current_A,
+                                     params->start_deg / 360, params->load_torque_Nm, now_ns))
         return -2;
     hil_axis *a = &c->axes[axis];
     memset((char *)a + offsetof(hil_axis, open), 0, sizeof *a - offsetof(hil_axis, open));
     a->open = 1;
-    a->plant = started;
+    a->is_full = params->is_full;
+    a->plant = simple;
+    a->full = full;
     a->group = group;
     a->next_in_group = c->groups[group].first_axis;
     c->groups[group].first_axis = axis;
     a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
     hil_axis_power_up(c, axis);
-    axis_publish(a, a->plant.node_ns);
+    axis_publish(a, now_ns);
     return axis;
 }
 
@@ -148,7 +175,7 @@ void hil_axis_power_up(hil_core *c, int axis)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    plant_node(&a->plant, now_ns);
+    make_node(a, now_ns);
     mechaduino_power_up(&a->law);
     set_loop(a, 0, now_ns);
     a->control_steps = 0;
@@ -159,7 +186,7 @@ void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    plant_node(&a->plant, now_ns);
+    make_node(a, now_ns);
     mechaduino_output(&a->law, c->sine, theta_deg, effort);
     drive(a);
 }
@@ -168,7 +195,7 @@ void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    plant_node(&a->plant, now_ns);
+    make_node(a, now_ns);
     a->law.pins.vref1 = vref1;
     a->law.pins.vref2 = vref2;
     drive(a);
@@ -235,11 +262,27 @@ int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, 
 
 static void fill_view(hil_axis *a, int64_t now_ns)
 {
-    plant_shaft s = plant_at(&a->plant, now_ns);
-    a->view.rev = s.rev;
-    a->view.rev_per_s = s.rev_per_s;
-    a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
-    a->view.raw = a->encoder.script_len ? scripted_raw(&a->encoder, now_ns) : shaft_raw(s.rev);
+    if (a->is_full) {
+        full f = full_at(&a->full, now_ns);
+        a->view.rev = f.state.rev;
+        a->view.rev_per_s = f.state.rev_per_s;
+        a->view.torque_Nm = full_motor_torque_Nm(&f);
+        a->view.a_A = f.state.a_A;
+        a->view.b_A = f.state.b_A;
+        a->view.a_V = f.a_V;
+        a->view.b_V = f.b_V;
+        a->view.energy = f.energy;
+        a->view.raw = full_raw(&f, now_ns);
+    } else {
+        plant_shaft s = plant_at(&a->plant, now_ns);
+        a->view.rev = s.rev;
+        a->view.rev_per_s = s.rev_per_s;
+        a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
+        a->view.a_A = a->plant.current_a_A;
+        a->view.b_A = a->plant.current_b_A;
+        a->view.raw = shaft_raw(s.rev);
+    }
+    if (a->encoder.script_len) a->view.raw = scripted_raw(&a->encoder, now_ns);
 }
 
 static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
@@ -276,9 +319,7 @@ double hil_axis_get(hil_core *c, int axis, hil_field field)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    if (field == HIL_FIELD_position_deg || field == HIL_FIELD_velocity_rpm || field == HIL_FIELD_torque_Nm ||
-        field == HIL_FIELD_raw)
-        fill_view(a, now_ns);
+    if (field <= HIL_FIELD_raw || field >= HIL_FIELD_voltage_a_V) fill_view(a, now_ns);
     switch (field) {
 #define X(name, type, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
 #include "fields.def"
@@ -320,8 +361,9 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     hil_axis *a = at(c, axis, &now_ns);
     switch (field) {
     case HIL_FIELD_load_torque_Nm:
-        plant_node(&a->plant, now_ns);
-        plant_set_load(&a->plant, value);
+        make_node(a, now_ns);
+        if (a->is_full) full_set_load(&a->full, value);
+        else plant_set_load(&a->plant, value);
         return 0;
     case HIL_FIELD_diaagc: a->encoder.diaagc = to_i32(value); return 0;
     case HIL_FIELD_errfl: a->encoder.errfl = to_i32(value); return 0;

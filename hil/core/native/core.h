@@ -7,6 +7,7 @@
 
 #include "control/mechaduino.h"
 #include "hil_core.h"
+#include "plant/full.h"
 #include "plant/simple.h"
 #include "rt/ring.h"
 #include "rt/seqlock.h"
@@ -24,14 +25,20 @@ typedef struct hil_axis {
     _Atomic uint64_t published[SNAPSHOT_WORDS];
     int open, group, next_in_group; /* -1: the last of its group */
     mechaduino law;
+    int is_full; /* which of the two plants moves */
     plant plant;
+    full full;
     encoder encoder;
     double amps_per_count;
     struct { int32_t dir, step, enable, d3; } pins;
     int32_t loop_on;
     int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
     int64_t control_steps;
-    struct { double rev, rev_per_s, torque_Nm; int32_t raw; } view; /* filled for a snapshot */
+    struct {
+        double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
+        full_energy energy;
+        int32_t raw;
+    } view; /* filled for a snapshot */
     float table[HIL_TABLE_LEN];
 } hil_axis;
 

@@ -57,12 +57,31 @@ typedef struct hil_event {
     double value;
 } hil_event;
 
+/* What the full plant takes more. Resistance, inductance and supply above 0, the others at least 0. */
+typedef struct hil_full_params {
+    double phase_resistance_ohm, phase_inductance_H, supply_V, detent_torque_Nm, coulomb_torque_Nm;
+    double full_step_error_pct, encoder_eccentricity_deg, encoder_nonlinearity_deg, encoder_noise_counts;
+} hil_full_params;
+
+/* What the full plant's shaft turns; all zeros: nothing. The parts add up. Inertia, stiffness and the
+   pendulum's weight times length at least 0; min_deg below max_deg. */
+typedef struct hil_load {
+    double inertia_kg_m2, torque_Nm;
+    double stiffness_Nm_per_rad, pendulum_Nm, centre_deg; /* centre: where spring and pendulum rest */
+    double min_deg, max_deg;
+    int32_t end_stops;
+} hil_load;
+
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
 typedef struct hil_axis_params {
     double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
     double sense_resistor_ohm, start_deg, load_torque_Nm;
     int32_t rotor_teeth;
+    int32_t is_full; /* the full plant; of the simple one what follows is ignored */
+    hil_full_params full;
+    hil_load load;
+    uint64_t seed; /* phases of periodic errors, and noise */
 } hil_axis_params;
 
 typedef struct hil_rt_options {

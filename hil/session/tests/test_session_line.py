@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hil.core import Core
+from hil.core import AxisPlan, Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Reset
@@ -90,7 +90,7 @@ class Bench:
         )
 
     def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
-        group, axis = self.runtime.open_group(PARAMETERS)
+        group, axis = self.runtime.open_group(AxisPlan(PARAMETERS))
         device = Device(
             name,
             "test",
