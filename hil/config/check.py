@@ -11,13 +11,17 @@ from pydantic import BaseModel, ValidationError
 from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
 from hil.config.explain import findings_of, nearest, shown, unknown_key
-from hil.config.load import LOAD_KINDS
+from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
 from hil.config.yaml_text import document_from_yaml
+from hil.core import FULL_PARAMETERS
 
 DEFAULT_PORT = "pty"
 SUPPLY = "supply_V"
 """The axis parameter that the hardware version's supply range applies to."""
+
+START = "start_deg"
+"""The axis parameter that end stops must leave room for."""
 
 
 class _NoOptions(BaseModel):
@@ -96,7 +100,8 @@ class _Device:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             self._axis(profile)
-            self._load(result)
+            self._plant(result["plant"], profile)
+            self._load(result, profile)
             self._hardware(profile, result["hardware"], result["plant"])
             self._registers(profile)
         return result
@@ -173,7 +178,13 @@ class _Device:
             elif _is_number(value) and (refusal := parameter.refusal(value)):
                 self._add(*refusal, "axis", name)
 
-    def _load(self, result: dict[str, Any]) -> None:
+    def _plant(self, plant: object, profile: ProfileInfo) -> None:
+        missing = [name for name in FULL_PARAMETERS if name not in profile.axis]
+        if plant == "full" and missing:
+            message = f"profile {profile.name} has no {missing[0]}, which the full plant needs"
+            self._add(message, "write plant: simple", "plant")
+
+    def _load(self, result: dict[str, Any], profile: ProfileInfo) -> None:
         """Checks the load by its kind's own model, so that problems have the file's key paths."""
         given = self.raw.get("load")
         if given is None:
@@ -196,6 +207,19 @@ class _Device:
                 result["load"] = model.model_validate(given)
             except ValidationError as error:
                 self.findings += findings_of(error, model, (*self.path, "load"), self.document)
+                return
+            self._start_between_stops(result["load"], profile)
+
+    def _start_between_stops(self, load: BaseModel, profile: ProfileInfo) -> None:
+        axis = self.raw.get("axis")
+        start_deg = axis.get(START) if isinstance(axis, dict) else None
+        if start_deg is None and START in profile.axis:
+            start_deg = profile.axis[START].default("full")
+        if not isinstance(load, EndStopsLoad) or not _is_number(start_deg):
+            return
+        if not load.min_deg <= start_deg <= load.max_deg:
+            remedy = f"write stops around {start_deg:g}, or another axis.{START}"
+            self._add(f"the shaft starts outside the stops, at {start_deg:g} deg", remedy, "load")
 
     def _hardware(self, profile: ProfileInfo, name: object, plant: object) -> None:
         if not isinstance(name, str):

@@ -4,7 +4,8 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hil.config.catalogue import Catalogue, ProfileInfo
+from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
+from hil.config.load import LOAD_KINDS
 from hil.config.schema import schema
 
 
@@ -23,6 +24,9 @@ def reference(catalogue: Catalogue) -> str:
         _keys(device),
         "## Flash: `devices.<name>.flash`",
         _keys(definitions["FlashConfig"]),
+        "## Load: `devices.<name>.load`",
+        "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
+        *_loads(definitions),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below.",
     ]
@@ -34,6 +38,14 @@ def reference(catalogue: Catalogue) -> str:
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])
     return "\n\n".join(sections) + "\n"
+
+
+def _loads(definitions: dict[str, Any]) -> Iterable[str]:
+    for kind, model in LOAD_KINDS.items():
+        described = definitions[model.__name__]
+        described["properties"].pop("kind")
+        yield f"### `{kind}`: {described['description']}"
+        yield _keys(described)
 
 
 def _keys(model: dict[str, Any]) -> str:
@@ -57,6 +69,8 @@ def _default(value: dict[str, Any]) -> str:
 
 
 def _type(value: dict[str, Any]) -> str:
+    if "oneOf" in value:
+        return "mapping"
     if "anyOf" in value:
         return " or ".join(dict.fromkeys(_type(choice) for choice in value["anyOf"]))
     if "enum" in value or "const" in value:
@@ -88,7 +102,7 @@ def _profile(profile: ProfileInfo) -> list[str]:
     axis = _table(
         ("`axis`", "Default", "Unit", "Meaning", "Source"),
         (
-            (f"`{item.name}`", f"{item.value:g}", item.unit, item.about, item.source)
+            (f"`{item.name}`", _axis_default(item), item.unit, item.about, item.source)
             for item in profile.axis.values()
         ),
     )
@@ -97,6 +111,10 @@ def _profile(profile: ProfileInfo) -> list[str]:
         ((f"`{name}`", f"`0x{value:04X}`") for name, value in profile.registers.items()),
     )
     return [f"### `{profile.name}`: {profile.title}", hardware, axis, registers]
+
+
+def _axis_default(item: AxisParameter) -> str:
+    return f"{item.value:g}" if item.full is None else f"{item.value:g}; `plant: full`: {item.full:g}"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

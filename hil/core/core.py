@@ -46,9 +46,6 @@ FULL_PARAMETERS = (
 )
 """What it has to say besides for the full plant."""
 
-PLANTS = ("simple", "full")
-"""Models of motor and load."""
-
 
 @dataclass(frozen=True)
 class Load:

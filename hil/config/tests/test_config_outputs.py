@@ -125,7 +125,8 @@ def test_every_key_of_the_models_is_described_and_in_the_reference() -> None:
             assert f"| `{name}` |" in page
             assert field.description.replace("|", r"\|") in page
     for parameter in CATALOGUE.profiles["mechaduino"].axis.values():
-        assert f"| `{parameter.name}` | {parameter.value:g} | {parameter.unit} |" in page
+        other = "" if parameter.full is None else f"; `plant: full`: {parameter.full:g}"
+        assert f"| `{parameter.name}` | {parameter.value:g}{other} | {parameter.unit} |" in page
 
 
 def test_the_reference_has_well_formed_tables_with_types_and_defaults() -> None:

@@ -231,7 +231,7 @@ def test_one_bad_line_gives_one_problem_on_that_line(line: str, problem: str) ->
     [
         ({"hardware": 0.1}, 'hardware: YAML takes this for 0.1; text is wanted (write it in quotes: "0.1")'),
         ({"hardware": "9"}, 'hardware: there is no hardware version "9" (known are: 0.1, 0.2)'),
-        ({"plant": "full"}, "plant: \"full\" is none of the choices (write 'simple')"),
+        ({"plant": "cubic"}, "plant: \"cubic\" is none of the choices (write 'simple' or 'full')"),
         ({"baud": 49}, "baud: the number 49 is too small (write 50 or more)"),
         ({"baud": True}, "baud: a whole number is wanted here, not true (write a whole number)"),
         ({"axis": {"rotor_teeth": 50.5}},

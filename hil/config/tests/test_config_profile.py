@@ -35,6 +35,19 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
         "start_deg": 6.3,
         "load_torque_Nm": 0.0,
         "supply_V": 12.0,
+        "phase_resistance_ohm": 1.1,
+        "phase_inductance_H": 2.6e-3,
+        "detent_torque_Nm": 0.015,
+        "coulomb_torque_Nm": 0.008,
+        "full_step_error_pct": 5.0,
+        "encoder_eccentricity_deg": 0.5,
+        "encoder_nonlinearity_deg": 0.2,
+        "encoder_noise_counts": 0.7,
+    }
+    assert {name: item.full for name, item in profile.axis.items() if item.full is not None} == {
+        "viscous_Nm_s_per_rad": 4e-5,
+        "torque_constant_Nm_per_A": 0.155,
+        "supply_V": 24.0,
     }
     assert all(item.unit and item.source and item.about for item in profile.axis.values())
     assert profile.registers == {"diaagc": 0x0180, "errfl": 0}
@@ -50,7 +63,8 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     [
         ("name: mechaduino", "name: other", "name: this is not its folder's name (write \"mechaduino\")"),
         ("law: ", "lwa: ", 'lwa: unknown key (did you mean "law"?)'),
-        ("plant: simple", "plant: cubic", "plant: \"cubic\" is none of the choices (write 'simple')"),
+        ("plant: simple", "plant: cubic",
+         "plant: \"cubic\" is none of the choices (write 'simple' or 'full')"),
         ('default_hardware: "0.1"', 'default_hardware: "0.3"',
          'default_hardware: there is no such version (did you mean "0.2"?)'),
         ('  "0.1":', "  0.1:", 'hardware."0.1": YAML takes this key for a number'),

@@ -69,19 +69,17 @@ static double kicked(const full *p, double rev_per_s, double torque_Nm, double h
 }
 
 /* One coil over h_s, at the mean of its current before and after. The bridge's mean voltage is the one that
-   brings the current to the command, within what the bridge can do: the supply in the command's direction,
-   down to none, slow decay (A4954). Answers the mean current. */
+   brings the current to the command, as far as the supply goes. Answers the mean current. */
 static double regulated(const full *p, double *current_A, double *voltage_V, double command_A, double emf_V, double h_s)
 {
     double R = p->motor.phase_resistance_ohm, L = p->motor.phase_inductance_H, before_A = *current_A;
     double wanted_V = emf_V + 0.5 * R * (before_A + command_A) + L * (command_A - before_A) / h_s;
-    double low_V = command_A < 0 ? -p->motor.supply_V : 0, high_V = command_A > 0 ? p->motor.supply_V : 0;
-    if (wanted_V >= low_V && wanted_V <= high_V) {
+    if (fabs(wanted_V) <= p->motor.supply_V) {
         *voltage_V = wanted_V;
         *current_A = command_A;
     } else {
         double half_decay = 0.5 * R * h_s / L;
-        *voltage_V = wanted_V > high_V ? high_V : low_V;
+        *voltage_V = copysign(p->motor.supply_V, wanted_V);
         *current_A = (before_A * (1 - half_decay) + (*voltage_V - emf_V) * h_s / L) / (1 + half_decay);
         *current_A = bounded(*current_A, MOST_A);
     }

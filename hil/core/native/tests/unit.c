@@ -4,6 +4,7 @@ check_counts check_state;
 
 void law_tests(void);
 void plant_tests(void);
+void full_tests(void);
 void axis_tests(void);
 void groups_tests(void);
 void watchdog_tests(void);
@@ -12,6 +13,7 @@ int main(int argc, char **argv)
 {
     law_tests();
     plant_tests();
+    full_tests();
     axis_tests();
     groups_tests();
     watchdog_tests();
