@@ -27,7 +27,11 @@ setup(
                     "control/mechaduino.h",
                     "plant/full.h",
                     "plant/simple.h",
+                    "plant/full_kernel.h",
+                    "plant/real.h",
+                    "plant/simple_kernel.h",
                     "plant/trig.h",
+                    "plant/trig_kernel.h",
                     "rt/ring.h",
                     "rt/seqlock.h",
                 )

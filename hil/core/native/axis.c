@@ -41,8 +41,8 @@ static int scripted_raw(const encoder *s, int64_t t_ns)
 
 static int shaft_raw(double rev)
 {
-    if (!isfinite(rev)) return 0; /* run away under an absurd load */
-    return (int)((rev - floor(rev)) * 16384) & 16383;
+    if (!(fabs(rev) < 0x1p51)) return 0; /* run away under an absurd load */
+    return (int)((rev - floor_of(rev)) * 16384) & 16383;
 }
 
 static int raw_at(const hil_axis *a, int64_t t_ns)
@@ -100,7 +100,8 @@ static void drive(hil_axis *a)
 
 static int64_t step_time_ns(const hil_axis *a, int64_t k)
 {
-    return a->loop_since_ns + (int64_t)((__int128)k * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN);
+    int64_t whole = k / MECHADUINO_STEP_DEN, part = k % MECHADUINO_STEP_DEN;
+    return a->loop_since_ns + whole * MECHADUINO_STEP_NUM_NS + part * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN;
 }
 
 static void set_loop(hil_axis *a, int on, int64_t now_ns)
@@ -120,7 +121,7 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
         make_node(a, at_ns);
         int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
                   : a->is_full          ? full_raw(&a->full, at_ns)
-                                        : shaft_raw(a->plant.shaft.rev);
+                                        : shaft_raw(a->plant.moving.rev);
         float y;
         int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
         drive(a);
@@ -264,14 +265,14 @@ static void fill_view(hil_axis *a, int64_t now_ns)
 {
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
-        a->view.rev = f.state.rev;
-        a->view.rev_per_s = f.state.rev_per_s;
+        a->view.rev = f.moving.state.rev;
+        a->view.rev_per_s = f.moving.state.rev_per_s;
         a->view.torque_Nm = full_motor_torque_Nm(&f);
-        a->view.a_A = f.state.a_A;
-        a->view.b_A = f.state.b_A;
-        a->view.a_V = f.a_V;
-        a->view.b_V = f.b_V;
-        a->view.energy = f.energy;
+        a->view.a_A = f.moving.state.a_A;
+        a->view.b_A = f.moving.state.b_A;
+        a->view.a_V = f.moving.a_V;
+        a->view.b_V = f.moving.b_V;
+        a->view.energy = f.moving.energy;
         a->view.raw = full_raw(&f, now_ns);
     } else {
         plant_shaft s = plant_at(&a->plant, now_ns);
