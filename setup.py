@@ -12,6 +12,9 @@ setup(
                 "hil/core/_native.pyx",
                 f"{NATIVE}/core.c",
                 f"{NATIVE}/axis.c",
+                f"{NATIVE}/batch.c",
+                f"{NATIVE}/batch_any.c",
+                f"{NATIVE}/batch_avx2.c",
                 f"{NATIVE}/control/mechaduino.c",
                 f"{NATIVE}/plant/full.c",
                 f"{NATIVE}/plant/simple.c",
@@ -21,10 +24,13 @@ setup(
             depends=[
                 f"{NATIVE}/{name}"
                 for name in (
+                    "batch.h",
+                    "batch_lanes.h",
                     "core.h",
                     "hil_core.h",
                     "fields.def",
                     "control/mechaduino.h",
+                    "control/mechaduino_x4.h",
                     "plant/full.h",
                     "plant/simple.h",
                     "plant/full_kernel.h",
@@ -39,7 +45,7 @@ setup(
             include_dirs=["hil/core"],
             libraries=["m"],
             # No contraction: the laws keep the firmware's float32 arithmetic exactly.
-            extra_compile_args=["-std=gnu11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-pthread"],
+            extra_compile_args=["-std=gnu11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-Wno-psabi", "-pthread"],
             extra_link_args=["-pthread"],
         )
     ]

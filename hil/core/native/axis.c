@@ -15,9 +15,6 @@ const hil_field_info hil_field_table[HIL_FIELDS] = {
 #undef RW
 };
 
-/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
-enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
-
 static int64_t floor_div(__int128 n, int64_t d)
 {
     __int128 q = n / d;
@@ -90,18 +87,11 @@ static int spi_exchange(hil_axis *a, int command, int raw)
     return value | parity((unsigned)value) << 15;
 }
 
-/* A4954: current command = Vref / (10 Rsense), 255 counts = 3.3 V; direction by the IN pins. */
 static void drive(hil_axis *a)
 {
-    const mechaduino_pins *p = &a->law.pins;
-    set_currents(a, p->vref1 * a->amps_per_count * (p->in2 - p->in1),
-                 p->vref2 * a->amps_per_count * (p->in4 - p->in3));
-}
-
-static int64_t step_time_ns(const hil_axis *a, int64_t k)
-{
-    int64_t whole = k / MECHADUINO_STEP_DEN, part = k % MECHADUINO_STEP_DEN;
-    return a->loop_since_ns + whole * MECHADUINO_STEP_NUM_NS + part * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN;
+    double a_A, b_A;
+    axis_currents(a, &a_A, &b_A);
+    set_currents(a, a_A, b_A);
 }
 
 static void set_loop(hil_axis *a, int on, int64_t now_ns)
@@ -109,7 +99,7 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
     if (on && !a->loop_on) {
         a->loop_since_ns = now_ns;
         a->loop_steps = 0;
-        a->next_step_ns = step_time_ns(a, 1);
+        a->next_step_ns = axis_step_time_ns(a, 1);
     }
     a->loop_on = on != 0;
 }
@@ -126,9 +116,9 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
         int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
         drive(a);
         if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
-        a->control_steps++;
-        a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
+        axis_stepped(a);
     }
+    if (a->loop_on) return; /* the plant's next node is the next control step's: who looks before steps a copy */
     if (a->is_full) full_advance(&a->full, t_ns);
     else plant_advance(&a->plant, t_ns);
 }

@@ -18,6 +18,9 @@ hil_core *hil_core_new(int max_axes, int *event_fd)
     size_t due_at = groups_at + round_up(sizeof(hil_group) * (size_t)max_axes), len = due_at + (size_t)max_axes;
     char *arena = mmap(NULL, len, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (arena == MAP_FAILED) return NULL;
+    /* Refused, or too small an arena: only slower. Tables are 64 KiB apart, so with small pages each axis
+       takes several translations for itself. */
+    (void)madvise(arena, len, MADV_HUGEPAGE);
     hil_core *c = (hil_core *)arena;
     c->event_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     if (c->event_fd < 0) {

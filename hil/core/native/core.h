@@ -14,6 +14,9 @@
 
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
+/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
+enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
+
 typedef struct encoder {
     int32_t previous_command, diaagc, errfl;
     int script_len, script_linear;
@@ -78,6 +81,27 @@ struct hil_core {
     hil_group *groups;
     _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
 };
+
+static inline int64_t axis_step_time_ns(const hil_axis *a, int64_t k)
+{
+    int64_t whole = k / MECHADUINO_STEP_DEN, part = k % MECHADUINO_STEP_DEN;
+    return a->loop_since_ns + whole * MECHADUINO_STEP_NUM_NS + part * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN;
+}
+
+/* A control step has been made. */
+static inline void axis_stepped(hil_axis *a)
+{
+    a->control_steps++;
+    a->next_step_ns = axis_step_time_ns(a, ++a->loop_steps + 1);
+}
+
+/* A4954: current command = Vref / (10 Rsense), 255 counts = 3.3 V; direction by the IN pins. */
+static inline void axis_currents(const hil_axis *a, double *a_A, double *b_A)
+{
+    const mechaduino_pins *p = &a->law.pins;
+    *a_A = p->vref1 * a->amps_per_count * (p->in2 - p->in1);
+    *b_A = p->vref2 * a->amps_per_count * (p->in4 - p->in3);
+}
 
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* every control step up to and at t_ns */
 void axis_publish(hil_axis *a, int64_t now_ns);

@@ -36,7 +36,7 @@ static double load_Nm(const full *p, double rev, double rev_per_s)
     return bounded(torque, 1e3 * MOST_LOAD_NM);
 }
 
-full_rate full_rate_of(const full *p, int64_t h_ns)
+static full_rate rate_of(const full *p, int64_t h_ns)
 {
     double h_s = (double)h_ns * 1e-9, per_step = h_s / p->inertia_kg_m2, braked = 0.5 * p->motor.viscous * per_step;
     double faded = 0.5 * p->motor.R * h_s / p->inductance_H;
@@ -67,25 +67,7 @@ static void close_window(full *p)
     full_locate(&p->moving);
 }
 
-/* splitmix64's finisher: every bit of the result depends on every bit of x. */
-static uint64_t hash(uint64_t x)
-{
-    x += 0x9E3779B97F4A7C15;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
-    return x ^ (x >> 31);
-}
-
-static double phase(uint64_t seed, uint64_t which) { return (double)(hash(hash(seed) + which) >> 11) * 0x1p-53; }
-
-/* About normal, mean 0, variance 1: four uniform parts of one hash. */
-double full_noise(const full *p, int64_t t_ns)
-{
-    if (!(p->noise_counts > 0)) return 0;
-    uint64_t bits = hash(p->noise_key ^ hash((uint64_t)t_ns));
-    int64_t sum = (int64_t)((bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48)) + 2;
-    return p->noise_counts * (((double)sum * 0x1p-16 - 2) * 1.7320508075688772);
-}
+static double phase(uint64_t seed, uint64_t which) { return (double)(full_hash(full_hash(seed) + which) >> 11) * 0x1p-53; }
 
 /* The step that resolves the fastest thing the plant can do. 0: none that is short enough. */
 static int64_t step_for(const full *p, double max_current_A)
@@ -113,7 +95,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
     const hil_full_params *m = &params->full;
     const hil_load *l = &params->load;
     *p = (full){.moving.state.rev = params->start_deg / 360, .node_ns = now_ns, .load = *l,
-                .noise_key = hash(params->seed), .noise_counts = m->encoder_noise_counts, .part_ns = {-1, -1},
+                .noise_key = full_hash(params->seed), .noise_counts = m->encoder_noise_counts, .part_ns = {-1, -1},
                 .inertia_kg_m2 = params->inertia_kg_m2 + l->inertia_kg_m2, .inductance_H = m->phase_inductance_H,
                 .load_varies = l->stiffness_Nm_per_rad > 0 || l->pendulum_Nm > 0 || l->end_stops,
                 .motor = {.R = m->phase_resistance_ohm, .K = params->torque_constant_Nm_per_A,
@@ -127,7 +109,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
     full_set_load(p, params->load_torque_Nm);
     p->step_ns = step_for(p, max_current_A);
     if (!p->step_ns) return -1;
-    p->whole = full_rate_of(p, p->step_ns);
+    p->whole = rate_of(p, p->step_ns);
     of->whole_s = p->whole.h_s;
     full_locate(&p->moving);
     /* As stiff as the step resolves; the damper takes most of a hit's energy. */
@@ -173,18 +155,23 @@ void full_advance(full *p, int64_t t_ns)
     }
 }
 
+const full_rate *full_part(full *p, int64_t h_ns)
+{
+    int slot = h_ns & 1; /* a control loop's last steps have two lengths, next to each other */
+    if (p->part_ns[slot] != h_ns) {
+        p->part_ns[slot] = h_ns;
+        p->part[slot] = rate_of(p, h_ns);
+    }
+    return &p->part[slot];
+}
+
 void full_node(full *p, int64_t t_ns)
 {
     full_advance(p, t_ns);
     wake(p);
     int64_t h_ns = t_ns - p->node_ns;
     if (h_ns) {
-        int slot = h_ns & 1; /* a control loop's last steps have two lengths, next to each other */
-        if (p->part_ns[slot] != h_ns) {
-            p->part_ns[slot] = h_ns;
-            p->part[slot] = full_rate_of(p, h_ns);
-        }
-        step(p, &p->part[slot]);
+        step(p, full_part(p, h_ns));
         p->node_ns = t_ns;
     }
     if (p->steps) close_window(p);

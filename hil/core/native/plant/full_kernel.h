@@ -42,8 +42,7 @@ typedef struct NAME(full_moving) {
 
 INLINE REAL NAME(within)(REAL x, double most)
 {
-    x = PICK(x < most, x, CONSTANT(most)); /* a NaN too */
-    return PICK(x > -most, x, CONSTANT(-most));
+    return GREATER(LESSER(x, CONSTANT(most)), CONSTANT(-most)); /* a NaN is cut too */
 }
 
 /* The shaft's angle: at every node at which a window may begin. */
@@ -84,8 +83,7 @@ INLINE REAL NAME(full_kicked)(const NAME(full_rate) *r, REAL rev_per_s, REAL tor
 {
     REAL v = r->slow * rev_per_s + r->push * torque_Nm; /* viscous friction at the mean speed */
     /* The impulse of dry friction at most stops the shaft: it stays until the torque exceeds it. */
-    REAL most = PICK(v < r->dry, v, r->dry);
-    return v - PICK(most > -r->dry, most, -r->dry);
+    return v - GREATER(LESSER(v, r->dry), -r->dry);
 }
 
 /* One coil. The bridge's mean voltage is the one that brings the current to the command, as far as the supply

@@ -15,12 +15,14 @@
 #undef UNBITS
 #undef CONSTANT
 #undef ANY
+#undef LESSER
+#undef GREATER
 
 #ifndef HIL_PLANT_REAL_H
 #define HIL_PLANT_REAL_H
 #define LANES 4
-typedef double real_x4 __attribute__((vector_size(32)));
-typedef uint64_t mask_x4 __attribute__((vector_size(32)));
+typedef double real_x4 __attribute__((vector_size(32), may_alias));
+typedef uint64_t mask_x4 __attribute__((vector_size(32), may_alias));
 #define INLINE static inline __attribute__((always_inline, unused))
 static const double TWO_PI = 6.28318530717958647692;
 static const double NEAREST = 0x1.8p52; /* added and taken away: rounds to a whole number, below 2^51 */
@@ -47,13 +49,25 @@ INLINE double of_bits(uint64_t bits)
 #define UNBITS(x) of_bits(x)
 #define CONSTANT(x) (x)
 #define ANY(mask) (mask)
+#define LESSER(x, y) ((x) < (y) ? (x) : (y)) /* y, if one of them is a NaN */
+#define GREATER(x, y) ((x) > (y) ? (x) : (y))
 #else
 #define REAL real_x4
 #define MASK mask_x4
 #define NAME(x) x##_x4
-#define PICK(mask, yes, no) ((real_x4)(((mask_x4)(yes) & (mask_x4)(mask)) | ((mask_x4)(no) & ~(mask_x4)(mask))))
 #define BITS(x) ((mask_x4)(x))
 #define UNBITS(x) ((real_x4)(x))
 #define CONSTANT(x) ((real_x4){x, x, x, x})
+#if defined(__AVX2__) && !defined(__clang__) /* what gcc does not find by itself */
+typedef double wide_x4 __attribute__((vector_size(32)));
+#define PICK(mask, yes, no) ((real_x4)__builtin_ia32_blendvpd256((wide_x4)(no), (wide_x4)(yes), (wide_x4)(mask)))
+#define ANY(mask) __builtin_ia32_movmskpd256((wide_x4)(mask))
+#define LESSER(x, y) ((real_x4)__builtin_ia32_minpd256((wide_x4)(x), (wide_x4)(y)))
+#define GREATER(x, y) ((real_x4)__builtin_ia32_maxpd256((wide_x4)(x), (wide_x4)(y)))
+#else
+#define PICK(mask, yes, no) ((real_x4)(((mask_x4)(yes) & (mask_x4)(mask)) | ((mask_x4)(no) & ~(mask_x4)(mask))))
 #define ANY(mask) (((mask)[0] | (mask)[1] | (mask)[2] | (mask)[3]) != 0)
+#define LESSER(x, y) PICK((x) < (y), x, y)
+#define GREATER(x, y) PICK((x) > (y), x, y)
+#endif
 #endif

@@ -9,7 +9,7 @@ double plant_motor_torque_Nm(const plant *p, double rev)
     return -p->torque_constant_Nm_per_A * (p->current_a_A * c + p->current_b_A * s);
 }
 
-plant_rate plant_rate_of(const plant *p, int64_t h_ns)
+static plant_rate rate_of(const plant *p, int64_t h_ns)
 {
     double h_s = (double)h_ns * 1e-9, half_s = 0.5 * h_s, x = p->damping_per_s * half_s;
     /* (1 - exp(-x)) / x by its series, x at most 0.07: the same bits on every machine. */
@@ -42,7 +42,7 @@ int plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, doub
     plant_set_load(p, load_torque_Nm);
     p->step_ns = step_for(p, max_current_A);
     if (!p->step_ns) return -1;
-    p->whole = plant_rate_of(p, p->step_ns);
+    p->whole = rate_of(p, p->step_ns);
     return 0;
 }
 
@@ -60,17 +60,21 @@ void plant_advance(plant *p, int64_t t_ns)
     }
 }
 
-void plant_node(plant *p, int64_t t_ns)
+const plant_rate *plant_part(plant *p, int64_t h_ns)
 {
-    plant_advance(p, t_ns);
-    int64_t h_ns = t_ns - p->node_ns;
-    if (!h_ns) return;
     int slot = h_ns & 1; /* a control loop's steps have two lengths, next to each other */
     if (p->part_ns[slot] != h_ns) {
         p->part_ns[slot] = h_ns;
-        p->part[slot] = plant_rate_of(p, h_ns);
+        p->part[slot] = rate_of(p, h_ns);
     }
-    plant_step(&p->motor, &p->part[slot], &p->moving, p->current_a_A, p->current_b_A);
+    return &p->part[slot];
+}
+
+void plant_node(plant *p, int64_t t_ns)
+{
+    plant_advance(p, t_ns);
+    if (t_ns == p->node_ns) return;
+    plant_step(&p->motor, plant_part(p, t_ns - p->node_ns), &p->moving, p->current_a_A, p->current_b_A);
     p->node_ns = t_ns;
     p->at_rest = 0;
 }

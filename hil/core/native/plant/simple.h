@@ -46,7 +46,7 @@ void plant_set_load(plant *p, double torque_Nm);
 plant_shaft plant_at(const plant *p, int64_t t_ns);
 /* The motor's torque at a shaft angle, Nm. */
 double plant_motor_torque_Nm(const plant *p, double rev);
-/* What a step of h_ns is multiplied with. */
-plant_rate plant_rate_of(const plant *p, int64_t h_ns);
+/* What a step of h_ns, shorter than a whole one, is multiplied with. */
+const plant_rate *plant_part(plant *p, int64_t h_ns);
 
 #endif

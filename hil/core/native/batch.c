@@ -1,0 +1,72 @@
+#include "batch.h"
+
+#include <math.h>
+
+#ifdef __x86_64__
+#define HAVE(name) (__builtin_cpu_supports("avx2") ? name##_avx2 : name##_any)
+#else
+#define HAVE(name) name##_any
+#endif
+
+/* Whether nothing but control steps is due in a group until then: an axis alone, its encoder on its shaft, no
+   step response to be printed, and nothing that a lane has no room for. The plant's node is at the latest
+   control step. */
+static int fits(const hil_group *g, const hil_axis *a)
+{
+    if (!a->loop_on || a->next_in_group >= 0 || a->encoder.script_len || a->law.print_yw ||
+        (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || ring_used(&g->events) >= RING_LEN / 2 || !a->loop_steps)
+        return 0;
+    int64_t since_ns = a->is_full ? a->full.node_ns : a->plant.node_ns, length_ns = a->next_step_ns - since_ns;
+    if (length_ns != STEP_NS && length_ns != STEP_NS + 1) return 0;
+    if (!a->is_full) return a->plant.step_ns == PLANT_STEP_NS && fabs(a->plant.moving.rev) < 0x1p40;
+    const full *p = &a->full;
+    return p->step_ns == FULL_STEP_NS && !p->load_varies && !p->steps && fabs(p->moving.state.rev) < 0x1p39;
+}
+
+static void fetch(const void *from, size_t size)
+{
+    for (size_t at = 0; at < size + 63; at += 64) __builtin_prefetch((const char *)from + at, 1);
+}
+
+/* What a batch touches of an axis, while another batch is still being worked on. */
+static void fetch_axis(const hil_axis *a)
+{
+    fetch(&a->open, offsetof(hil_axis, plant) - offsetof(hil_axis, open));
+    fetch(&a->encoder, offsetof(hil_axis, view) - offsetof(hil_axis, encoder));
+    if (a->is_full) fetch(&a->full, offsetof(full, load));
+    else fetch(&a->plant, sizeof a->plant);
+}
+
+/* Where in the table the shaft is; an error of the encoder is left out. */
+static void fetch_table(const hil_axis *a)
+{
+    double rev = a->is_full ? a->full.moving.state.rev : a->plant.moving.rev;
+    __builtin_prefetch(&a->table[(int)((rev - floor_of(rev)) * HIL_TABLE_LEN) & (HIL_TABLE_LEN - 1)]);
+}
+
+void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
+{
+    lane lanes[2][SEATS];
+    int filled[2] = {0, 0};
+    for (int k = 0; k < n; k++) {
+        if (k + 2 * SEATS < n) __builtin_prefetch(&c->groups[groups[k + 2 * SEATS]]);
+        if (k + SEATS < n && c->groups[groups[k + SEATS]].first_axis >= 0)
+            fetch_axis(&c->axes[c->groups[groups[k + SEATS]].first_axis]);
+        hil_group *g = &c->groups[groups[k]];
+        if (g->first_axis < 0) continue;
+        hil_axis *a = &c->axes[g->first_axis];
+        int64_t end_ns = until_ns < g->horizon_ns ? until_ns : g->horizon_ns;
+        if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
+        fetch_table(a);
+        int kind = a->is_full != 0;
+        /* As many as are due, or one less. */
+        int64_t steps = (end_ns - a->next_step_ns) / (STEP_NS + 1) + 1;
+        lanes[kind][filled[kind]++] = (lane){a, steps};
+        if (filled[kind] < SEATS) continue;
+        filled[kind] = 0;
+        for (int i = 0; i < SEATS; i++)
+            if (lanes[kind][i].steps < steps) steps = lanes[kind][i].steps;
+        (kind ? HAVE(full_batch) : HAVE(simple_batch))(c, lanes[kind], steps);
+    }
+    for (int k = 0; k < n; k++) hil_group_advance(c, groups[k], until_ns);
+}

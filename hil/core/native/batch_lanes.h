@@ -1,0 +1,220 @@
+/* What moves eight axes of a kind together. Included by batch_any.c and batch_avx2.c: the same operations, for
+   any processor and for one with wide vectors. Those define TARGET, SIMPLE_BATCH and FULL_BATCH. */
+#include "batch.h"
+#define REAL_LANES 4
+#include "plant/real.h"
+#include "plant/trig_kernel.h"
+#include "plant/simple_kernel.h"
+#include "plant/full_kernel.h"
+#include "control/mechaduino_x4.h"
+
+/* What is the same of both plants in a row of lanes. */
+typedef struct row {
+    hil_axis *axis[LANES];
+    law_x4 laws;
+    int lawful; /* laws holds the laws: all are in mode x, and nothing odd has come yet */
+    int stepped; /* once at least */
+    int64_t node_ns[LANES];
+    real_x4 amps_per_count, a_A, b_A;
+} row;
+
+/* Structs of one axis's numbers, and of LANES axes': the same members in the same order. */
+INLINE void put_lane(void *to, const void *from, size_t size, int i)
+{
+    for (size_t k = 0; k < size / sizeof(double); k++) ((double *)to)[k * LANES + i] = ((const double *)from)[k];
+}
+
+INLINE void take_lane(void *to, const void *from, size_t size, int i)
+{
+    for (size_t k = 0; k < size / sizeof(double); k++) ((double *)to)[k] = ((const double *)from)[k * LANES + i];
+}
+
+#define PUT(to, from, i) put_lane(&(to), &(from), sizeof(from), i)
+#define TAKE(to, from, i) take_lane(&(to), &(from), sizeof(to), i)
+
+typedef struct simple_lanes {
+    plant_motor_x4 motor;
+    plant_rate_x4 part[2];
+    plant_moving_x4 moving;
+    row row;
+} simple_lanes;
+
+typedef struct full_lanes {
+    full_motor_x4 motor;
+    full_rate_x4 whole, part[2];
+    full_moving_x4 moving;
+    real_x4 load_Nm;
+    row row;
+} full_lanes;
+
+/* Which lanes' next control step is an odd number of ns. */
+INLINE mask_x4 odd_steps(const row *r)
+{
+    mask_x4 odd;
+    for (int i = 0; i < LANES; i++) odd[i] = -(uint64_t)((r->axis[i]->next_step_ns - r->node_ns[i]) & 1);
+    return odd;
+}
+
+/* The laws' step at their next control step's time. count: of the encoder, not negative and not rounded. */
+INLINE void control(hil_core *c, row *r, const int *raw)
+{
+    law_f y;
+    for (int i = 0; i < LANES; i++) y[i] = r->axis[i]->table[raw[i]];
+    if (r->lawful && !law_x4_step(&r->laws, c->sine, y)) {
+        if (r->stepped)
+            for (int i = 0; i < LANES; i++) law_x4_put(&r->laws, &r->axis[i]->law, i);
+        r->lawful = 0;
+    }
+    r->stepped = 1;
+    if (r->lawful) {
+        r->a_A = __builtin_convertvector(r->laws.a, real_x4) * r->amps_per_count;
+        r->b_A = __builtin_convertvector(r->laws.b, real_x4) * r->amps_per_count;
+    }
+    for (int i = 0; i < LANES; i++) {
+        hil_axis *a = r->axis[i];
+        if (!r->lawful) {
+            float measured;
+            double a_A, b_A;
+            mechaduino_step(&a->law, c->sine, a->table, raw[i], &measured);
+            axis_currents(a, &a_A, &b_A);
+            r->a_A[i] = a_A;
+            r->b_A[i] = b_A;
+        }
+        r->node_ns[i] = a->next_step_ns;
+        axis_stepped(a);
+    }
+}
+
+INLINE void simple_step(simple_lanes *l)
+{
+    mask_x4 odd = odd_steps(&l->row);
+    plant_rate_x4 rate;
+#define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
+    CHOOSE(kick_s);
+    CHOOSE(middle_kick_s);
+    CHOOSE(gradient_s2);
+    CHOOSE(reach_s);
+    CHOOSE(keep);
+#undef CHOOSE
+    plant_step_x4(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A);
+}
+
+INLINE void simple_control(hil_core *c, simple_lanes *l)
+{
+    real_x4 count = (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0;
+    int raw[LANES];
+    for (int i = 0; i < LANES; i++) raw[i] = (int)count[i] & 16383;
+    control(c, &l->row, raw);
+}
+
+INLINE void simple_run(hil_core *c, simple_lanes *l, int64_t n)
+{
+    for (; n > 0; n--) {
+        for (int i = 0; i < ROWS; i++) simple_step(&l[i]);
+        for (int i = 0; i < ROWS; i++) simple_control(c, &l[i]);
+    }
+}
+
+INLINE void full_last_step(full_lanes *l)
+{
+    mask_x4 odd = odd_steps(&l->row);
+    full_rate_x4 rate;
+#define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
+    CHOOSE(h_s);
+    CHOOSE(half_s);
+    CHOOSE(slow);
+    CHOOSE(push);
+    CHOOSE(dry);
+    CHOOSE(henry_per_s);
+    CHOOSE(fade);
+    CHOOSE(feed);
+#undef CHOOSE
+    full_step_x4(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A, l->load_Nm);
+    full_locate_x4(&l->moving);
+}
+
+INLINE void full_control(hil_core *c, full_lanes *l)
+{
+    real_x4 count = full_count_x4(&l->motor, &l->moving), noise;
+    int raw[LANES];
+    for (int i = 0; i < LANES; i++) noise[i] = full_noise(&l->row.axis[i]->full, l->row.axis[i]->next_step_ns);
+    count = floor_of_x4(count + noise);
+    for (int i = 0; i < LANES; i++) raw[i] = (int)(int64_t)count[i] & 16383;
+    control(c, &l->row, raw);
+}
+
+INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
+{
+    for (; n > 0; n--) {
+        for (int i = 0; i < ROWS; i++) full_open_x4(&l[i].motor, &l[i].moving);
+        for (int k = 1; k < FULL_WINDOW; k++)
+            for (int i = 0; i < ROWS; i++)
+                full_step_x4(&l[i].motor, &l[i].whole, &l[i].moving, l[i].row.a_A, l[i].row.b_A, l[i].load_Nm);
+        for (int i = 0; i < ROWS; i++) full_last_step(&l[i]);
+        for (int i = 0; i < ROWS; i++) full_control(c, &l[i]);
+    }
+}
+
+INLINE void sit(row *r, hil_axis *a, int64_t node_ns, double a_A, double b_A, int i)
+{
+    r->axis[i] = a;
+    r->node_ns[i] = node_ns;
+    r->amps_per_count[i] = a->amps_per_count;
+    r->a_A[i] = a_A;
+    r->b_A[i] = b_A;
+    r->stepped = 0;
+    r->lawful = (i == 0 || r->lawful) && a->law.mode == 'x';
+    law_x4_get(&r->laws, &a->law, i);
+}
+
+TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int64_t n)
+{
+    simple_lanes rows[ROWS];
+    for (int k = 0; k < SEATS; k++) {
+        simple_lanes *l = &rows[k / LANES];
+        int i = k % LANES;
+        plant *p = &lanes[k].axis->plant;
+        for (int h_ns = STEP_NS; h_ns < STEP_NS + 2; h_ns++) PUT(l->part[h_ns & 1], *plant_part(p, h_ns), i);
+        PUT(l->motor, p->motor, i);
+        PUT(l->moving, p->moving, i);
+        sit(&l->row, lanes[k].axis, p->node_ns, p->current_a_A, p->current_b_A, i);
+    }
+    simple_run(c, rows, n);
+    for (int k = 0; k < SEATS; k++) {
+        simple_lanes *l = &rows[k / LANES];
+        int i = k % LANES;
+        plant *p = &lanes[k].axis->plant;
+        if (l->row.lawful) law_x4_put(&l->row.laws, &lanes[k].axis->law, i);
+        TAKE(p->moving, l->moving, i);
+        p->node_ns = l->row.node_ns[i];
+        plant_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
+    }
+}
+
+TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int64_t n)
+{
+    full_lanes rows[ROWS];
+    for (int k = 0; k < SEATS; k++) {
+        full_lanes *l = &rows[k / LANES];
+        int i = k % LANES;
+        full *p = &lanes[k].axis->full;
+        for (int h_ns = STEP_NS; h_ns < STEP_NS + 2; h_ns++)
+            PUT(l->part[h_ns & 1], *full_part(p, h_ns - (FULL_WINDOW - 1) * FULL_STEP_NS), i);
+        PUT(l->motor, p->motor, i);
+        PUT(l->whole, p->whole, i);
+        PUT(l->moving, p->moving, i);
+        l->load_Nm[i] = p->steady_Nm;
+        sit(&l->row, lanes[k].axis, p->node_ns, p->command_a_A, p->command_b_A, i);
+    }
+    full_run(c, rows, n);
+    for (int k = 0; k < SEATS; k++) {
+        full_lanes *l = &rows[k / LANES];
+        int i = k % LANES;
+        full *p = &lanes[k].axis->full;
+        if (l->row.lawful) law_x4_put(&l->row.laws, &lanes[k].axis->law, i);
+        TAKE(p->moving, l->moving, i);
+        p->node_ns = l->row.node_ns[i];
+        full_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
+    }
+}
+
