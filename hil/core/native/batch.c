@@ -37,27 +37,23 @@ static void fetch_axis(const hil_axis *a)
     else fetch(&a->plant, sizeof a->plant);
 }
 
-/* Where in the table the shaft is; an error of the encoder is left out. */
-static void fetch_table(const hil_axis *a)
+static void fetch_group(const hil_core *c, int group)
 {
-    double rev = a->is_full ? a->full.moving.state.rev : a->plant.moving.rev;
-    __builtin_prefetch(&a->table[(int)((rev - floor_of(rev)) * HIL_TABLE_LEN) & (HIL_TABLE_LEN - 1)]);
+    if (c->groups[group].first_axis >= 0) fetch_axis(&c->axes[c->groups[group].first_axis]);
 }
 
 void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
 {
     lane lanes[2][SEATS];
     int filled[2] = {0, 0};
+    for (int k = 0; k < n && k < SEATS; k++) fetch_group(c, groups[k]);
     for (int k = 0; k < n; k++) {
-        if (k + 2 * SEATS < n) __builtin_prefetch(&c->groups[groups[k + 2 * SEATS]]);
-        if (k + SEATS < n && c->groups[groups[k + SEATS]].first_axis >= 0)
-            fetch_axis(&c->axes[c->groups[groups[k + SEATS]].first_axis]);
+        if (k + SEATS < n) fetch_group(c, groups[k + SEATS]);
         hil_group *g = &c->groups[groups[k]];
         if (g->first_axis < 0) continue;
         hil_axis *a = &c->axes[g->first_axis];
         int64_t end_ns = until_ns < g->horizon_ns ? until_ns : g->horizon_ns;
         if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
-        fetch_table(a);
         int kind = a->is_full != 0;
         /* As many as are due, or one less. */
         int64_t steps = (end_ns - a->next_step_ns) / (STEP_NS + 1) + 1;

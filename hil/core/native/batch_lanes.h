@@ -55,6 +55,14 @@ INLINE mask_x4 odd_steps(const row *r)
     return odd;
 }
 
+/* Has the place of the table brought from memory where the encoder will be in a control step's time. */
+INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
+{
+    real_x4 ahead = count + rev_per_s * (STEP_NS * 1e-9 * HIL_TABLE_LEN);
+    ahead = PICK(magnitude_x4(ahead) < 1e6, ahead, count);
+    for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->axis[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
+}
+
 /* The laws' step at their next control step's time. count: of the encoder, not negative and not rounded. */
 INLINE void control(hil_core *c, row *r, const int *raw)
 {
@@ -87,6 +95,7 @@ INLINE void control(hil_core *c, row *r, const int *raw)
 
 INLINE void simple_step(simple_lanes *l)
 {
+    fetch_ahead(&l->row, (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0, l->moving.rev_per_s);
     mask_x4 odd = odd_steps(&l->row);
     plant_rate_x4 rate;
 #define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
@@ -146,7 +155,10 @@ INLINE void full_control(hil_core *c, full_lanes *l)
 INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
 {
     for (; n > 0; n--) {
-        for (int i = 0; i < ROWS; i++) full_open_x4(&l[i].motor, &l[i].moving);
+        for (int i = 0; i < ROWS; i++) {
+            fetch_ahead(&l[i].row, full_count_x4(&l[i].motor, &l[i].moving), l[i].moving.state.rev_per_s);
+            full_open_x4(&l[i].motor, &l[i].moving);
+        }
         for (int k = 1; k < FULL_WINDOW; k++)
             for (int i = 0; i < ROWS; i++)
                 full_step_x4(&l[i].motor, &l[i].whole, &l[i].moving, l[i].row.a_A, l[i].row.b_A, l[i].load_Nm);

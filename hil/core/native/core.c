@@ -144,10 +144,15 @@ void hil_group_acquire(hil_core *c, int group)
     }
 }
 
-void hil_group_release(hil_core *c, int group)
+void group_publish(hil_core *c, int group)
 {
     hil_group *g = &c->groups[group];
-    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
-    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_publish(&c->axes[i], now_ns);
-    atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
+    g->published_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_publish(&c->axes[i], g->published_ns);
+}
+
+void hil_group_release(hil_core *c, int group)
+{
+    group_publish(c, group);
+    atomic_store_explicit(&c->groups[group].owner, GROUP_FREE, memory_order_release);
 }

@@ -54,6 +54,7 @@ typedef struct hil_group {
     _Atomic int failed;
     int64_t horizon_ns;
     int reported; /* the due horizon has been told once */
+    int64_t published_ns;
     event_ring events;
 } hil_group;
 
@@ -66,6 +67,7 @@ typedef struct rt_state {
     _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
     hil_rt_stats live; /* the thread's own */
     int next_group;    /* where the next wake begins */
+    int64_t wakes;
     void *stack;
     size_t stack_len;
 } rt_state;
@@ -105,6 +107,7 @@ static inline void axis_currents(const hil_axis *a, double *a_A, double *b_A)
 
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* every control step up to and at t_ns */
 void axis_publish(hil_axis *a, int64_t now_ns);
+void group_publish(hil_core *c, int group);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
 
 #endif

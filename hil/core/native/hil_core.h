@@ -136,7 +136,7 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 
    memory. */
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
-void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
+void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release, or in real time of the last 10 ms */
 
 /* The real-time thread. start: 0, or an errno when no thread could be made at all; what it was refused
    (FIFO priority, CPU, locked memory) is in the stats when start returns. */

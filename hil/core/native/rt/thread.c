@@ -20,6 +20,8 @@
 #define BUDGET_NS 20000000
 #define REST_NS 5000000   /* left to others after such a wake */
 #define SLICE_NS 10000000 /* of simulated time, between two looks at the budget */
+/* Snapshots are for people and for status: a group's is written so often, each in turn, and where it stops. */
+#define PUBLISH_NS 10000000
 #define STATS_WORDS ((int)(sizeof(hil_rt_stats) / 8))
 
 static int64_t monotonic_ns(void)
@@ -74,9 +76,12 @@ static int leave(hil_core *c, int group)
 {
     hil_group *g = &c->groups[group];
     int tell = ring_used(&g->events) > 0;
-    if (hil_group_now(c, group) >= g->horizon_ns && !g->reported) tell = g->reported = 1;
+    int64_t now_ns = hil_group_now(c, group), turns = PUBLISH_NS / c->rt.options.period_ns;
+    int stopped = now_ns >= g->horizon_ns;
+    if (stopped && !g->reported) tell = g->reported = 1;
+    if (turns < 1 || (c->rt.wakes + group) % turns == 0 || (stopped && g->published_ns != now_ns)) group_publish(c, group);
     if (tell) atomic_store_explicit(&c->due[group], 1, memory_order_release);
-    hil_group_release(c, group);
+    atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
     return tell;
 }
 
@@ -110,6 +115,7 @@ static int wake(hil_core *c)
         for (int k = 0; k < n; k++) tell |= leave(c, entered[k]);
         overrun = monotonic_ns() >= give_up_ns;
     }
+    c->rt.wakes++;
     if (tell) {
         uint64_t one = 1;
         /* Full only after 2^64 wakes: nothing to handle. */
