@@ -14,7 +14,7 @@ typedef struct row {
     law_x4 laws;
     int lawful; /* laws holds the laws: all are in mode x, and nothing odd has come yet */
     int stepped; /* once at least */
-    int64_t node_ns[LANES];
+    mask_x4 next_ns, phase; /* of the next control step; its number modulo LONGER_EVERY */
     real_x4 amps_per_count, a_A, b_A;
 } row;
 
@@ -43,17 +43,10 @@ typedef struct full_lanes {
     full_motor_x4 motor;
     full_rate_x4 whole, part[2];
     full_moving_x4 moving;
-    real_x4 load_Nm;
+    real_x4 load_Nm, noise_counts;
+    mask_x4 noise_key;
     row row;
 } full_lanes;
-
-/* Which lanes' next control step is an odd number of ns. */
-INLINE mask_x4 odd_steps(const row *r)
-{
-    mask_x4 odd;
-    for (int i = 0; i < LANES; i++) odd[i] = -(uint64_t)((r->axis[i]->next_step_ns - r->node_ns[i]) & 1);
-    return odd;
-}
 
 /* Has the place of the table brought from memory where the encoder will be in a control step's time. */
 INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
@@ -63,8 +56,8 @@ INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
     for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->axis[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
 }
 
-/* The laws' step at their next control step's time. count: of the encoder, not negative and not rounded. */
-INLINE void control(hil_core *c, row *r, const int *raw)
+/* The laws' step at their next control step's time. */
+INLINE void control(hil_core *c, row *r, mask_x4 raw)
 {
     law_f y;
     for (int i = 0; i < LANES; i++) y[i] = r->axis[i]->table[raw[i]];
@@ -78,25 +71,24 @@ INLINE void control(hil_core *c, row *r, const int *raw)
         r->a_A = __builtin_convertvector(r->laws.a, real_x4) * r->amps_per_count;
         r->b_A = __builtin_convertvector(r->laws.b, real_x4) * r->amps_per_count;
     }
-    for (int i = 0; i < LANES; i++) {
+    for (int i = 0; i < LANES && !r->lawful; i++) {
         hil_axis *a = r->axis[i];
-        if (!r->lawful) {
-            float measured;
-            double a_A, b_A;
-            mechaduino_step(&a->law, c->sine, a->table, raw[i], &measured);
-            axis_currents(a, &a_A, &b_A);
-            r->a_A[i] = a_A;
-            r->b_A[i] = b_A;
-        }
-        r->node_ns[i] = a->next_step_ns;
-        axis_stepped(a);
+        float measured;
+        double a_A, b_A;
+        mechaduino_step(&a->law, c->sine, a->table, (int)raw[i], &measured);
+        axis_currents(a, &a_A, &b_A);
+        r->a_A[i] = a_A;
+        r->b_A[i] = b_A;
     }
+    r->phase += 1;
+    r->phase &= (mask_x4)(r->phase != LONGER_EVERY);
+    r->next_ns += STEP_NS + ((mask_x4)(r->phase == 0) & 1);
 }
 
 INLINE void simple_step(simple_lanes *l)
 {
     fetch_ahead(&l->row, (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0, l->moving.rev_per_s);
-    mask_x4 odd = odd_steps(&l->row);
+    mask_x4 odd = (mask_x4)(l->row.phase == 0);
     plant_rate_x4 rate;
 #define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
     CHOOSE(kick_s);
@@ -111,9 +103,7 @@ INLINE void simple_step(simple_lanes *l)
 INLINE void simple_control(hil_core *c, simple_lanes *l)
 {
     real_x4 count = (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0;
-    int raw[LANES];
-    for (int i = 0; i < LANES; i++) raw[i] = (int)count[i] & 16383;
-    control(c, &l->row, raw);
+    control(c, &l->row, BITS(floor_of_x4(count) + NEAREST) & 16383);
 }
 
 INLINE void simple_run(hil_core *c, simple_lanes *l, int64_t n)
@@ -126,7 +116,7 @@ INLINE void simple_run(hil_core *c, simple_lanes *l, int64_t n)
 
 INLINE void full_last_step(full_lanes *l)
 {
-    mask_x4 odd = odd_steps(&l->row);
+    mask_x4 odd = (mask_x4)(l->row.phase == 0);
     full_rate_x4 rate;
 #define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
     CHOOSE(h_s);
@@ -144,12 +134,8 @@ INLINE void full_last_step(full_lanes *l)
 
 INLINE void full_control(hil_core *c, full_lanes *l)
 {
-    real_x4 count = full_count_x4(&l->motor, &l->moving), noise;
-    int raw[LANES];
-    for (int i = 0; i < LANES; i++) noise[i] = full_noise(&l->row.axis[i]->full, l->row.axis[i]->next_step_ns);
-    count = floor_of_x4(count + noise);
-    for (int i = 0; i < LANES; i++) raw[i] = (int)(int64_t)count[i] & 16383;
-    control(c, &l->row, raw);
+    real_x4 noise = full_noise_x4(l->noise_key, l->noise_counts, l->row.next_ns);
+    control(c, &l->row, full_rounded_x4(full_count_x4(&l->motor, &l->moving) + noise));
 }
 
 INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
@@ -167,16 +153,28 @@ INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
     }
 }
 
-INLINE void sit(row *r, hil_axis *a, int64_t node_ns, double a_A, double b_A, int i)
+INLINE void sit(row *r, hil_axis *a, double a_A, double b_A, int i)
 {
     r->axis[i] = a;
-    r->node_ns[i] = node_ns;
+    r->next_ns[i] = (uint64_t)a->next_step_ns;
+    r->phase[i] = (uint64_t)((a->loop_steps + 1) % LONGER_EVERY);
     r->amps_per_count[i] = a->amps_per_count;
     r->a_A[i] = a_A;
     r->b_A[i] = b_A;
     r->stepped = 0;
     r->lawful = (i == 0 || r->lawful) && a->law.mode == 'x';
     law_x4_get(&r->laws, &a->law, i);
+}
+
+/* Answers the time of the latest of n control steps. */
+INLINE int64_t stand(const row *r, int64_t n, int i)
+{
+    hil_axis *a = r->axis[i];
+    if (r->lawful) law_x4_put(&r->laws, &a->law, i);
+    a->control_steps += n;
+    a->loop_steps += n;
+    a->next_step_ns = (int64_t)r->next_ns[i];
+    return a->next_step_ns - STEP_NS - (r->phase[i] == 0);
 }
 
 TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int64_t n)
@@ -189,16 +187,15 @@ TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int64_t n)
         for (int h_ns = STEP_NS; h_ns < STEP_NS + 2; h_ns++) PUT(l->part[h_ns & 1], *plant_part(p, h_ns), i);
         PUT(l->motor, p->motor, i);
         PUT(l->moving, p->moving, i);
-        sit(&l->row, lanes[k].axis, p->node_ns, p->current_a_A, p->current_b_A, i);
+        sit(&l->row, lanes[k].axis, p->current_a_A, p->current_b_A, i);
     }
     simple_run(c, rows, n);
     for (int k = 0; k < SEATS; k++) {
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         plant *p = &lanes[k].axis->plant;
-        if (l->row.lawful) law_x4_put(&l->row.laws, &lanes[k].axis->law, i);
+        p->node_ns = stand(&l->row, n, i);
         TAKE(p->moving, l->moving, i);
-        p->node_ns = l->row.node_ns[i];
         plant_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
     }
 }
@@ -216,16 +213,17 @@ TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int64_t n)
         PUT(l->whole, p->whole, i);
         PUT(l->moving, p->moving, i);
         l->load_Nm[i] = p->steady_Nm;
-        sit(&l->row, lanes[k].axis, p->node_ns, p->command_a_A, p->command_b_A, i);
+        l->noise_counts[i] = p->noise_counts;
+        l->noise_key[i] = p->noise_key;
+        sit(&l->row, lanes[k].axis, p->command_a_A, p->command_b_A, i);
     }
     full_run(c, rows, n);
     for (int k = 0; k < SEATS; k++) {
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         full *p = &lanes[k].axis->full;
-        if (l->row.lawful) law_x4_put(&l->row.laws, &lanes[k].axis->law, i);
+        p->node_ns = stand(&l->row, n, i);
         TAKE(p->moving, l->moving, i);
-        p->node_ns = l->row.node_ns[i];
         full_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
     }
 }

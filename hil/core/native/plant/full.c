@@ -210,5 +210,6 @@ double full_motor_torque_Nm(const full *p)
 
 int full_raw(const full *p, int64_t t_ns)
 {
-    return (int)((int64_t)floor_of(full_count(&p->motor, &p->moving) + full_noise(p, t_ns)) & 16383);
+    double noise = full_noise(p->noise_key, p->noise_counts, (uint64_t)t_ns);
+    return (int)full_rounded(full_count(&p->motor, &p->moving) + noise);
 }

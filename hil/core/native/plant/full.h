@@ -48,22 +48,4 @@ int full_raw(const full *p, int64_t t_ns);
 const full_rate *full_part(full *p, int64_t h_ns);
 
 
-/* splitmix64's finisher: every bit of the result depends on every bit of x. */
-static inline uint64_t full_hash(uint64_t x)
-{
-    x += 0x9E3779B97F4A7C15;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
-    return x ^ (x >> 31);
-}
-
-/* What a reading at t_ns has of noise, counts: about normal, four uniform parts of one hash. */
-static inline double full_noise(const full *p, int64_t t_ns)
-{
-    if (!(p->noise_counts > 0)) return 0;
-    uint64_t bits = full_hash(p->noise_key ^ full_hash((uint64_t)t_ns));
-    int64_t sum = (int64_t)((bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48)) + 2;
-    return p->noise_counts * (((double)sum * 0x1p-16 - 2) * 1.7320508075688772);
-}
-
 #endif

@@ -59,6 +59,27 @@ INLINE REAL NAME(full_count)(const NAME(full_motor) *m, const NAME(full_moving) 
     return (turn + (m->once_c * s + m->once_s * c) + (m->twice_c * s2 + m->twice_s * c2)) * 16384.0;
 }
 
+/* splitmix64's finisher: every bit of the result depends on every bit of x. */
+INLINE MASK NAME(full_hash)(MASK x)
+{
+    x += 0x9E3779B97F4A7C15;
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
+    return x ^ (x >> 31);
+}
+
+/* What a reading at t_ns has of noise: about normal, four uniform parts of one hash. */
+INLINE REAL NAME(full_noise)(MASK key, REAL counts, MASK t_ns)
+{
+    MASK bits = NAME(full_hash)(key ^ NAME(full_hash)(t_ns));
+    MASK sum = (bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48) + 2;
+    REAL parts = UNBITS(sum | 0x4330000000000000) - 0x1p52; /* sum, in a double's low bits */
+    return counts * ((parts * 0x1p-16 - 2.0) * 1.7320508075688772);
+}
+
+/* A reading from counts that are not rounded; below 2^51. */
+INLINE MASK NAME(full_rounded)(REAL count) { return BITS(NAME(floor_of)(count) + NEAREST) & 16383; }
+
 INLINE void NAME(full_open)(const NAME(full_motor) *m, NAME(full_moving) *x)
 {
     NAME(full_window) *w = &x->window;
