@@ -52,7 +52,7 @@ typedef struct full_lanes {
 INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
 {
     real_x4 ahead = count + rev_per_s * (STEP_NS * 1e-9 * HIL_TABLE_LEN);
-    ahead = PICK(magnitude_x4(ahead) < 1e6, ahead, count);
+    ahead = PICK(MAGNITUDE(ahead) < 1e6, ahead, count);
     for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->axis[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
 }
 

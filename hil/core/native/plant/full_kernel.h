@@ -118,7 +118,7 @@ INLINE REAL NAME(full_limited_A)(const NAME(full_motor) *m, const NAME(full_rate
                                  REAL command_A, REAL emf_V)
 {
     REAL wanted_V = *voltage_V, supply_V = PICK(wanted_V > 0.0, m->supply_V, -m->supply_V);
-    MASK limited = NAME(magnitude)(wanted_V) > m->supply_V;
+    MASK limited = MAGNITUDE(wanted_V) > m->supply_V;
     REAL reached_A = NAME(within)(r->fade * before_A + r->feed * (supply_V - emf_V), 1e6);
     *voltage_V = PICK(limited, supply_V, wanted_V);
     return PICK(limited, reached_A, command_A);
@@ -132,7 +132,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
     NAME(full_window) *w = &x->window;
     REAL before = q->rev_per_s, middle_rev = q->rev + r->half_s * before;
     REAL astray = w->astray + w->gear * (w->last_half_s + r->half_s) * before;
-    MASK far = NAME(magnitude)(astray) > 0.125;
+    MASK far = MAGNITUDE(astray) > 0.125;
     if (ANY(far)) {
         REAL turn = middle_rev - NAME(floor_of)(middle_rev), s, c;
         NAME(sincos_turns)(turn, &s, &c);
@@ -159,7 +159,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
     x->b_V = NAME(full_wanted_V)(m, r, b_A, command_b_A, emf_V * s);
     q->a_A = command_a_A;
     q->b_A = command_b_A;
-    if (ANY((MASK)(NAME(magnitude)(x->a_V) > m->supply_V) | (MASK)(NAME(magnitude)(x->b_V) > m->supply_V))) {
+    if (ANY((MASK)(MAGNITUDE(x->a_V) > m->supply_V) | (MASK)(MAGNITUDE(x->b_V) > m->supply_V))) {
         /* Where the supply is enough this gives what was there. */
         q->a_A = NAME(full_limited_A)(m, r, &x->a_V, a_A, command_a_A, emf_V * c);
         q->b_A = NAME(full_limited_A)(m, r, &x->b_V, b_A, command_b_A, emf_V * s);
@@ -176,7 +176,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
     REAL rad_per_s = TWO_PI * 0.5 * (before + speed), rad = rad_per_s * r->h_s;
     x->energy.electrical_J = x->energy.electrical_J + (x->a_V * mean_a_A + x->b_V * mean_b_A) * r->h_s;
     x->energy.copper_J = x->energy.copper_J + m->R * (mean_a_A * mean_a_A + mean_b_A * mean_b_A) * r->h_s;
-    x->energy.friction_J = x->energy.friction_J + m->viscous * rad_per_s * rad + m->coulomb_Nm * NAME(magnitude)(rad);
+    x->energy.friction_J = x->energy.friction_J + m->viscous * rad_per_s * rad + m->coulomb_Nm * MAGNITUDE(rad);
     x->energy.load_J = x->energy.load_J - load_Nm * rad;
 
     REAL ws = w->s;

@@ -15,6 +15,7 @@
 #undef UNBITS
 #undef CONSTANT
 #undef ANY
+#undef MAGNITUDE
 #undef LESSER
 #undef GREATER
 
@@ -49,6 +50,7 @@ INLINE double of_bits(uint64_t bits)
 #define UNBITS(x) of_bits(x)
 #define CONSTANT(x) (x)
 #define ANY(mask) (mask)
+#define MAGNITUDE(x) __builtin_fabs(x)
 #define LESSER(x, y) ((x) < (y) ? (x) : (y)) /* y, if one of them is a NaN */
 #define GREATER(x, y) ((x) > (y) ? (x) : (y))
 #else
@@ -57,6 +59,7 @@ INLINE double of_bits(uint64_t bits)
 #define NAME(x) x##_x4
 #define BITS(x) ((mask_x4)(x))
 #define UNBITS(x) ((real_x4)(x))
+#define MAGNITUDE(x) UNBITS(BITS(x) & INT64_MAX)
 #define CONSTANT(x) ((real_x4){x, x, x, x})
 #if defined(__AVX2__) && !defined(__clang__) /* what gcc does not find by itself */
 typedef double wide_x4 __attribute__((vector_size(32)));

@@ -1,7 +1,5 @@
 /* Sine and cosine, for one REAL (real.h). */
 
-INLINE REAL NAME(magnitude)(REAL x) { return UNBITS(BITS(x) & INT64_MAX); }
-
 /* Below 2^51; larger numbers are whole, and come out as something whole. */
 INLINE REAL NAME(floor_of)(REAL x)
 {
@@ -16,7 +14,7 @@ INLINE void NAME(sincos_turns)(REAL turns, REAL *s, REAL *c)
     REAL shifted = turns * 4.0 + NEAREST;
     MASK quarter = BITS(shifted);
     REAL x = (turns - (shifted - NEAREST) * 0.25) * TWO_PI; /* |x| <= pi/4 */
-    x = PICK(NAME(magnitude)(turns) < 0x1p48, x, CONSTANT(__builtin_nan("")));
+    x = PICK(MAGNITUDE(turns) < 0x1p48, x, CONSTANT(__builtin_nan("")));
     REAL z = x * x, z2 = z * z, z4 = z2 * z2;
     REAL sine = x + x * z *
         (((-1.0 / 6 + z * (1.0 / 120)) + z2 * (-1.0 / 5040 + z * (1.0 / 362880))) +
