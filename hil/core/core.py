@@ -125,6 +125,24 @@ class CoreAxis:
         times = array("q", [at_ns for at_ns, _ in points])
         self._native.script_encoder(self.id, times, array("q", [raw for _, raw in points]), linear)
 
+    def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
+        """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
+        steps, duration_ns) as in ``native/hil_core.h``: hil_edges. Raises KeyError for another pin."""
+        self._native.drive(self.id, [(at_ns, PINS[pin], *rest) for at_ns, pin, *rest in rows])
+
+    def watch(self, interval_ns: int, capacity: int) -> None:
+        """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples
+        wait to be taken, later ones are lost."""
+        self._native.watch(self.id, interval_ns, capacity)
+
+    def take_samples(self) -> list[Snapshot]:
+        """The samples since the last call."""
+        return [Snapshot(values) for values in self._native.take_samples(self.id)]
+
+    def lost_samples(self) -> int:
+        """How many samples found no room since ``watch``."""
+        return self._native.lost_samples(self.id)
+
     def snapshot(self) -> Snapshot:
         """The state now."""
         return Snapshot(self._native.snapshot(self.id))

@@ -6,7 +6,7 @@ Every input goes through ``give``, which fixes its effective time once and logs 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from hil.core import AxisPlan, Core, CoreAxis
+from hil.core import AxisPlan, Core, CoreAxis, Snapshot
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
@@ -74,6 +74,17 @@ class BenchRuntime:
             group.apply(device, given)
             group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
         return at_ns
+
+    def watch(self, device: str, interval_ns: int, capacity: int) -> None:
+        """Sample a device's axis from now on; ``CoreAxis.watch``."""
+        with self._owned(self._group_of[device]):
+            self.devices[device].axis.watch(interval_ns, capacity)
+
+    def take_samples(self, device: str) -> tuple[list[Snapshot], int]:
+        """A device's samples since the last call, and how many were lost since ``watch``."""
+        with self._owned(self._group_of[device]):
+            axis = self.devices[device].axis
+            return axis.take_samples(), axis.lost_samples()
 
     def advance(self, until_ns: SimTimeNs) -> None:
         """Virtual time: take every group to ``until_ns``."""

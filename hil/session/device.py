@@ -8,7 +8,7 @@ from typing import Protocol
 
 from hil.core import CoreAxis
 from hil.firmware.runtime import Runtime
-from hil.session.inputs import Bytes, CommitDone, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -113,6 +113,8 @@ class Device:
                 self.axis.set(field, value)
             case ScriptEncoder(points, linear):
                 self.axis.script_encoder(points, linear)
+            case Drive(train):
+                self.axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])
             case CommitDone(durable):
                 self.commit_done(durable)
             case Reset():

@@ -1,8 +1,8 @@
 /* The native core: groups of axes, each with its own simulated time.
 
    Handles are opaque; there is no global or static mutable state, so many cores live in one
-   process. All memory is taken by hil_core_new; only hil_axis_script_encoder allocates later, in
-   its caller's thread.
+   process. All memory is taken by hil_core_new; only hil_axis_script_encoder, hil_axis_drive and
+   hil_axis_watch allocate later, in their caller's thread.
 
    Who may touch a group: its owner. A group is free, or owned by the loop thread (hil_group_acquire)
    or by the real-time thread; every function below that takes a group or an axis needs the caller to
@@ -72,6 +72,14 @@ typedef struct hil_load {
     int32_t end_stops;
 } hil_load;
 
+/* What a signal source does to an axis's inputs. steps 0: at at_ns the pin gets the level. Else a run of
+   that many pulses on the step input: edge j, a rise if j is even, at at_ns + floor(j * duration_ns / (2 * steps)).
+   at_ns counts from the source's start. */
+typedef struct hil_edges {
+    int64_t at_ns, steps, duration_ns;
+    int32_t pin, level;
+} hil_edges;
+
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
 typedef struct hil_axis_params {
@@ -135,6 +143,15 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 
    and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
    memory. */
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
+/* A signal source on the inputs from now on, instead of the one before; n = 0: none. Rows in time's order,
+   each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.
+   At one time a source's edge comes before the control step. -1: no memory. */
+int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
+/* Samples: a snapshot at every multiple of interval_ns, after all that happens at that time. The ring keeps the
+   first `capacity` that nobody has taken and counts the others as lost. interval_ns = 0 ends it. -1: no memory. */
+int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity);
+int hil_axis_take_samples(hil_core *c, int axis, hil_snapshot *out, int max); /* how many */
+int64_t hil_axis_lost_samples(const hil_core *c, int axis);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
 void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
 
