@@ -128,7 +128,9 @@ class CoreAxis:
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
         steps, duration_ns) as in ``native/hil_core.h``: hil_edges. Raises KeyError for another pin."""
-        self._native.drive(self.id, [(at_ns, PINS[pin], *rest) for at_ns, pin, *rest in rows])
+        self._native.drive(
+            self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
+        )
 
     def watch(self, interval_ns: int, capacity: int) -> None:
         """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples

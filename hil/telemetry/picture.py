@@ -12,7 +12,7 @@ class PictureError(Exception):
 
 
 def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: str = "") -> None:
-    """One panel for each unit, one line for each signal and recording; the format by the file's suffix.
+    """Panels as ``Recording.panels``, one line for each signal and recording; the format by the suffix.
 
     Raises:
         PictureError: matplotlib is not installed, the suffix is none of ``FORMATS``, or it cannot be written.
@@ -23,7 +23,7 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
         from matplotlib.figure import Figure
     except ImportError:
         raise PictureError("pictures need matplotlib: pip install 'hil-motion[plot]'") from None
-    panels = next(iter(recordings.values())).by_unit()
+    panels = next(iter(recordings.values())).panels()
     figure = Figure(figsize=(8, 1.2 + 2.2 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for panel, signals in zip(axes, panels, strict=True):
@@ -32,7 +32,12 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
             for signal in signals:
                 # A set-point is commanded: drawn thin and broken, so that what follows it stands out.
                 style = {"linestyle": "--", "linewidth": 1.0} if signal == "r" else {"linewidth": 1.4}
-                panel.plot(recording.at_s(), recording.column(signal), label=prefix + recording.label(signal), **style)
+                panel.plot(
+                    recording.at_s(),
+                    recording.column(signal),
+                    label=prefix + recording.label(signal),
+                    **style,
+                )
         panel.grid(alpha=0.3)
         panel.legend(loc="best", fontsize="small")
     axes[-1].set_xlabel("time [s]")

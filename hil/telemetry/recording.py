@@ -21,7 +21,8 @@ def check_signals(signals: Sequence[str]) -> tuple[str, ...]:
         if name not in FIELDS or name == "at_ns":
             near = get_close_matches(name, FIELDS, 3, 0.5)
             raise ValueError(
-                f"an axis has no signal {name!r}; " + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")
+                f"an axis has no signal {name!r}; "
+                + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")
             )
     return tuple(dict.fromkeys(signals))
 
@@ -51,11 +52,12 @@ class Recording:
         unit = FIELDS[signal].unit
         return f"{signal} [{unit}]" if unit else signal
 
-    def by_unit(self) -> list[list[str]]:
-        """The signals that share an axis of a picture: those of one unit, in order."""
-        groups: dict[str, list[str]] = {}
+    def panels(self) -> list[list[str]]:
+        """The signals that share a panel of a picture: those of one unit, in order. The control error has
+        its own: beside the angle it would be a straight line."""
+        groups: dict[tuple[str, bool], list[str]] = {}
         for signal in self.signals:
-            groups.setdefault(FIELDS[signal].unit, []).append(signal)
+            groups.setdefault((FIELDS[signal].unit, signal == "e"), []).append(signal)
         return list(groups.values())
 
     def csv(self) -> Iterable[str]:

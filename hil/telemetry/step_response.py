@@ -10,7 +10,7 @@ BAND = 0.02
 
 @dataclass(frozen=True)
 class StepResponse:
-    """``target`` and ``amplitude`` in the signals' unit. Times from the step of the set-point; None: never."""
+    """Target and amplitude in the signals' unit; times from the step of the set-point, None: never."""
 
     at_ns: float
     target: float
@@ -28,8 +28,9 @@ class StepResponse:
         rise = "never" if self.rise_ms is None else f"{self.rise_ms:.2f} ms"
         settling = "never" if self.settling_ms is None else f"{self.settling_ms:.2f} ms"
         return (
-            f"step of {self.amplitude:g} {unit}: rise {rise} (10 to 90 %), overshoot {self.overshoot_pct:.1f} %, "
-            f"settled after {settling} (2 %), final error {self.final_error:+.3f} {unit}"
+            f"step of {self.amplitude:g} {unit}: rise {rise} (10 to 90 %), "
+            f"overshoot {self.overshoot_pct:.1f} %, settled after {settling} (2 %), "
+            f"final error {self.final_error:+.3f} {unit}"
         )
 
 
@@ -39,7 +40,11 @@ def step_response(recording: Recording, setpoint: str = "r", value: str = "yw") 
     Raises:
         ValueError: the set-point does not step, or not between the first and the last sample.
     """
-    times, wanted, seen = [row[0] for row in recording.rows], recording.column(setpoint), recording.column(value)
+    times, wanted, seen = (
+        [row[0] for row in recording.rows],
+        recording.column(setpoint),
+        recording.column(value),
+    )
     steps = [i for i in range(1, len(wanted)) if wanted[i] != wanted[i - 1]]
     if not steps or steps[-1] > len(times) - 10:
         raise ValueError(f"no step of {setpoint} in the recording")

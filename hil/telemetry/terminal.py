@@ -8,16 +8,14 @@ PANEL_HEIGHT = 14
 
 
 def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: str = "") -> str:
-    """One panel for each unit, one line for each signal and recording; ``width`` in characters."""
-    import plotext as plt
+    """Panels as ``Recording.panels``, one line for each signal and recording; ``width`` in characters."""
+    import plotext as plt  # type: ignore[import-untyped]
 
-    panels = next(iter(recordings.values())).by_unit()
+    panels = next(iter(recordings.values())).panels()
     parts = []
     for i, signals in enumerate(panels):
         plt.clear_figure()
         plt.plotsize(width, PANEL_HEIGHT)
-        if not colour:
-            plt.theme("clear")
         if i == 0 and title:
             plt.title(title)
         for name, recording in recordings.items():
@@ -25,9 +23,11 @@ def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: s
                 _line(plt, recording, signal, f"{name} " if len(recordings) > 1 else "")
         if i == len(panels) - 1:
             plt.xlabel("s")
-        parts.append(plt.build())
+        parts.append(plt.build() if colour else plt.uncolorize(plt.build()))
     return "\n".join(parts)
 
 
 def _line(plt: Any, recording: Recording, signal: str, prefix: str) -> None:
-    plt.plot(recording.at_s(), recording.column(signal), label=prefix + recording.label(signal), marker="braille")
+    plt.plot(
+        recording.at_s(), recording.column(signal), label=prefix + recording.label(signal), marker="braille"
+    )

@@ -1,5 +1,6 @@
 """Pulse trains for a step/dir interface: generated, or read from a file. Pure; times count from the start."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
@@ -21,7 +22,7 @@ class TrainError(Exception):
 @dataclass(frozen=True)
 class Edges:
     """A single edge: at ``at_ns`` the pin gets the level. Or, with ``steps``, so many pulses on the step
-    input: of its 2 * steps edges, edge j (even: a rise) is at at_ns + floor(j * duration_ns / (2 * steps))."""
+    input: of its 2 * steps edges, edge j (a rise if even) at at_ns + floor(j * duration_ns / (2 * steps))."""
 
     at_ns: int
     pin: str = "step"
@@ -43,6 +44,18 @@ def train_length_ns(train: Sequence[Edges]) -> int:
     return train[-1].end_ns if train else 0
 
 
+def train_problem(train: Sequence[Edges]) -> str | None:
+    """Why rows from outside are no train, or None."""
+    end_ns = 0
+    for i, e in enumerate(train, start=1):
+        if e.pin not in LEVEL_COLUMNS or e.level not in (0, 1) or e.steps < 0:
+            return f"row {i}: pins are {', '.join(LEVEL_COLUMNS)}; levels are 0 and 1; steps are 0 or more"
+        if not end_ns <= e.at_ns <= MAX_NS or (e.steps and not 2 * e.steps <= e.duration_ns <= MAX_NS):
+            return f"row {i}: it begins before the row above has ended, or its steps do not fit"
+        end_ns = e.end_ns
+    return None
+
+
 def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = None) -> Train:
     """A move of ``steps`` (negative: towards smaller counts, direction input high) at ``rate_hz``; with an
     acceleration (steps/s per s), up to the rate and down from it as far as the steps reach.
@@ -56,7 +69,9 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
     if not 0 < rate_hz <= MAX_RATE_HZ or 2 * _NS_PER_S / rate_hz * abs(steps) > MAX_NS:
         problems.append(f"a rate of {rate_hz:g} Hz: write more than 0, up to {MAX_RATE_HZ:,}")
     if acceleration_hz_per_s is not None and not 1e-3 <= acceleration_hz_per_s <= 1e12:
-        problems.append(f"an acceleration of {acceleration_hz_per_s:g} steps/s2: write 0.001 to 1e12, or none")
+        problems.append(
+            f"an acceleration of {acceleration_hz_per_s:g} steps/s2: write 0.001 to 1e12, or none"
+        )
     if problems:
         raise TrainError("\n".join(problems))
     direction = Edges(0, pin="dir", level=int(steps < 0))
@@ -67,7 +82,7 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
     # The k-th step of the ramp ends when k steps are done under constant acceleration: t = sqrt(2 k / a).
     scale = int(2 * _NS_PER_S * _NS_PER_S / acceleration_hz_per_s)
     ends = [isqrt(scale * k) for k in range(ramp + 1)]
-    up = [later - earlier for earlier, later in zip(ends, ends[1:], strict=False)]
+    up = [later - earlier for earlier, later in itertools.pairwise(ends)]
     rows, at_ns = [direction], 0
     for duration_ns, n in [
         *((d, 1) for d in up),
@@ -113,7 +128,9 @@ def parse_train(text: str, name: str) -> Train:
                 raise ValueError(f"{len(row)} columns; write {len(header)}")
             edges = read(dict(zip(header, map(_number, row), strict=True)), levels)
             if edges and edges[0].at_ns < end_ns:
-                raise ValueError(f"begins before the row above has ended, at {end_ns} ns; sort the rows by time")
+                raise ValueError(
+                    f"begins before the row above has ended, at {end_ns} ns; sort the rows by time"
+                )
         except ValueError as error:
             problems.append(f"{name}:{line}: {error}")
             continue

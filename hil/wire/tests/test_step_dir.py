@@ -1,5 +1,6 @@
 """Pulse trains: generated ones end where they should, files are read to the letter, bad ones refused."""
 
+import itertools
 from decimal import Decimal
 
 import pytest
@@ -28,9 +29,9 @@ def test_a_train_has_its_steps_in_order_and_never_exceeds_its_rate(
     assert sum(e.steps for e in train) == steps
     times = rises(train)
     assert times == sorted(set(times))
-    assert all(e.at_ns >= p.end_ns for p, e in zip(train, train[1:], strict=False))
+    assert all(e.at_ns >= p.end_ns for p, e in itertools.pairwise(train))
     # A step may be 1 ns short: ends are rounded one by one.
-    assert min((b - a for a, b in zip(times, times[1:], strict=False)), default=1e9) >= 1e9 / rate_hz - 2
+    assert min((b - a for a, b in itertools.pairwise(times)), default=1e9) >= 1e9 / rate_hz - 2
 
 
 def test_a_ramp_is_that_of_constant_acceleration() -> None:
@@ -92,7 +93,8 @@ def test_any_sorted_levels_are_read_back(rows: list[tuple[int, int, int]]) -> No
 
 
 def test_every_bad_row_is_listed_with_its_line() -> None:
-    text = "at_s,steps,duration_s\n0,1,1\n0.5,1,1\n2,0,1\n3,x,1\n4,1\n5,10,0.000000019\n6,1.5,1\n-7,1,1\n8,1,1e30\n"
+    rows = ["0,1,1", "0.5,1,1", "2,0,1", "3,x,1", "4,1", "5,10,0.000000019", "6,1.5,1", "-7,1,1", "8,1,1e30"]
+    text = "\n".join(["at_s,steps,duration_s", *rows])
     with pytest.raises(TrainError) as caught:
         parse_train(text, "t.csv")
     lines = str(caught.value).splitlines()
@@ -108,7 +110,9 @@ def test_a_header_that_says_nothing_known_is_refused(text: str) -> None:
 
 @given(st.text(max_size=200))
 def test_any_text_is_read_or_refused(text: str) -> None:
+    refusal = ""
     try:
         parse_train("at_s,step,dir\n" + text, "t.csv")
     except TrainError as error:
-        assert all(line.startswith("t.csv:") for line in str(error).splitlines())
+        refusal = str(error)
+    assert all(line.startswith("t.csv:") for line in refusal.split("\n") if line)
