@@ -72,7 +72,7 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t missed
         int64_t elapsed_ns
         int64_t overruns
-        uint64_t wake_latency[40]
+        uint64_t wake_latency[320]
         int fifo_errno
         int pin_errno
         int lock_errno
@@ -87,6 +87,7 @@ cdef extern from "native/hil_core.h" nogil:
     int64_t hil_group_now(const hil_core *, int)
     void hil_group_set_horizon(hil_core *, int, int64_t)
     int hil_group_failed(const hil_core *, int)
+    int hil_group_has_news(const hil_core *, int)
     int hil_group_take_event(hil_core *, int, hil_event *)
     void hil_group_acquire(hil_core *, int)
     void hil_group_release(hil_core *, int)
@@ -200,17 +201,16 @@ cdef class NativeCore:
     def power_up(self, int axis):
         hil_axis_power_up(self.core, axis)
 
-    def advance(self, int group, int64_t until_ns):
+    def advance(self, int group, int64_t horizon_ns, int64_t until_ns):
+        """Sets the horizon first. Answers the time, and whether there are events or a failure to look at."""
         cdef int64_t now_ns
+        hil_group_set_horizon(self.core, group, horizon_ns)
         with nogil:
             now_ns = hil_group_advance(self.core, group, until_ns)
-        return now_ns
+        return now_ns, hil_group_has_news(self.core, group) != 0
 
     def now(self, int group):
         return hil_group_now(self.core, group)
-
-    def set_horizon(self, int group, int64_t horizon_ns):
-        hil_group_set_horizon(self.core, group, horizon_ns)
 
     def failed(self, int group):
         return hil_group_failed(self.core, group) != 0

@@ -47,6 +47,22 @@ FULL_PARAMETERS = (
 """What it has to say besides for the full plant."""
 
 
+def bucket_edges_ns(bucket: int) -> tuple[int, int]:
+    """What a bucket of ``rt_stats()["wake_latency"]`` counts: from, up to and without. Eight an octave."""
+    if bucket < 8:
+        return bucket, bucket + 1
+    low, octave = 8 + bucket % 8, bucket // 8 - 1
+    return low << octave, (low + 1) << octave
+
+
+def octaves(histogram: Sequence[int]) -> list[int]:
+    """The same counts by powers of two: bucket b has values of [2^(b-1), 2^b) ns, bucket 0 has 0."""
+    joined = [0] * (len(histogram) // 8 + 3)
+    for bucket, count in enumerate(histogram):
+        joined[bucket_edges_ns(bucket)[0].bit_length()] += count
+    return joined
+
+
 @dataclass(frozen=True)
 class Load:
     """What the shaft of a full plant turns; the parts add up. ``native/hil_core.h``: hil_load."""

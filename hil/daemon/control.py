@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
-from hil.core.core import PINS
+from hil.core.core import PINS, octaves
 from hil.core.fields import FIELDS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
@@ -195,7 +195,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
         "ticks": rt["ticks"],
         "missed": rt["missed"],
         "overruns": rt["overruns"],
-        "wake_latency": rt["wake_latency"],
+        "wake_latency": octaves(rt["wake_latency"]),
         "lag": list(bench.lag),
     }
 

@@ -188,7 +188,7 @@ class Daemon:
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
-        guard = StepGuard()
+        self._guard = guard = StepGuard()
         for device in self.bench.devices.values():
             device.guard = guard
             device.on_failed = self._device_failed
@@ -285,6 +285,7 @@ class Daemon:
         await control.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
+            self._guard.close()
             self.watches.stop()
             self.bench.stop()
         await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too

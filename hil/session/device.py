@@ -68,7 +68,8 @@ class Device:
         """The earliest time at which ``step`` has to be called."""
         if self.failed:
             return FOREVER
-        return min(self._runtime.due_ns, self.uart.next_arrival_ns)
+        due_ns, arrival_ns = self._runtime.due_ns, self.uart.next_arrival_ns
+        return due_ns if due_ns < arrival_ns else arrival_ns
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
@@ -157,7 +158,12 @@ class Device:
     def _empty_outbox(self) -> None:
         """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what
         went on the line at one time is one piece."""
+        if not self._outbox:
+            return
         outbox, self._outbox = self._outbox, []
+        if len(outbox) == 1:
+            self._sent(self, *outbox[0])
+            return
         for at_ns, pieces in groupby(outbox, key=itemgetter(0)):
             self._sent(self, at_ns, b"".join(data for _, data in pieces))
 

@@ -138,6 +138,11 @@ int hil_group_failed(const hil_core *c, int group)
     return atomic_load_explicit(&c->groups[group].failed, memory_order_relaxed);
 }
 
+int hil_group_has_news(const hil_core *c, int group)
+{
+    return ring_used(&c->groups[group].events) > 0 || hil_group_failed(c, group);
+}
+
 int hil_group_take_event(hil_core *c, int group, hil_event *out) { return ring_take(&c->groups[group].events, out); }
 
 void hil_group_acquire(hil_core *c, int group)

@@ -14,7 +14,9 @@
 #include <stdint.h>
 
 #define HIL_TABLE_LEN 16384
-#define HIL_HISTOGRAM_LEN 40 /* bucket b counts values of [2^(b-1), 2^b) ns; bucket 0 counts 0 */
+/* Eight buckets an octave: bucket b < 8 counts values of b ns; the others those of
+   [(8 + b % 8) << (b / 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42. */
+#define HIL_HISTOGRAM_LEN 320
 #define HIL_FOREVER INT64_MAX
 
 typedef struct hil_core hil_core;
@@ -124,6 +126,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
 int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
 void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
 int hil_group_failed(const hil_core *c, int group);      /* any thread; 1: the event ring overflowed */
+int hil_group_has_news(const hil_core *c, int group);    /* consumer's thread; 1: events to take, or it failed */
 int hil_group_take_event(hil_core *c, int group, hil_event *out); /* consumer's thread; 0: none */
 
 /* Ownership. acquire spins while the real-time thread is in the group: microseconds. */
@@ -163,7 +166,7 @@ int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that th
 void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */
 int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events; max: call again */
 
-/* A CPU-time watchdog for the calling thread: raises a signal in it when it has burnt `ns` of CPU
+/* A CPU-time watchdog for the calling thread: raises a signal in it each time it has burnt `ns` of CPU
    since `arm`. Process stops and stolen time do not count. NULL: not available. */
 typedef struct hil_watchdog hil_watchdog;
 hil_watchdog *hil_watchdog_new(int signal_number);
