@@ -1,6 +1,7 @@
 """Recordings drawn as a picture: needs the extra ``plot`` (matplotlib)."""
 
 from pathlib import Path
+from typing import Any
 
 from hil.telemetry.recording import Recording
 
@@ -27,11 +28,15 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
     figure = Figure(figsize=(8, 1.2 + 2.2 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for panel, signals in zip(axes, panels, strict=True):
-        for name, recording in recordings.items():
+        for number, (name, recording) in enumerate(recordings.items()):
             prefix = f"{name}: " if len(recordings) > 1 else ""
             for signal in signals:
                 # A set-point is commanded: drawn thin and broken, so that what follows it stands out.
-                style = {"linestyle": "--", "linewidth": 1.0} if signal == "r" else {"linewidth": 1.4}
+                style: dict[str, Any] = {"linewidth": 1.4}
+                if signal == "r":
+                    style = {"linestyle": "--", "linewidth": 1.0}
+                if len(recordings) > 1:
+                    style["color"] = f"C{number}"  # one colour for each recording
                 panel.plot(
                     recording.at_s(),
                     recording.column(signal),
