@@ -92,8 +92,9 @@ def of_core(process: subprocess.Popen[str]) -> Wakes:
         (low / 1000, high / 1000, n)
         for (low, high), n in ((bucket_edges_ns(b), n) for b, n in enumerate(stats["wake_latency"]))
     ]
-    longest = max((high for _, high, n in counts if n), default=0.0)
-    return Wakes(percentile(counts, 0.999), longest, stats["ticks"], stats["missed"])
+    return Wakes(
+        percentile(counts, 0.999), stats["longest_latency_ns"] / 1000, stats["ticks"], stats["missed"]
+    )
 
 
 def pair(

@@ -11,6 +11,7 @@ class RtStats(TypedDict):
     elapsed_ns: int
     overruns: int
     wake_latency: list[int]
+    longest_latency_ns: int
     fifo_errno: int
     pin_errno: int
     lock_errno: int

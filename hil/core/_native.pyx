@@ -73,6 +73,7 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t elapsed_ns
         int64_t overruns
         uint64_t wake_latency[320]
+        int64_t longest_latency_ns
         int fifo_errno
         int pin_errno
         int lock_errno
@@ -328,6 +329,7 @@ cdef class NativeCore:
         return {
             "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
             "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
+            "longest_latency_ns": s.longest_latency_ns,
             "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
             "running": s.running != 0,
         }

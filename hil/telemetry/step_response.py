@@ -28,7 +28,7 @@ class StepResponse:
         rise = "never" if self.rise_ms is None else f"{self.rise_ms:.2f} ms"
         settling = "never" if self.settling_ms is None else f"{self.settling_ms:.2f} ms"
         return (
-            f"step of {self.amplitude:g} {unit}: rise {rise} (10 to 90 %), "
+            f"step of {self.amplitude:.2f} {unit}: rise {rise} (10 to 90 %), "
             f"overshoot {self.overshoot_pct:.1f} %, settled after {settling} (2 %), "
             f"final error {self.final_error:+.3f} {unit}"
         )
