@@ -20,6 +20,8 @@ setup(
                 f"{NATIVE}/plant/simple.c",
                 f"{NATIVE}/rt/thread.c",
                 f"{NATIVE}/rt/watchdog.c",
+                f"{NATIVE}/source.c",
+                f"{NATIVE}/watch.c",
             ],
             depends=[
                 f"{NATIVE}/{name}"
@@ -45,7 +47,14 @@ setup(
             include_dirs=["hil/core"],
             libraries=["m"],
             # No contraction: the laws keep the firmware's float32 arithmetic exactly.
-            extra_compile_args=["-std=gnu11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-Wno-psabi", "-pthread"],
+            extra_compile_args=[
+                "-std=gnu11",
+                "-O2",
+                "-ffp-contract=off",
+                "-fvisibility=hidden",
+                "-Wno-psabi",  # no vector is handed to a function that is not inlined
+                "-pthread",
+            ],
             extra_link_args=["-pthread"],
         )
     ]

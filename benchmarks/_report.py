@@ -1,6 +1,9 @@
-"""How a benchmark says what it found: one line, and the same as JSON in ``results/``."""
+"""How a benchmark says its figure: a line for people, a JSON file for programs."""
 
 import json
+import os
+import platform
+import sys
 from pathlib import Path
 
 RESULTS = Path(__file__).parent / "results"
@@ -9,19 +12,36 @@ RESULTS = Path(__file__).parent / "results"
 def report(
     name: str, value: float, unit: str, reference: float, limit_ratio: float | None, extra: dict[str, object]
 ) -> None:
-    """Print a figure beside its reference from the same run, and write ``results/<name>.json``.
+    """The figure, its reference from the same run, and their ratio; with a limit, whether it holds.
 
-    ``limit_ratio``: what value / reference may be at most; None: there is no limit.
+    ``extra`` stands in the JSON file beside them; ``extra["reference"]`` says what the reference is.
     """
-    ratio = value / reference
-    line = f"{name}: {value:.4g} {unit}, reference {reference:.4g} {unit}, ratio {ratio:.2f}"
-    met = None if limit_ratio is None else ratio <= limit_ratio
+    ratio = value / reference if reference else float("inf")
+    verdict = ""
     if limit_ratio is not None:
-        line += f" (<= {limit_ratio}: {'yes' if met else 'no'})"
-    print(line, flush=True)
+        verdict = f" (<= {limit_ratio:g}: {'yes' if ratio <= limit_ratio else 'NO'})"
+    print(
+        f"{name}: {value:.4g} {unit}, reference {reference:.4g} {unit}, ratio {ratio:.3f}{verdict}",
+        flush=True,
+    )
     RESULTS.mkdir(exist_ok=True)
     result = {
-        "name": name, "value": value, "unit": unit, "reference": reference, "ratio": ratio,
-        "limit_ratio": limit_ratio, "met": met, "extra": extra,
-    }  # fmt: skip
-    (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "reference": reference,
+        "ratio": ratio,
+        "limit_ratio": limit_ratio,
+        "machine": {
+            "kernel": platform.release(),
+            "cpus": os.cpu_count(),
+            "python": platform.python_version(),
+        },
+        "extra": extra,
+    }
+    (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+
+
+def is_quick() -> bool:
+    """Whether a short run is wanted: fewer repetitions, the same figure."""
+    return "--quick" in sys.argv[1:]

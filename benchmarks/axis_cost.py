@@ -1,23 +1,22 @@
 """What an axis costs: ns for one control step of one axis, law, motor and encoder, beside plain C.
 
 The core (``axis_cost.c``, compiled as the extension is) and ``reference_axis.c`` (compiled for this very
-processor) take turns, so that a change of the machine's speed meets both; the figures are medians. Each axis has its
-own table of 64 KiB, is in closed loop and is sent 45 degrees on every 650 control steps. ``full`` has four
-electrical steps in a control step, as the reference has here; ``simple`` is compared with the same reference.
+processor) take turns, so that a change of the machine's speed meets both; the figures are medians. Each axis
+has its own table of 64 KiB, is in closed loop and is sent 45 degrees on every 650 control steps. ``full``
+has four electrical steps in a control step, as the reference has here; ``simple`` is compared with the same
+reference.
 
 ``axis_real_time_1000_*``: the share of a core that the real-time thread takes for 1000 axes at 6.5 kHz.
 
-Needs a C compiler, as the installation from source does. ``--quick``: one short run of each.
+Needs a C compiler, as the installation from source does.
 """
 
-import argparse
-import platform
 import statistics
 import subprocess
 import tempfile
 from pathlib import Path
 
-from _report import report
+from _report import is_quick, report
 
 HERE = Path(__file__).parent
 NATIVE = HERE.parent / "hil/core/native"
@@ -43,12 +42,9 @@ def build(folder: Path) -> tuple[str, str]:
 
 
 def run(*command: object) -> str:
+    line = [str(part) for part in command]
     return subprocess.run(
-        [str(part) for part in command],
-        check=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
+        line, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ).stdout
 
 
@@ -62,19 +58,17 @@ def compare(programs: tuple[str, str], axes: int, axis_ticks: int, rounds: int) 
     found: dict[str, list[float]] = {"reference": [], **{plant: [] for plant in PLANTS}}
     for turn in range(rounds):
         for kind in list(found) if turn % 2 else reversed(list(found)):
-            one = (
-                reference_ns(reference, axes, ticks)
-                if kind == "reference"
-                else float(run(core, axes, ticks, kind))
-            )
-            found[kind].append(one)
+            if kind == "reference":
+                found[kind].append(reference_ns(reference, axes, ticks))
+            else:
+                found[kind].append(float(run(core, axes, ticks, kind)))
     beside = statistics.median(found["reference"])
     for plant in PLANTS:
         report(
             f"axis_cost_{axes}" + ("" if plant == "full" else f"_{plant}"),
             statistics.median(found[plant]), "ns", beside, LIMIT_RATIO,
-            {"plant": plant, "axes": axes, "ticks": ticks, "runs": found[plant],
-             "reference_runs": found["reference"], "machine": platform.machine()},
+            {"reference": "reference_axis.c", "plant": plant, "axes": axes, "ticks": ticks,
+             "runs": found[plant], "reference_runs": found["reference"]},
         )  # fmt: skip
 
 
@@ -82,14 +76,12 @@ def real_time(core: str, plant: str, run_s: int, rounds: int) -> None:
     shares = [float(run(core, REAL_TIME_AXES, run_s, plant, "rt")) for _ in range(rounds)]
     report(
         f"axis_real_time_{REAL_TIME_AXES}_{plant}", statistics.median(shares), "core", 1.0, REAL_TIME_SHARE,
-        {"plant": plant, "seconds": run_s, "runs": shares},
+        {"reference": "one core", "plant": plant, "seconds": run_s, "runs": shares},
     )  # fmt: skip
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="one short run of each")
-    quick = parser.parse_args(arguments).quick
+def main() -> None:
+    quick = is_quick()
     axis_ticks, rounds, run_s = (300_000, 1, 1) if quick else (3_000_000, 7, 5)
     with tempfile.TemporaryDirectory() as folder:
         programs = build(Path(folder))

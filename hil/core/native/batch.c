@@ -23,6 +23,8 @@ static int fits(const hil_group *g, const hil_axis *a)
     return p->step_ns == FULL_STEP_NS && !p->load_varies && !p->steps && fabs(p->moving.state.rev) < 0x1p39;
 }
 
+static int64_t least(int64_t x, int64_t y) { return x < y ? x : y; }
+
 static void fetch(const void *from, size_t size)
 {
     for (size_t at = 0; at < size + 63; at += 64) __builtin_prefetch((const char *)from + at, 1);
@@ -52,7 +54,8 @@ void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         hil_group *g = &c->groups[groups[k]];
         if (g->first_axis < 0) continue;
         hil_axis *a = &c->axes[g->first_axis];
-        int64_t end_ns = until_ns < g->horizon_ns ? until_ns : g->horizon_ns;
+        int64_t end_ns = least(until_ns, g->horizon_ns);
+        end_ns = least(end_ns, least(a->source.next_ns, a->watch.next_ns) - 1); /* what else happens comes in its turn */
         if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
         int kind = a->is_full != 0;
         /* As many as are due, or one less. */

@@ -9,7 +9,8 @@
 /* Lengths of a control step, and of the plants' last steps in it: one even, one odd. */
 #define STEP_NS (MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN)
 #define LONGER_EVERY 6 /* of six, the last one is 1 ns longer */
-_Static_assert(STEP_NS * MECHADUINO_STEP_DEN + MECHADUINO_STEP_DEN / LONGER_EVERY == MECHADUINO_STEP_NUM_NS, "a sixth more");
+_Static_assert(STEP_NS * MECHADUINO_STEP_DEN + MECHADUINO_STEP_DEN / LONGER_EVERY == MECHADUINO_STEP_NUM_NS,
+               "a sixth of a ns more");
 _Static_assert(STEP_NS % 2 == 0, "the longer ones are odd");
 _Static_assert(PLANT_STEP_NS > STEP_NS + 1, "one step of the simple plant");
 _Static_assert((FULL_WINDOW - 1) * FULL_STEP_NS < STEP_NS && FULL_WINDOW * FULL_STEP_NS > STEP_NS + 1,

@@ -77,7 +77,8 @@ LAW_INLINE int law_x4_step(law_x4 *l, const int16_t *sine, law_f y)
     law_f d = y - l->y_1;
     law_i down = d < -180.0f, up = (d > 180.0f) & ~down;
     law_i wraps = (law_i)((law_u)l->wrap_count - (law_u)down + (law_u)up);
-    law_f yw = __builtin_convertvector(__builtin_convertvector(y, law_d) + 360.0 * __builtin_convertvector(wraps, law_d), law_f);
+    law_d turned = 360.0 * __builtin_convertvector(wraps, law_d);
+    law_f yw = __builtin_convertvector(__builtin_convertvector(y, law_d) + turned, law_f);
     law_f e = l->r - yw, I = l->ITerm + l->pKi * e;
     law_i above = I > 150.0f, below = I < -150.0f;
     I = LAW_PICK(above, ((law_f){150, 150, 150, 150}), LAW_PICK(below, ((law_f){-150, -150, -150, -150}), I));

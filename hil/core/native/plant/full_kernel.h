@@ -109,7 +109,8 @@ INLINE REAL NAME(full_kicked)(const NAME(full_rate) *r, REAL rev_per_s, REAL tor
 
 /* One coil. The bridge's mean voltage is the one that brings the current to the command, as far as the supply
    goes. */
-INLINE REAL NAME(full_wanted_V)(const NAME(full_motor) *m, const NAME(full_rate) *r, REAL before_A, REAL command_A, REAL emf_V)
+INLINE REAL NAME(full_wanted_V)(const NAME(full_motor) *m, const NAME(full_rate) *r, REAL before_A, REAL command_A,
+                                REAL emf_V)
 {
     return emf_V + 0.5 * m->R * (before_A + command_A) + r->henry_per_s * (command_A - before_A);
 }

@@ -16,7 +16,8 @@ typedef struct NAME(plant_moving) {
     REAL rev, rev_per_s, s, c; /* s, c: of the electrical angle */
 } NAME(plant_moving);
 
-INLINE void NAME(plant_step)(const NAME(plant_motor) *m, const NAME(plant_rate) *r, NAME(plant_moving) *x, REAL a_A, REAL b_A)
+INLINE void NAME(plant_step)(const NAME(plant_motor) *m, const NAME(plant_rate) *r, NAME(plant_moving) *x, REAL a_A,
+                             REAL b_A)
 {
     REAL v = x->rev_per_s + r->kick_s * (m->load - m->pull * (a_A * x->c + b_A * x->s)), s, c;
     REAL middle_rev = x->rev + r->reach_s * v;

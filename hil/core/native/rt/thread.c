@@ -44,7 +44,9 @@ int64_t hil_rt_now(const hil_core *c) { return sim_ns(&c->rt, monotonic_ns()); }
 
 static int bucket(int64_t ns)
 {
-    int b = ns <= 0 ? 0 : 64 - __builtin_clzll((unsigned long long)ns);
+    if (ns < 8) return ns < 0 ? 0 : (int)ns;
+    int octave = 60 - __builtin_clzll((unsigned long long)ns); /* of 8 to 15: 0 */
+    int b = 8 * octave + (int)(ns >> octave);
     return b < HIL_HISTOGRAM_LEN ? b : HIL_HISTOGRAM_LEN - 1;
 }
 
@@ -79,7 +81,8 @@ static int leave(hil_core *c, int group)
     int64_t now_ns = hil_group_now(c, group), turns = PUBLISH_NS / c->rt.options.period_ns;
     int stopped = now_ns >= g->horizon_ns;
     if (stopped && !g->reported) tell = g->reported = 1;
-    if (turns < 1 || (c->rt.wakes + group) % turns == 0 || (stopped && g->published_ns != now_ns)) group_publish(c, group);
+    int its_turn = turns < 1 || (c->rt.wakes + group) % turns == 0;
+    if (its_turn || (stopped && g->published_ns != now_ns)) group_publish(c, group);
     if (tell) atomic_store_explicit(&c->due[group], 1, memory_order_release);
     atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
     return tell;
@@ -109,7 +112,8 @@ static int wake(hil_core *c)
         for (; i < groups && n < BATCH_GROUPS; i++) {
             int group = c->rt.next_group;
             c->rt.next_group = (group + 1) % groups;
-            if (enter(&c->groups[group])) entered[n++] = group; /* else the loop thread has it, and catches it up itself */
+            /* Not entered: the loop thread has it, and catches it up itself. */
+            if (enter(&c->groups[group])) entered[n++] = group;
         }
         run_groups(c, entered, n, target_ns, give_up_ns);
         for (int k = 0; k < n; k++) tell |= leave(c, entered[k]);
@@ -150,6 +154,7 @@ static void *run(void *argument)
         }
         int64_t now_ns = monotonic_ns(), n = (now_ns - rt->anchor_ns) / period_ns;
         rt->live.wake_latency[bucket(now_ns - deadline_ns)]++;
+        if (now_ns - deadline_ns > rt->live.longest_latency_ns) rt->live.longest_latency_ns = now_ns - deadline_ns;
         rt->live.ticks++;
         rt->live.missed += n - done - 1;
         rt->live.elapsed_ns = now_ns - rt->anchor_ns;
