@@ -8,6 +8,8 @@
 #define HAVE(name) name##_any
 #endif
 
+#define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
+
 /* Whether nothing but control steps is due in a group until then: an axis alone, its encoder on its shaft, no
    step response to be printed, and nothing that a lane has no room for. The plant's node is at the latest
    control step. */
@@ -44,10 +46,18 @@ static void fetch_group(const hil_core *c, int group)
     if (c->groups[group].first_axis >= 0) fetch_axis(&c->axes[c->groups[group].first_axis]);
 }
 
+/* As many control steps as all have to make. */
+static void run(hil_core *c, int is_full, const lane *lanes, int seated)
+{
+    int64_t steps = lanes[0].steps;
+    for (int i = 1; i < seated; i++) steps = least(steps, lanes[i].steps);
+    (is_full ? HAVE(full_batch) : HAVE(simple_batch))(c, lanes, seated, steps);
+}
+
 void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
 {
-    lane lanes[2][SEATS];
-    int filled[2] = {0, 0};
+    lane lanes[2][SEATS]; /* of either plant */
+    int seated[2] = {0, 0};
     for (int k = 0; k < n && k < SEATS; k++) fetch_group(c, groups[k]);
     for (int k = 0; k < n; k++) {
         if (k + SEATS < n) fetch_group(c, groups[k + SEATS]);
@@ -59,13 +69,12 @@ void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
         int kind = a->is_full != 0;
         /* As many as are due, or one less. */
-        int64_t steps = (end_ns - a->next_step_ns) / (STEP_NS + 1) + 1;
-        lanes[kind][filled[kind]++] = (lane){a, steps};
-        if (filled[kind] < SEATS) continue;
-        filled[kind] = 0;
-        for (int i = 0; i < SEATS; i++)
-            if (lanes[kind][i].steps < steps) steps = lanes[kind][i].steps;
-        (kind ? HAVE(full_batch) : HAVE(simple_batch))(c, lanes[kind], steps);
+        lanes[kind][seated[kind]++] = (lane){a, (end_ns - a->next_step_ns) / (STEP_NS + 1) + 1};
+        if (seated[kind] < SEATS) continue;
+        run(c, kind, lanes[kind], SEATS);
+        seated[kind] = 0;
     }
+    for (int kind = 0; kind < 2; kind++)
+        if (seated[kind] >= WORTH_IT) run(c, kind, lanes[kind], seated[kind]);
     for (int k = 0; k < n; k++) hil_group_advance(c, groups[k], until_ns);
 }

@@ -26,7 +26,8 @@ typedef struct lane {
     int64_t steps; /* control steps to make */
 } lane;
 
-typedef void batch_run(hil_core *c, const lane *lanes, int64_t n); /* n control steps of SEATS axes that fit */
+/* n control steps of up to SEATS axes that fit. In empty seats the first axis moves once more, for nothing. */
+typedef void batch_run(hil_core *c, const lane *lanes, int seated, int64_t n);
 batch_run simple_batch_any, full_batch_any, simple_batch_avx2, full_batch_avx2;
 
 /* As hil_group_advance for each of up to BATCH_GROUPS groups, all of them the caller's. What they do is the

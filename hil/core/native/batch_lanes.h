@@ -11,6 +11,7 @@
 /* What is the same of both plants in a row of lanes. */
 typedef struct row {
     hil_axis *axis[LANES];
+    int seated; /* lanes beyond are empty */
     law_x4 laws;
     int lawful; /* laws holds the laws: all are in mode x, and nothing odd has come yet */
     int stepped; /* once at least */
@@ -63,7 +64,7 @@ INLINE void control(hil_core *c, row *r, mask_x4 raw)
     for (int i = 0; i < LANES; i++) y[i] = r->axis[i]->table[raw[i]];
     if (r->lawful && !law_x4_step(&r->laws, c->sine, y)) {
         if (r->stepped)
-            for (int i = 0; i < LANES; i++) law_x4_put(&r->laws, &r->axis[i]->law, i);
+            for (int i = 0; i < r->seated; i++) law_x4_put(&r->laws, &r->axis[i]->law, i);
         r->lawful = 0;
     }
     r->stepped = 1;
@@ -71,7 +72,7 @@ INLINE void control(hil_core *c, row *r, mask_x4 raw)
         r->a_A = __builtin_convertvector(r->laws.a, real_x4) * r->amps_per_count;
         r->b_A = __builtin_convertvector(r->laws.b, real_x4) * r->amps_per_count;
     }
-    for (int i = 0; i < LANES && !r->lawful; i++) {
+    for (int i = 0; i < r->seated && !r->lawful; i++) {
         hil_axis *a = r->axis[i];
         float measured;
         double a_A, b_A;
@@ -153,8 +154,10 @@ INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
     }
 }
 
-INLINE void sit(row *r, hil_axis *a, double a_A, double b_A, int i)
+INLINE void sit(row *r, hil_axis *a, int empty, double a_A, double b_A, int i)
 {
+    if (i == 0) r->seated = 0;
+    r->seated += !empty;
     r->axis[i] = a;
     r->next_ns[i] = (uint64_t)a->next_step_ns;
     r->phase[i] = (uint64_t)((a->loop_steps + 1) % LONGER_EVERY);
@@ -177,20 +180,21 @@ INLINE int64_t stand(const row *r, int64_t n, int i)
     return a->next_step_ns - STEP_NS - (r->phase[i] == 0);
 }
 
-TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int64_t n)
+TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
 {
     simple_lanes rows[ROWS];
     for (int k = 0; k < SEATS; k++) {
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
-        plant *p = &lanes[k].axis->plant;
+        hil_axis *a = lanes[k < seated ? k : 0].axis;
+        plant *p = &a->plant;
         for (int h_ns = STEP_NS; h_ns < STEP_NS + 2; h_ns++) PUT(l->part[h_ns & 1], *plant_part(p, h_ns), i);
         PUT(l->motor, p->motor, i);
         PUT(l->moving, p->moving, i);
-        sit(&l->row, lanes[k].axis, p->current_a_A, p->current_b_A, i);
+        sit(&l->row, a, k >= seated, p->current_a_A, p->current_b_A, i);
     }
     simple_run(c, rows, n);
-    for (int k = 0; k < SEATS; k++) {
+    for (int k = 0; k < seated; k++) {
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         plant *p = &lanes[k].axis->plant;
@@ -200,13 +204,14 @@ TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int64_t n)
     }
 }
 
-TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int64_t n)
+TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
 {
     full_lanes rows[ROWS];
     for (int k = 0; k < SEATS; k++) {
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
-        full *p = &lanes[k].axis->full;
+        hil_axis *a = lanes[k < seated ? k : 0].axis;
+        full *p = &a->full;
         for (int h_ns = STEP_NS; h_ns < STEP_NS + 2; h_ns++)
             PUT(l->part[h_ns & 1], *full_part(p, h_ns - (FULL_WINDOW - 1) * FULL_STEP_NS), i);
         PUT(l->motor, p->motor, i);
@@ -215,10 +220,10 @@ TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int64_t n)
         l->load_Nm[i] = p->steady_Nm;
         l->noise_counts[i] = p->noise_counts;
         l->noise_key[i] = p->noise_key;
-        sit(&l->row, lanes[k].axis, p->command_a_A, p->command_b_A, i);
+        sit(&l->row, a, k >= seated, p->command_a_A, p->command_b_A, i);
     }
     full_run(c, rows, n);
-    for (int k = 0; k < SEATS; k++) {
+    for (int k = 0; k < seated; k++) {
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         full *p = &lanes[k].axis->full;

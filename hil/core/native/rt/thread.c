@@ -109,6 +109,7 @@ static int wake(hil_core *c)
     int tell = 0, overrun = 0, groups = atomic_load_explicit(&c->groups_used, memory_order_acquire);
     for (int i = 0; i < groups && !overrun;) {
         int entered[BATCH_GROUPS], n = 0;
+        for (int k = 0; k < BATCH_GROUPS; k++) __builtin_prefetch(&c->groups[(c->rt.next_group + k) % groups], 1);
         for (; i < groups && n < BATCH_GROUPS; i++) {
             int group = c->rt.next_group;
             c->rt.next_group = (group + 1) % groups;

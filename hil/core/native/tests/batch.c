@@ -141,9 +141,9 @@ static void narrow_and_wide_are_the_same(void)
         has_wide = __builtin_cpu_supports("avx2");
 #endif
         for (int turn = 0; turn < 200 && has_wide; turn++) {
-            (kind ? full_batch_any : simple_batch_any)(c, narrow, 7);
+            (kind ? full_batch_any : simple_batch_any)(c, narrow, SEATS, 7);
 #ifdef __x86_64__
-            (kind ? full_batch_avx2 : simple_batch_avx2)(c, wide, 7);
+            (kind ? full_batch_avx2 : simple_batch_avx2)(c, wide, SEATS, 7);
 #endif
             for (int i = 0; i < SEATS; i++) {
                 hil_axis *a = narrow[i].axis, *b = wide[i].axis;
