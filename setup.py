@@ -49,7 +49,7 @@ setup(
             # No contraction: the laws keep the firmware's float32 arithmetic exactly.
             extra_compile_args=[
                 "-std=gnu11",
-                "-O2",
+                "-O3",
                 "-ffp-contract=off",
                 "-fvisibility=hidden",
                 "-Wno-psabi",  # no vector is handed to a function that is not inlined

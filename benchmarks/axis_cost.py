@@ -25,7 +25,7 @@ PLANTS = ("simple", "full")
 SUBSTEPS = 4
 LIMIT_RATIO = 0.5
 REAL_TIME_AXES, REAL_TIME_SHARE = 1000, 0.65
-CORE_FLAGS = ["-std=gnu11", "-O2", "-ffp-contract=off", "-Wno-psabi", "-pthread", f"-I{NATIVE}"]
+CORE_FLAGS = ["-std=gnu11", "-O3", "-ffp-contract=off", "-Wno-psabi", "-pthread", f"-I{NATIVE}"]
 """As in ``setup.py``."""
 
 

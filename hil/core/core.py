@@ -166,7 +166,7 @@ class CoreAxis:
         return Snapshot(self._native.snapshot(self.id))
 
     def published(self) -> Snapshot:
-        """The state as of the last release, in real time of the last 10 ms; any thread, owner or not."""
+        """The state as of the last release, in real time of the last 20 ms; any thread, owner or not."""
         return Snapshot(self._native.published(self.id))
 
 

@@ -4,7 +4,7 @@
 
 #include "core.h"
 
-#define BATCH_GROUPS 32 /* so many are kept from the loop thread at a time: some tens of us */
+#define BATCH_GROUPS 64 /* so many are kept from the loop thread at a time: some tens of us */
 
 /* Lengths of a control step, and of the plants' last steps in it: one even, one odd. */
 #define STEP_NS (MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN)

@@ -103,6 +103,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
                           .viscous = params->viscous_Nm_s_per_rad, .coulomb_Nm = m->coulomb_torque_Nm,
                           .teeth = params->rotor_teeth}};
     full_motor *of = &p->motor;
+    of->emf_V_s = -0.5 * TWO_PI * of->K;
     wave(m->full_step_error_pct / 100 / (4 * params->rotor_teeth), phase(params->seed, 1), &of->step_c, &of->step_s);
     wave(m->encoder_eccentricity_deg / 360, phase(params->seed, 2), &of->once_c, &of->once_s);
     wave(m->encoder_nonlinearity_deg / 360, phase(params->seed, 3), &of->twice_c, &of->twice_s);

@@ -12,7 +12,7 @@ typedef struct NAME(full_rate) { /* of a length of step */
 } NAME(full_rate);
 
 typedef struct NAME(full_motor) {
-    REAL R, K, supply_V, detent_Nm, viscous, coulomb_Nm, teeth, whole_s;
+    REAL R, K, emf_V_s, supply_V, detent_Nm, viscous, coulomb_Nm, teeth, whole_s;
     REAL step_s, step_c, once_s, once_c, twice_s, twice_c; /* the errors of motor and encoder, rev */
 } NAME(full_motor);
 
@@ -26,7 +26,7 @@ typedef struct NAME(full_energy) {
 } NAME(full_energy);
 
 typedef struct NAME(full_window) {
-    REAL turn_s, turn_c;         /* of the shaft's angle at the start */
+    REAL turn, turn_s, turn_c;   /* the shaft's angle at the start, whole turns left out; its sine and cosine */
     REAL s, c;                   /* of the forecast electrical angle in the middle of the next step */
     REAL on_s, on_c, on;         /* from one middle to the next */
     REAL gear;                   /* electrical angle, rad, of a revolution */
@@ -48,15 +48,15 @@ INLINE REAL NAME(within)(REAL x, double most)
 /* The shaft's angle: at every node at which a window may begin. */
 INLINE void NAME(full_locate)(NAME(full_moving) *x)
 {
-    NAME(sincos_turns)(x->state.rev - NAME(floor_of)(x->state.rev), &x->window.turn_s, &x->window.turn_c);
+    x->window.turn = x->state.rev - NAME(floor_of)(x->state.rev);
+    NAME(sincos_turns)(x->window.turn, &x->window.turn_s, &x->window.turn_c);
 }
 
 /* Counts of the encoder at the window's start, without noise and not rounded; turns included or not. */
 INLINE REAL NAME(full_count)(const NAME(full_motor) *m, const NAME(full_moving) *x)
 {
     REAL s = x->window.turn_s, c = x->window.turn_c, s2 = 2.0 * s * c, c2 = c * c - s * s;
-    REAL turn = x->state.rev - NAME(floor_of)(x->state.rev);
-    return (turn + (m->once_c * s + m->once_s * c) + (m->twice_c * s2 + m->twice_s * c2)) * 16384.0;
+    return (x->window.turn + (m->once_c * s + m->once_s * c) + (m->twice_c * s2 + m->twice_s * c2)) * 16384.0;
 }
 
 /* splitmix64's finisher: every bit of the result depends on every bit of x. */
@@ -83,10 +83,10 @@ INLINE MASK NAME(full_rounded)(REAL count) { return BITS(NAME(floor_of)(count) +
 INLINE void NAME(full_open)(const NAME(full_motor) *m, NAME(full_moving) *x)
 {
     NAME(full_window) *w = &x->window;
-    REAL turn = x->state.rev - NAME(floor_of)(x->state.rev), half_s, half_c;
+    REAL half_s, half_c;
     REAL error = m->step_c * w->turn_s + m->step_s * w->turn_c;
     REAL per_rev = 1.0 + TWO_PI * (m->step_c * w->turn_c - m->step_s * w->turn_s);
-    NAME(sincos_turns)(m->teeth * (turn + error), &w->s, &w->c);
+    NAME(sincos_turns)(m->teeth * (w->turn + error), &w->s, &w->c);
     REAL half_turns = 0.5 * m->whole_s * m->teeth * per_rev * x->state.rev_per_s;
     NAME(sincos_turns)(half_turns, &half_s, &half_c);
     w->on_s = 2.0 * half_s * half_c;
@@ -110,9 +110,9 @@ INLINE REAL NAME(full_kicked)(const NAME(full_rate) *r, REAL rev_per_s, REAL tor
 /* One coil. The bridge's mean voltage is the one that brings the current to the command, as far as the supply
    goes. */
 INLINE REAL NAME(full_wanted_V)(const NAME(full_motor) *m, const NAME(full_rate) *r, REAL before_A, REAL command_A,
-                                REAL emf_V)
+                                REAL mean_A, REAL emf_V)
 {
-    return emf_V + 0.5 * m->R * (before_A + command_A) + r->henry_per_s * (command_A - before_A);
+    return emf_V + m->R * mean_A + r->henry_per_s * (command_A - before_A);
 }
 
 INLINE REAL NAME(full_limited_A)(const NAME(full_motor) *m, const NAME(full_rate) *r, REAL *voltage_V, REAL before_A,
@@ -154,10 +154,10 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
     REAL other_Nm = load_Nm - m->detent_Nm * (2.0 * s2 * c2 * by_c4 + (c2 * c2 - s2 * s2) * by_s4);
     REAL a_A = q->a_A, b_A = q->b_A, mean_a_A = 0.5 * (a_A + command_a_A), mean_b_A = 0.5 * (b_A + command_b_A);
     REAL at_s = mean_a_A * w->c + mean_b_A * w->s, at_c = mean_b_A * w->c - mean_a_A * w->s;
-    REAL speed = NAME(full_kicked)(r, before, other_Nm - (m->K * at_s * by_c + m->K * at_c * by_s));
-    REAL emf_V = -(m->K * TWO_PI * 0.5) * (before + speed);
-    x->a_V = NAME(full_wanted_V)(m, r, a_A, command_a_A, emf_V * c);
-    x->b_V = NAME(full_wanted_V)(m, r, b_A, command_b_A, emf_V * s);
+    REAL speed = NAME(full_kicked)(r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
+    REAL emf_V = m->emf_V_s * (before + speed);
+    x->a_V = NAME(full_wanted_V)(m, r, a_A, command_a_A, mean_a_A, emf_V * c);
+    x->b_V = NAME(full_wanted_V)(m, r, b_A, command_b_A, mean_b_A, emf_V * s);
     q->a_A = command_a_A;
     q->b_A = command_b_A;
     if (ANY((MASK)(MAGNITUDE(x->a_V) > m->supply_V) | (MASK)(MAGNITUDE(x->b_V) > m->supply_V))) {
@@ -168,7 +168,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
         mean_b_A = 0.5 * (b_A + q->b_A);
         at_s = mean_a_A * w->c + mean_b_A * w->s;
         at_c = mean_b_A * w->c - mean_a_A * w->s;
-        speed = NAME(full_kicked)(r, before, other_Nm - (m->K * at_s * by_c + m->K * at_c * by_s));
+        speed = NAME(full_kicked)(r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
     }
     speed = NAME(within)(speed, 1e6);
     q->rev_per_s = speed;

@@ -21,7 +21,7 @@
 #define REST_NS 5000000   /* left to others after such a wake */
 #define SLICE_NS 10000000 /* of simulated time, between two looks at the budget */
 /* Snapshots are for people and for status: a group's is written so often, each in turn, and where it stops. */
-#define PUBLISH_NS 10000000
+#define PUBLISH_NS 20000000
 #define STATS_WORDS ((int)(sizeof(hil_rt_stats) / 8))
 
 static int64_t monotonic_ns(void)
