@@ -23,7 +23,7 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise PictureError("pictures need matplotlib: pip install 'hil-motion[plot]'") from None
+        raise PictureError("pictures need matplotlib: pip install matplotlib") from None
     panels = next(iter(recordings.values())).panels()
     figure = Figure(figsize=(8, 1.2 + 2.2 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
