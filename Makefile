@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx
 
-.PHONY: demo test test-native test-wheel lint soak clean
+.PHONY: demo test test-native test-wheel lint soak bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -36,6 +36,10 @@ test-wheel:
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
+
+# Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
+bench: $(VENV)/.dev
+	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/*.so

@@ -17,6 +17,8 @@ setup(
                 f"{NATIVE}/plant/simple.c",
                 f"{NATIVE}/rt/thread.c",
                 f"{NATIVE}/rt/watchdog.c",
+                f"{NATIVE}/source.c",
+                f"{NATIVE}/watch.c",
             ],
             depends=[
                 f"{NATIVE}/{name}"

@@ -16,7 +16,10 @@ import pytest
 import yaml
 from e2e_support import HIL, PATIENCE_S, Place, config, until
 
-COMMANDS = ("serve", "check", "schema", "list", "status", "monitor", "reset", "pin", "set", "replay")
+COMMANDS = (
+    *("serve", "check", "schema", "list", "status", "monitor", "reset", "pin", "set", "replay"),
+    *("plot", "step", "drive", "doctor"),
+)
 TCP = {"port": {"kind": "tcp", "port": 0}}
 
 

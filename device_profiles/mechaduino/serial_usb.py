@@ -6,6 +6,8 @@ from typing import Any
 from hil.firmware.arduino import parse_float, print_float
 from hil.vocab.firmware import ByteAvailable, Request, Uart
 
+_A_BYTE = ByteAvailable()
+
 
 class SerialUSB:
     """Print and Stream over the board's UART."""
@@ -30,7 +32,7 @@ class SerialUSB:
 
     def wait(self) -> Generator[Request, Any, None]:
         """``while (SerialUSB.available() == 0) {}``"""
-        yield ByteAvailable()
+        yield _A_BYTE
 
     def read(self) -> int:
         return self._uart.read()

@@ -3,6 +3,7 @@
 what each call means and who may make it. `hil.core` is the face for the rest of the project."""
 
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint64_t
+from libc.stdlib cimport free, malloc
 from libc.string cimport memcpy, memset
 
 cdef extern from "native/hil_core.h" nogil:
@@ -24,6 +25,12 @@ cdef extern from "native/hil_core.h" nogil:
         int32_t axis
         int32_t kind
         double value
+    ctypedef struct hil_edges:
+        int64_t at_ns
+        int64_t steps
+        int64_t duration_ns
+        int32_t pin
+        int32_t level
     ctypedef struct hil_full_params:
         double phase_resistance_ohm
         double phase_inductance_H
@@ -65,7 +72,8 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t missed
         int64_t elapsed_ns
         int64_t overruns
-        uint64_t wake_latency[40]
+        uint64_t wake_latency[320]
+        int64_t longest_latency_ns
         int fifo_errno
         int pin_errno
         int lock_errno
@@ -80,6 +88,7 @@ cdef extern from "native/hil_core.h" nogil:
     int64_t hil_group_now(const hil_core *, int)
     void hil_group_set_horizon(hil_core *, int, int64_t)
     int hil_group_failed(const hil_core *, int)
+    int hil_group_has_news(const hil_core *, int)
     int hil_group_take_event(hil_core *, int, hil_event *)
     void hil_group_acquire(hil_core *, int)
     void hil_group_release(hil_core *, int)
@@ -92,6 +101,10 @@ cdef extern from "native/hil_core.h" nogil:
     float *hil_axis_table(hil_core *, int)
     void hil_axis_pin(hil_core *, int, int, int)
     int hil_axis_script_encoder(hil_core *, int, int, const int64_t *, const int64_t *, int)
+    int hil_axis_drive(hil_core *, int, int, const hil_edges *)
+    int hil_axis_watch(hil_core *, int, int64_t, int)
+    int hil_axis_take_samples(hil_core *, int, hil_snapshot *, int)
+    int64_t hil_axis_lost_samples(const hil_core *, int)
     void hil_axis_snapshot(hil_core *, int, hil_snapshot *)
     void hil_axis_published(const hil_core *, int, hil_snapshot *)
     int hil_rt_start(hil_core *, const hil_rt_options *)
@@ -189,17 +202,16 @@ cdef class NativeCore:
     def power_up(self, int axis):
         hil_axis_power_up(self.core, axis)
 
-    def advance(self, int group, int64_t until_ns):
+    def advance(self, int group, int64_t horizon_ns, int64_t until_ns):
+        """Sets the horizon first. Answers the time, and whether there are events or a failure to look at."""
         cdef int64_t now_ns
+        hil_group_set_horizon(self.core, group, horizon_ns)
         with nogil:
             now_ns = hil_group_advance(self.core, group, until_ns)
-        return now_ns
+        return now_ns, hil_group_has_news(self.core, group) != 0
 
     def now(self, int group):
         return hil_group_now(self.core, group)
-
-    def set_horizon(self, int group, int64_t horizon_ns):
-        hil_group_set_horizon(self.core, group, horizon_ns)
 
     def failed(self, int group):
         return hil_group_failed(self.core, group) != 0
@@ -257,6 +269,35 @@ cdef class NativeCore:
         if failed:
             raise MemoryError("no memory for the encoder's script")
 
+    def drive(self, int axis, list rows):
+        cdef hil_edges *edges = <hil_edges *>malloc(max(len(rows), 1) * sizeof(hil_edges))
+        cdef int i, failed
+        if edges is NULL:
+            raise MemoryError("no memory for the signal source")
+        try:
+            for i in range(len(rows)):
+                at_ns, pin, level, steps, duration_ns = rows[i]
+                edges[i] = hil_edges(at_ns, steps, duration_ns, pin, level)
+            failed = hil_axis_drive(self.core, axis, <int>len(rows), edges)
+        finally:
+            free(edges)
+        if failed:
+            raise MemoryError("no memory for the signal source")
+
+    def watch(self, int axis, int64_t interval_ns, int capacity):
+        if hil_axis_watch(self.core, axis, interval_ns, capacity):
+            raise MemoryError("no memory for the axis's samples")
+
+    def take_samples(self, int axis):
+        cdef hil_snapshot s
+        samples = []
+        while hil_axis_take_samples(self.core, axis, &s, 1):
+            samples.append(unpack(&s))
+        return samples
+
+    def lost_samples(self, int axis):
+        return hil_axis_lost_samples(self.core, axis)
+
     def snapshot(self, int axis):
         cdef hil_snapshot s
         hil_axis_snapshot(self.core, axis, &s)
@@ -288,6 +329,7 @@ cdef class NativeCore:
         return {
             "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
             "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
+            "longest_latency_ns": s.longest_latency_ns,
             "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
             "running": s.running != 0,
         }

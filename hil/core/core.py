@@ -47,6 +47,22 @@ FULL_PARAMETERS = (
 """What it has to say besides for the full plant."""
 
 
+def bucket_edges_ns(bucket: int) -> tuple[int, int]:
+    """What a bucket of ``rt_stats()["wake_latency"]`` counts: from, up to and without. Eight an octave."""
+    if bucket < 8:
+        return bucket, bucket + 1
+    low, octave = 8 + bucket % 8, bucket // 8 - 1
+    return low << octave, (low + 1) << octave
+
+
+def octaves(histogram: Sequence[int]) -> list[int]:
+    """The same counts by powers of two: bucket b has values of [2^(b-1), 2^b) ns, bucket 0 has 0."""
+    joined = [0] * (len(histogram) // 8 + 3)
+    for bucket, count in enumerate(histogram):
+        joined[bucket_edges_ns(bucket)[0].bit_length()] += count
+    return joined
+
+
 @dataclass(frozen=True)
 class Load:
     """What the shaft of a full plant turns; the parts add up. ``native/hil_core.h``: hil_load."""
@@ -124,6 +140,26 @@ class CoreAxis:
         """Encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""
         times = array("q", [at_ns for at_ns, _ in points])
         self._native.script_encoder(self.id, times, array("q", [raw for _, raw in points]), linear)
+
+    def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
+        """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
+        steps, duration_ns) as in ``native/hil_core.h``: hil_edges. Raises KeyError for another pin."""
+        self._native.drive(
+            self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
+        )
+
+    def watch(self, interval_ns: int, capacity: int) -> None:
+        """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples
+        wait to be taken, later ones are lost."""
+        self._native.watch(self.id, interval_ns, capacity)
+
+    def take_samples(self) -> list[Snapshot]:
+        """The samples since the last call."""
+        return [Snapshot(values) for values in self._native.take_samples(self.id)]
+
+    def lost_samples(self) -> int:
+        """How many samples found no room since ``watch``."""
+        return self._native.lost_samples(self.id)
 
     def snapshot(self) -> Snapshot:
         """The state now."""

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
+from hil.daemon import draw_commands
 from hil.daemon.arduino import commands as arduino
+from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -23,33 +25,16 @@ app = typer.Typer(
 )
 
 Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
-RuntimeDir = Annotated[
-    Path | None,
-    typer.Option(
-        "--runtime-dir", help="Folder of running benches' ports and sockets. [default: $XDG_RUNTIME_DIR/hil]"
-    ),
-]
 StateDir = Annotated[
     Path | None,
     typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
 ]
-Bench = Annotated[
-    str | None, typer.Option("--bench", "-b", help="The bench; needed when several are running.")
-]
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
-DeviceName = Annotated[
-    str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
-]
 
 
 def main() -> None:
     """The entry point."""
     app()
-
-
-def _fail(message: str, code: int = 1) -> typer.Exit:
-    typer.echo(message, err=True)
-    return typer.Exit(code)
 
 
 def _version(wanted: bool) -> None:
@@ -104,7 +89,7 @@ def serve(
     try:
         asyncio.run(daemon.run(_say_started))
     except StartError as error:
-        raise _fail(f"hil: {error}", 2) from None
+        raise fail(f"hil: {error}", 2) from None
 
 
 def _say_started(daemon: "Daemon") -> None:
@@ -145,7 +130,7 @@ def check(
         except TableFileError as error:
             problems.append(f"{config}: devices.{name}.flash.table: {error}")
     if problems:
-        raise _fail("\n".join(problems), 2)
+        raise fail("\n".join(problems), 2)
     if diff is None:
         typer.echo(f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems")
         return
@@ -171,7 +156,7 @@ def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> Non
     from hil.daemon.control import ControlError, ask
 
     benches = []
-    for path in _sockets(runtime_dir):
+    for path in sockets(runtime_dir):
         try:
             benches.append(ask(path, "list"))
         except ControlError:
@@ -203,7 +188,7 @@ def status(
     Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
     """
     if as_json:
-        typer.echo(json.dumps(_ask(bench, runtime_dir, "status")))
+        typer.echo(json.dumps(ask_bench(bench, runtime_dir, "status")))
         return
     from rich.console import Console
 
@@ -211,17 +196,17 @@ def status(
 
     console = Console(soft_wrap=True)
     if not watch:
-        console.print(status_view(_ask(bench, runtime_dir, "status")))
+        console.print(status_view(ask_bench(bench, runtime_dir, "status")))
         return
     import time
 
     from rich.live import Live
 
     try:
-        with Live(status_view(_ask(bench, runtime_dir, "status")), console=console, screen=True) as live:
+        with Live(status_view(ask_bench(bench, runtime_dir, "status")), console=console, screen=True) as live:
             while True:
                 time.sleep(0.5)
-                live.update(status_view(_ask(bench, runtime_dir, "status")))
+                live.update(status_view(ask_bench(bench, runtime_dir, "status")))
     except KeyboardInterrupt:
         return
 
@@ -232,19 +217,19 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     from hil.daemon.monitor import MonitorError
     from hil.daemon.monitor import monitor as run
 
-    rows = {row["device"]: row for row in _ask(bench, runtime_dir, "list")["devices"]}
+    rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
     if device not in rows:
-        raise _fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
+        raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
     try:
         run(rows[device]["address"])
     except MonitorError as error:
-        raise _fail(f"hil: {error}") from None
+        raise fail(f"hil: {error}") from None
 
 
 @app.command()
 def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
     """Switch a device off and on; its flash stays."""
-    _ask(bench, runtime_dir, "reset", device=device)
+    ask_bench(bench, runtime_dir, "reset", device=device)
 
 
 @app.command()
@@ -256,7 +241,7 @@ def pin(
     runtime_dir: RuntimeDir = None,
 ) -> None:
     """Drive an input pin of a device."""
-    _ask(bench, runtime_dir, "pin", device=device, pin=name, level=level)
+    ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level)
 
 
 @app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is none
@@ -268,7 +253,7 @@ def set_field(
     runtime_dir: RuntimeDir = None,
 ) -> None:
     """Set the load on a shaft or an encoder register."""
-    _ask(bench, runtime_dir, "set", device=device, field=field, value=value)
+    ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
 
 
 @app.command()
@@ -284,9 +269,9 @@ def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --lo
     try:
         replayed = run(log)
     except (OSError, InputLogError, ConfigError) as error:
-        raise _fail(f"hil: {log}: {error}", 2) from None
+        raise fail(f"hil: {log}: {error}", 2) from None
     if difference := replayed.difference():
-        raise _fail(f"different: {difference}")
+        raise fail(f"different: {difference}")
     typer.echo(f"identical: {replayed.summary()}")
 
 
@@ -336,6 +321,9 @@ def reference() -> None:
     typer.echo(text(app), nl=False)
 
 
+app.command()(draw_commands.plot)
+app.command(context_settings={"ignore_unknown_options": True})(draw_commands.step)  # negative degrees
+app.command()(draw_commands.drive)
 app.add_typer(arduino.app, name="arduino")
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)
@@ -348,43 +336,8 @@ def _read_config(path: Path) -> Any:
     try:
         return parse(path.read_text(), str(path), find_catalogue())
     except ConfigError as error:
-        raise _fail(str(error), 2) from None
+        raise fail(str(error), 2) from None
     except UnicodeDecodeError as error:
-        raise _fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
+        raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
     except OSError as error:
-        raise _fail(f"hil: {path}: {error.strerror}", 2) from None
-
-
-def _sockets(runtime_dir: Path | None) -> list[Path]:
-    import os
-
-    from hil.daemon.control import listener
-    from hil.daemon.paths import CONTROL_SOCKET, runtime_base
-
-    def is_left_behind(path: Path) -> bool:
-        try:
-            return not listener(path)
-        except OSError:
-            return False  # `ask` says what is wrong with it
-
-    found = sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
-    return [path for path in found if not is_left_behind(path)]
-
-
-def _ask(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
-    from hil.daemon.control import ControlError, ask
-
-    paths = {path.parent.name: path for path in _sockets(runtime_dir)}
-    if bench is not None and bench not in paths:
-        raise _fail(f"hil: bench {bench!r} is not running here; running: {', '.join(paths) or 'none'}")
-    if bench is None and len(paths) != 1:
-        which = (
-            f"several benches are running ({', '.join(paths)}): choose one with --bench"
-            if paths
-            else "no bench is running here"
-        )
-        raise _fail(f"hil: {which}")
-    try:
-        return ask(paths[bench] if bench else next(iter(paths.values())), verb, **arguments)
-    except ControlError as error:
-        raise _fail(f"hil: {error}") from None
+        raise fail(f"hil: {path}: {error.strerror}", 2) from None

@@ -15,10 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
-from hil.core.core import PINS
+from hil.core.core import PINS, octaves
 from hil.core.fields import FIELDS
 from hil.session.device import Device
-from hil.session.inputs import Input, Pin, Reset, SetField
+from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
+from hil.telemetry import check_signals
+from hil.wire.step_dir import Edges, train_length_ns, train_problem
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -26,7 +28,10 @@ if TYPE_CHECKING:
 CONTROL_VERSION = 1
 SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that may be set from outside: the world around the board, not the firmware's own memory."""
-_LINE_LIMIT = 64 * 1024
+_LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
+WATCH_IDLE_S = 10
+"""A watch that nobody asks for samples so long has ended."""
+SAMPLES_AT_A_TIME = 5000
 _CLIENT_TIMEOUT_S = 10
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
@@ -190,7 +195,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
         "ticks": rt["ticks"],
         "missed": rt["missed"],
         "overruns": rt["overruns"],
-        "wake_latency": rt["wake_latency"],
+        "wake_latency": octaves(rt["wake_latency"]),
         "lag": list(bench.lag),
     }
 
@@ -226,6 +231,40 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
     return _give(daemon, device, SetField(field, number))
 
 
+def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
+    return _give(daemon, device, Bytes(bytes.fromhex(data)))
+
+
+def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, int]:
+    rows = tuple(
+        Edges(int(at), str(pin), int(level), int(steps), int(long)) for at, pin, level, steps, long in train
+    )
+    if problem := train_problem(rows):
+        raise ControlError(problem)
+    return _give(daemon, device, Drive(rows)) | {"length_ns": train_length_ns(rows)}
+
+
+def _watch(daemon: "Daemon", device: str, signals: list[str], interval_ns: int) -> dict[str, int]:
+    _device(daemon, device)
+    try:
+        return {"watch": daemon.watches.open(device, check_signals(signals), int(interval_ns))}
+    except ValueError as error:
+        raise ControlError(str(error)) from None
+
+
+def _samples(daemon: "Daemon", watch: int) -> dict[str, Any]:
+    try:
+        rows, lost = daemon.watches.take(watch, SAMPLES_AT_A_TIME)
+    except KeyError:
+        raise ControlError(f"watch {watch} has ended; ask for samples every {WATCH_IDLE_S} s") from None
+    return {"rows": rows, "lost": lost, "sim_ns": daemon.bench.now_ns}
+
+
+def _unwatch(daemon: "Daemon", watch: int) -> dict[str, Any]:
+    daemon.watches.close(watch)
+    return {}
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -249,5 +288,20 @@ VERBS = {
         _pin, ("device", "pin", "level"), "drive an input: D0 dir, D1 step, D2 enable, D3; level 0 or 1"
     ),
     "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
+    "send": Verb(_send, ("device", "data"), "bytes to a device, as from a client; hexadecimal digits"),
+    "drive": Verb(
+        _drive,
+        ("device", "train"),
+        "play a pulse train on the step/dir inputs: rows of at_ns, pin, level, steps, duration_ns; [] ends",
+    ),
+    "watch": Verb(
+        _watch,
+        ("device", "signals", "interval_ns"),
+        f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
+    ),
+    "samples": Verb(
+        _samples, ("watch",), "rows of at_ns and the signals since the last time, and how many were lost"
+    ),
+    "unwatch": Verb(_unwatch, ("watch",), "end a watch"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -15,12 +15,13 @@ from hil import __version__
 from hil.compose import bench_runtime, find_catalogue, make_port, start_sections
 from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue
-from hil.daemon.control import ControlServer, already_running, listener
+from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
 from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.store import NvmStore, StoreError
+from hil.daemon.watches import Watches
 from hil.firmware.nvm import Content
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -95,6 +96,7 @@ class Daemon:
         self.sessions: dict[str, Session] = {}
         self.grant: Grant | None = None
         self.bench: BenchRuntime
+        self.watches: Watches
         self._config_folder = config_folder
         self._input_log = input_log
         self._log_file: LogFile | None = None
@@ -184,8 +186,9 @@ class Daemon:
             raise StartError("\n".join(problems))
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
+        self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
-        guard = StepGuard()
+        self._guard = guard = StepGuard()
         for device in self.bench.devices.values():
             device.guard = guard
             device.on_failed = self._device_failed
@@ -282,6 +285,8 @@ class Daemon:
         await control.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
+            self._guard.close()
+            self.watches.stop()
             self.bench.stop()
         await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too
         if self._release_timer:

@@ -93,9 +93,11 @@ class Runtime:
             return False
         if isinstance(self._waiting, ByteAvailable):
             # The time-out comes first: a byte that arrives at its very end is too late.
-            timed_out = now_ns >= self._deadline_ns
-            self._answer = not timed_out and self._uart.available() > 0
-            return timed_out or self._uart.available() > 0
+            if now_ns >= self._deadline_ns:
+                self._answer = False
+                return True
+            self._answer = self._uart.available() > 0
+            return self._answer is True
         if isinstance(self._waiting, Commit):
             return not self._committing
         return self._waiting is None or now_ns >= self._deadline_ns

@@ -3,10 +3,10 @@
 Every input goes through ``give``, which fixes its effective time once and logs it.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
-from hil.core import AxisPlan, Core, CoreAxis
+from hil.core import AxisPlan, Core, CoreAxis, Snapshot
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
@@ -17,6 +17,7 @@ Listener = Callable[[Device, SimTimeNs, bytes], None]
 """Called with everything a device sends: when its first bit is on the line, and the bytes."""
 
 LAG_BUCKETS = 40
+_NOTHING = nullcontext()
 
 
 class BenchRuntime:
@@ -66,7 +67,7 @@ class BenchRuntime:
     def give_at(self, device: Device, given: Input, arrival_ns: SimTimeNs) -> SimTimeNs:
         """As ``give``, for an input that arrives at ``arrival_ns``."""
         group = self._group_of[device.name]
-        with self._owned(group):
+        with self._owning(group):
             group.advance(arrival_ns)
             at_ns = group.now_ns
             if self.log:
@@ -74,6 +75,17 @@ class BenchRuntime:
             group.apply(device, given)
             group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
         return at_ns
+
+    def watch(self, device: str, interval_ns: int, capacity: int) -> None:
+        """Sample a device's axis from now on; ``CoreAxis.watch``."""
+        with self._owning(self._group_of[device]):
+            self.devices[device].axis.watch(interval_ns, capacity)
+
+    def take_samples(self, device: str) -> tuple[list[Snapshot], int]:
+        """A device's samples since the last call, and how many were lost since ``watch``."""
+        with self._owning(self._group_of[device]):
+            axis = self.devices[device].axis
+            return axis.take_samples(), axis.lost_samples()
 
     def advance(self, until_ns: SimTimeNs) -> None:
         """Virtual time: take every group to ``until_ns``."""
@@ -101,9 +113,9 @@ class BenchRuntime:
         """Real time: run the firmware of every group that the core has parked or has events of."""
         for group_id in self.core.native.take_due():
             group = self._groups[group_id]
-            with self._owned(group):
+            with self._owning(group):
                 now_ns = self.now_ns
-                due_ns = min(device.due_ns for device in group.devices)
+                due_ns = group.due_ns
                 if due_ns <= now_ns:
                     self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
                 group.advance(now_ns)
@@ -115,13 +127,5 @@ class BenchRuntime:
             self.core.native.rt_stop()
             self.real_time = False
 
-    @contextmanager
-    def _owned(self, group: Group) -> Iterator[None]:
-        if not self.real_time:
-            yield
-            return
-        self.core.native.acquire(group.id)
-        try:
-            yield
-        finally:
-            self.core.native.release(group.id)
+    def _owning(self, group: Group) -> AbstractContextManager[object]:
+        return group if self.real_time else _NOTHING

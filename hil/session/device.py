@@ -8,7 +8,7 @@ from typing import Protocol
 
 from hil.core import CoreAxis
 from hil.firmware.runtime import Runtime
-from hil.session.inputs import Bytes, CommitDone, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -68,7 +68,8 @@ class Device:
         """The earliest time at which ``step`` has to be called."""
         if self.failed:
             return FOREVER
-        return min(self._runtime.due_ns, self.uart.next_arrival_ns)
+        due_ns, arrival_ns = self._runtime.due_ns, self.uart.next_arrival_ns
+        return due_ns if due_ns < arrival_ns else arrival_ns
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
@@ -113,6 +114,8 @@ class Device:
                 self.axis.set(field, value)
             case ScriptEncoder(points, linear):
                 self.axis.script_encoder(points, linear)
+            case Drive(train):
+                self.axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])
             case CommitDone(durable):
                 self.commit_done(durable)
             case Reset():
@@ -155,7 +158,12 @@ class Device:
     def _empty_outbox(self) -> None:
         """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what
         went on the line at one time is one piece."""
+        if not self._outbox:
+            return
         outbox, self._outbox = self._outbox, []
+        if len(outbox) == 1:
+            self._sent(self, *outbox[0])
+            return
         for at_ns, pieces in groupby(outbox, key=itemgetter(0)):
             self._sent(self, at_ns, b"".join(data for _, data in pieces))
 

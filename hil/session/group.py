@@ -19,22 +19,35 @@ class Group:
         self.id = group
         self.devices: list[Device] = []
 
+    def __enter__(self) -> None:
+        """Own it, in real time: for as long as the block lasts the core's thread leaves it alone."""
+        self._native.acquire(self.id)
+
+    def __exit__(self, *_: object) -> None:
+        self._native.release(self.id)
+
     @property
     def now_ns(self) -> SimTimeNs:
         """The time the group has reached."""
         return SimTimeNs(self._native.now(self.id))
 
+    @property
+    def due_ns(self) -> SimTimeNs:
+        """The earliest time at which a firmware has to run."""
+        devices = self.devices
+        return devices[0].due_ns if len(devices) == 1 else min(device.due_ns for device in devices)
+
     def advance(self, until_ns: SimTimeNs) -> None:
         """Run axes and firmwares up to and at ``until_ns``; never back."""
         while True:
-            horizon_ns = min(device.due_ns for device in self.devices)
-            self._native.set_horizon(self.id, horizon_ns)
-            now_ns = SimTimeNs(self._native.advance(self.id, until_ns))
-            self._interrupts()
+            horizon_ns = self.due_ns
+            now_ns, has_news = self._native.advance(self.id, horizon_ns, until_ns)
+            if has_news:
+                self._interrupts()
             if now_ns >= horizon_ns:
                 for device in self.devices:
                     if device.due_ns <= now_ns:
-                        device.step(now_ns)
+                        device.step(SimTimeNs(now_ns))
             elif now_ns >= until_ns:
                 return
 

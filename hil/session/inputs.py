@@ -5,10 +5,11 @@ time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name be
 """
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, fields
 from typing import Any
 
 from hil.vocab.time import SimTimeNs
+from hil.wire.step_dir import Edges, Train
 
 LOG_FORMAT = "hil-inputs"
 LOG_VERSION = 1
@@ -47,6 +48,13 @@ class ScriptEncoder:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """A pulse train on the step/dir inputs, from now on, instead of the one before; empty: none."""
+
+    train: Train
+
+
+@dataclass(frozen=True)
 class Reset:
     """The power goes and comes back; the shaft stays where it is."""
 
@@ -58,12 +66,13 @@ class CommitDone:
     durable: bool
 
 
-Input = Bytes | Pin | SetField | ScriptEncoder | Reset | CommitDone
+Input = Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
+    "drive": Drive,
     "reset": Reset,
     "commit_done": CommitDone,
 }
@@ -86,6 +95,8 @@ class InputLogError(Exception):
 def encode_line(logged: Logged) -> str:
     """One line of the log, without its end."""
     values = asdict(logged.input)
+    if isinstance(logged.input, Drive):
+        values["train"] = [astuple(edges) for edges in logged.input.train]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
     head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
@@ -105,6 +116,8 @@ def decode_line(line: str) -> Logged:
             values["data"] = bytes.fromhex(values["data"])
         if kind is ScriptEncoder:
             values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
+        if kind is Drive:
+            values["train"] = tuple(Edges(*row) for row in values["train"])
         if set(values) != {f.name for f in fields(kind)}:
             raise InputLogError(f"fields of {kind.__name__} are wrong: {', '.join(values)}")
         return Logged(SimTimeNs(at_ns), device, kind(**values))

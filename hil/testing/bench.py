@@ -11,8 +11,10 @@ from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import Snapshot
 from hil.session.device import Device
-from hil.session.inputs import Bytes, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
+from hil.wire.step_dir import Edges
 
 
 class MemoryStore:
@@ -70,6 +72,15 @@ class AxisFace:
     def snapshot(self) -> Snapshot:
         """The state now; its fields are ``hil.core.FIELDS``."""
         return self._device.axis.snapshot()
+
+    def record(self, *signals: str, interval_ms: float = 1.0) -> Recording:
+        """Fill a recording from now on with samples at every multiple of ``interval_ms``; ``signals`` are
+        fields of the axis, by default set-point, angle and effort.
+
+        Raises:
+            ValueError: there is no such signal, or the interval is under 0.05 ms.
+        """
+        return self._bench.record(self._device, check_signals(signals or DEFAULT_SIGNALS), ms(interval_ms))
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -131,6 +142,11 @@ class DeviceFace:
         """Drive an input: D0 (direction), D1 (step), D2 (enable, active low), D3."""
         self._bench.give(self._device, Pin(name, level))
 
+    def drive(self, train: Sequence[Edges]) -> None:
+        """Play a pulse train (``hil.wire.step_dir``) on the step/dir inputs from now on, instead of the one
+        before; an empty one ends it."""
+        self._bench.give(self._device, Drive(tuple(train)))
+
     def reset(self) -> None:
         """Switch the power off and on; the shaft stays where it is."""
         self._bench.give(self._device, Reset())
@@ -158,6 +174,8 @@ class Bench:
         self._ports = {name: PortFace(self, device) for name, device in devices.items()}
         self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
+        self._sampler = Sampler(self._runtime)
+        self._recordings: list[tuple[Subscription, Recording]] = []
         self._runtime.listeners.append(lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data))
 
     @property
@@ -201,9 +219,26 @@ class Bench:
     ) -> None:
         self.close()
 
+    def record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
+        """What ``AxisFace.record`` calls."""
+        subscription = self._sampler.subscribe(device.name, signals, interval_ns)
+        recording = Recording(signals)
+        self._recordings.append((subscription, recording))
+        return recording
+
     def _advance(self, until_ns: SimTimeNs) -> None:
+        while (slice_ns := self._sampler.period_ns) and self._now_ns + slice_ns < until_ns:
+            self._advance_to(SimTimeNs(self._now_ns + slice_ns))
+        self._advance_to(until_ns)
+
+    def _advance_to(self, until_ns: SimTimeNs) -> None:
         self._runtime.advance(until_ns)
         self._now_ns = max(self._now_ns, until_ns)
+        if self._recordings:
+            self._sampler.poll()
+        for subscription, recording in self._recordings:
+            recording.rows += subscription.take()
+            recording.lost = subscription.lost
 
 
 def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Path]:

@@ -25,7 +25,7 @@ _IN_CLOSE = 0x08 | 0x10  # IN_CLOSE_WRITE | IN_CLOSE_NOWRITE, linux/inotify.h
 _IN_OPEN = 0x20
 _IN_Q_OVERFLOW = 0x4000
 _EVENT = struct.Struct("iIII")  # wd, mask, cookie, length of the name that follows
-_READ_BYTES = 65536
+_READ_BYTES = 16384
 _LONGEST_EVENT_BYTES = _EVENT.size + 256
 
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -79,11 +79,8 @@ class _Inotify:
         steps: dict[int, list[int]] = {}
         lost = False
         more = True
-        while more:
-            try:
-                chunk = os.read(self._fd, _READ_BYTES)
-            except BlockingIOError:
-                break
+        while more and self._poll.poll(0):  # cheaper than to read and to fail, which is the rule
+            chunk = os.read(self._fd, _READ_BYTES)
             more = len(chunk) > _READ_BYTES - _LONGEST_EVENT_BYTES
             at = 0
             while at < len(chunk):

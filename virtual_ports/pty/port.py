@@ -5,7 +5,7 @@ import grp
 import os
 import select
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -65,7 +65,7 @@ class PtyPort:
         self._clients = self._connects = 0
         self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
         self._queue = bytearray()
-        self._reading = self._failed = False
+        self._reading = self._failed = self._answering = False
         self._baud_of_departed: int | None = None
         self._own_steps: list[int] = []
         self._resting = b""
@@ -119,7 +119,8 @@ class PtyPort:
         os.fchmod(self._slave, int(self._options.mode, 8))
 
     def write(self, data: bytes) -> None:
-        self._notice_clients()
+        if not self._answering:
+            self._notice_clients()
         if not self._clients:
             self._unheard_bytes += len(data)
             return
@@ -141,10 +142,15 @@ class PtyPort:
                 self._backlog_gone()
 
     def _send(self, data: bytes | bytearray) -> int:
-        sent = 0
-        with self._failing_loudly(), suppress(BlockingIOError):
-            if not self._failed:
-                sent = os.write(self._master, data)
+        if self._failed:
+            return 0
+        try:
+            sent = os.write(self._master, data)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            self._fail(error)
+            return 0
         self._tx_bytes += sent
         return sent
 
@@ -180,15 +186,19 @@ class PtyPort:
         if room <= 0:
             self._stop_reading()
             return
-        data = b""
-        with self._failing_loudly(), suppress(BlockingIOError):
+        try:
             data = os.read(self._master, min(room, _READ_BYTES))
-        if not data:
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._fail(error)
             return
         if not self._clients:
             self._audit_in(_AUDIT_AFTER_S)  # from one that has left, or that was not seen to come
         self._rx_bytes += len(data)
+        self._answering = True  # clients were counted just now: once for each command, not for each piece too
         self._host.received(data)
+        self._answering = False
         if self._baud_of_departed is not None and self._master >= 0 and not self._input.poll(0):
             self._baud_of_departed = None
 
@@ -309,11 +319,14 @@ class PtyPort:
         try:
             yield
         except OSError as error:
-            if not self._failed:
-                self._failed = True
-                self._stop_reading()
-                self._discard_queue()
-                self._host.port_failed(f"{self._title}: {self._pts} is dead: {error}")
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        if not self._failed:
+            self._failed = True
+            self._stop_reading()
+            self._discard_queue()
+            self._host.port_failed(f"{self._title}: {self._pts} is dead: {error}")
 
     async def close(self) -> None:
         if self._audit_timer is not None:

@@ -34,7 +34,6 @@ class Rig:
     def __init__(self, load: Load | None = None, seed: int = 0, **parameters: float) -> None:
         self.core = Core(1)
         self.group = self.core.native.group_open(0)
-        self.core.native.set_horizon(self.group, 2**62)
         plan = AxisPlan(FULL | NO_ERRORS | parameters, "full", load or Load(), seed)
         self.axis = self.core.open_axis(self.group, plan)
         self.axis.write_table(IDENTITY)
@@ -45,7 +44,7 @@ class Rig:
 
     def run_to(self, at_ns: int) -> None:
         self.now_ns = at_ns
-        self.core.native.advance(self.group, at_ns)
+        self.core.native.advance(self.group, 2**62, at_ns)
 
     def run_ms(self, duration_ms: float) -> Snapshot:
         self.run(duration_ms * 1e6)

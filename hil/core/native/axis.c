@@ -113,20 +113,34 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
     a->loop_on = on != 0;
 }
 
+static void control_step(hil_core *c, hil_axis *a, int axis)
+{
+    int64_t at_ns = a->next_step_ns;
+    make_node(a, at_ns);
+    int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
+              : a->is_full          ? full_raw(&a->full, at_ns)
+                                    : shaft_raw(a->plant.shaft.rev);
+    float y;
+    int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
+    drive(a);
+    if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
+    a->control_steps++;
+    a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
+}
+
+int64_t axis_next_ns(const hil_axis *a)
+{
+    int64_t next_ns = a->loop_on ? a->next_step_ns : HIL_FOREVER;
+    if (a->source.next_ns < next_ns) next_ns = a->source.next_ns;
+    return a->watch.next_ns < next_ns ? a->watch.next_ns : next_ns;
+}
+
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 {
-    while (a->loop_on && a->next_step_ns <= t_ns) {
-        int64_t at_ns = a->next_step_ns;
-        make_node(a, at_ns);
-        int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
-                  : a->is_full          ? full_raw(&a->full, at_ns)
-                                        : shaft_raw(a->plant.shaft.rev);
-        float y;
-        int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
-        drive(a);
-        if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
-        a->control_steps++;
-        a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
+    for (int64_t next_ns; (next_ns = axis_next_ns(a)) <= t_ns && next_ns < HIL_FOREVER;) {
+        if (a->source.next_ns == next_ns) source_edge(c, a, axis);
+        else if (a->loop_on && a->next_step_ns == next_ns) control_step(c, a, axis);
+        else watch_sample(a);
     }
     if (a->is_full) full_advance(&a->full, t_ns);
     else plant_advance(&a->plant, t_ns);
@@ -166,6 +180,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     c->groups[group].first_axis = axis;
     a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
+    a->source.next_ns = a->watch.next_ns = HIL_FOREVER;
     hil_axis_power_up(c, axis);
     axis_publish(a, now_ns);
     return axis;
@@ -191,14 +206,19 @@ void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
     drive(a);
 }
 
+static void set_vref(hil_axis *a, int vref1, int vref2, int64_t at_ns)
+{
+    make_node(a, at_ns);
+    a->law.pins.vref1 = vref1;
+    a->law.pins.vref2 = vref2;
+    drive(a);
+}
+
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    make_node(a, now_ns);
-    a->law.pins.vref1 = vref1;
-    a->law.pins.vref2 = vref2;
-    drive(a);
+    set_vref(a, vref1, vref2, now_ns);
 }
 
 void hil_axis_loop(hil_core *c, int axis, int on)
@@ -218,10 +238,9 @@ int hil_axis_spi(hil_core *c, int axis, int command)
 float *hil_axis_table(hil_core *c, int axis) { return c->axes[axis].table; }
 
 /* Stock firmware leaves the three interrupts commented out; the twin has them on its inputs always. */
-void hil_axis_pin(hil_core *c, int axis, int pin, int level)
+void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns)
 {
-    int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = &c->axes[axis];
     level = level != 0;
     switch (pin) {
     case 0:
@@ -234,13 +253,20 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level)
     case 2:
         if (level == a->pins.enable) break;
         a->pins.enable = level;
-        set_loop(a, !level, now_ns);
-        if (level) hil_axis_vref(c, axis, (int)(0.33 * a->law.uMAX), (int)(0.33 * a->law.uMAX));
-        core_post(c, axis, now_ns, HIL_EVENT_ENABLE, level);
+        set_loop(a, !level, at_ns);
+        if (level) set_vref(a, (int)(0.33 * a->law.uMAX), (int)(0.33 * a->law.uMAX), at_ns);
+        core_post(c, axis, at_ns, HIL_EVENT_ENABLE, level);
         break;
     default:
         a->pins.d3 = level;
     }
+}
+
+void hil_axis_pin(hil_core *c, int axis, int pin, int level)
+{
+    int64_t now_ns;
+    at(c, axis, &now_ns);
+    axis_pin(c, axis, pin, level, now_ns);
 }
 
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
@@ -285,7 +311,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
     if (a->encoder.script_len) a->view.raw = scripted_raw(&a->encoder, now_ns);
 }
 
-static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
+void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
 {
     memset(out, 0, sizeof *out);
     fill_view(a, now_ns);
@@ -298,13 +324,13 @@ void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    fill(a, now_ns, out);
+    axis_fill(a, now_ns, out);
 }
 
 void axis_publish(hil_axis *a, int64_t now_ns)
 {
     union { hil_snapshot s; uint64_t words[SNAPSHOT_WORDS]; } u = {.words = {0}};
-    fill(a, now_ns, &u.s);
+    axis_fill(a, now_ns, &u.s);
     seqlock_write(&a->published_lock, a->published, u.words, SNAPSHOT_WORDS);
 }
 

@@ -37,7 +37,11 @@ hil_core *hil_core_new(int max_axes, int *event_fd)
 void hil_core_free(hil_core *c)
 {
     hil_rt_stop(c);
-    for (int i = 0; i < c->max_axes; i++) free(c->axes[i].encoder.script_ns);
+    for (int i = 0; i < c->max_axes; i++) {
+        free(c->axes[i].encoder.script_ns);
+        free(c->axes[i].source.rows);
+        free(c->axes[i].watch.ring);
+    }
     close(c->event_fd);
     munmap(c, c->arena_len);
 }
@@ -69,6 +73,8 @@ void hil_group_close(hil_core *c, int group)
     if (atomic_load(&g->owner) != GROUP_LOOP_THREAD) hil_group_acquire(c, group);
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) {
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
+        hil_axis_drive(c, i, 0, NULL);
+        hil_axis_watch(c, i, 0, 0);
         c->axes[i].open = 0;
     }
     g->first_axis = -1;
@@ -83,16 +89,19 @@ void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
     if (!ring_put(&g->events, &e)) atomic_store_explicit(&g->failed, 1, memory_order_relaxed);
 }
 
-/* The axis whose control step comes next, -1 when none does up to and at until_ns. Of several at the same
-   time, the one that was opened first, which is the last of the list. */
-static int next_to_step(const hil_core *c, int group, int64_t until_ns)
+/* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
+   several at the same time, the one that was opened first, which is the last of the list. */
+static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at_ns)
 {
     int next = -1;
-    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group)
-        if (c->axes[i].loop_on && c->axes[i].next_step_ns <= until_ns) {
+    *at_ns = until_ns;
+    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group) {
+        int64_t axis_ns = axis_next_ns(&c->axes[i]);
+        if (axis_ns <= *at_ns && axis_ns < HIL_FOREVER) {
             next = i;
-            until_ns = c->axes[i].next_step_ns;
+            *at_ns = axis_ns;
         }
+    }
     return next;
 }
 
@@ -102,10 +111,10 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
     if (until_ns <= now_ns || ring_used(&g->events) >= RING_LEN / 2) return now_ns;
-    for (int axis; (axis = next_to_step(c, group, until_ns)) >= 0;) {
-        int64_t at_ns = c->axes[axis].next_step_ns;
+    int64_t at_ns;
+    for (int axis; (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
         axis_advance(c, &c->axes[axis], axis, at_ns);
-        if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* the others' steps at this time run too */
+        if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
     }
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group)
         axis_advance(c, &c->axes[i], i, until_ns);
@@ -127,6 +136,11 @@ void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
 int hil_group_failed(const hil_core *c, int group)
 {
     return atomic_load_explicit(&c->groups[group].failed, memory_order_relaxed);
+}
+
+int hil_group_has_news(const hil_core *c, int group)
+{
+    return ring_used(&c->groups[group].events) > 0 || hil_group_failed(c, group);
 }
 
 int hil_group_take_event(hil_core *c, int group, hil_event *out) { return ring_take(&c->groups[group].events, out); }

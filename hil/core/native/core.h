@@ -20,6 +20,21 @@ typedef struct encoder {
     int64_t *script_ns, *script_raw;
 } encoder;
 
+/* A signal source that drives the axis's inputs: source.c. */
+typedef struct source {
+    hil_edges *rows;
+    int n, row;
+    int64_t start_ns, next_ns; /* next_ns: of the edge to come, HIL_FOREVER: none */
+    int64_t edge, whole_ns, part, rest; /* in a run: duration = whole * edges + part; rest: floor's remainder */
+} source;
+
+/* Samples of an axis that is watched: watch.c. */
+typedef struct watch {
+    hil_snapshot *ring;
+    int capacity, first, len;
+    int64_t interval_ns, next_ns, lost; /* next_ns: of the sample to come, HIL_FOREVER: none */
+} watch;
+
 typedef struct hil_axis {
     seqlock published_lock; /* with published, outlives the axis: any thread may be reading */
     _Atomic uint64_t published[SNAPSHOT_WORDS];
@@ -34,6 +49,8 @@ typedef struct hil_axis {
     int32_t loop_on;
     int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
     int64_t control_steps;
+    source source;
+    watch watch;
     struct {
         double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
         full_energy energy;
@@ -79,7 +96,12 @@ struct hil_core {
     _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
 };
 
-void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* every control step up to and at t_ns */
+void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* all that happens up to and at t_ns */
+int64_t axis_next_ns(const hil_axis *a); /* when something happens next; HIL_FOREVER: never */
+void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns);
+void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out);
+void source_edge(hil_core *c, hil_axis *a, int axis); /* the edge at next_ns */
+void watch_sample(hil_axis *a);                       /* the sample at next_ns */
 void axis_publish(hil_axis *a, int64_t now_ns);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
 

@@ -1,8 +1,8 @@
 /* The native core: groups of axes, each with its own simulated time.
 
    Handles are opaque; there is no global or static mutable state, so many cores live in one
-   process. All memory is taken by hil_core_new; only hil_axis_script_encoder allocates later, in
-   its caller's thread.
+   process. All memory is taken by hil_core_new; only hil_axis_script_encoder, hil_axis_drive and
+   hil_axis_watch allocate later, in their caller's thread.
 
    Who may touch a group: its owner. A group is free, or owned by the loop thread (hil_group_acquire)
    or by the real-time thread; every function below that takes a group or an axis needs the caller to
@@ -14,7 +14,9 @@
 #include <stdint.h>
 
 #define HIL_TABLE_LEN 16384
-#define HIL_HISTOGRAM_LEN 40 /* bucket b counts values of [2^(b-1), 2^b) ns; bucket 0 counts 0 */
+/* Eight buckets an octave: bucket b < 8 counts values of b ns; the others those of
+   [(8 + b % 8) << (b / 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42. */
+#define HIL_HISTOGRAM_LEN 320
 #define HIL_FOREVER INT64_MAX
 
 typedef struct hil_core hil_core;
@@ -72,6 +74,14 @@ typedef struct hil_load {
     int32_t end_stops;
 } hil_load;
 
+/* What a signal source does to an axis's inputs. steps 0: at at_ns the pin gets the level. Else a run of
+   that many pulses on the step input: edge j, a rise if j is even, at at_ns + floor(j * duration_ns / (2 * steps)).
+   at_ns counts from the source's start. */
+typedef struct hil_edges {
+    int64_t at_ns, steps, duration_ns;
+    int32_t pin, level;
+} hil_edges;
+
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
 typedef struct hil_axis_params {
@@ -94,6 +104,7 @@ typedef struct hil_rt_options {
 typedef struct hil_rt_stats {
     int64_t ticks, missed, elapsed_ns, overruns;
     uint64_t wake_latency[HIL_HISTOGRAM_LEN];
+    int64_t longest_latency_ns;
     int fifo_errno, pin_errno, lock_errno; /* 0: granted */
     int running;
 } hil_rt_stats;
@@ -116,6 +127,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
 int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
 void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
 int hil_group_failed(const hil_core *c, int group);      /* any thread; 1: the event ring overflowed */
+int hil_group_has_news(const hil_core *c, int group);    /* consumer's thread; 1: events to take, or it failed */
 int hil_group_take_event(hil_core *c, int group, hil_event *out); /* consumer's thread; 0: none */
 
 /* Ownership. acquire spins while the real-time thread is in the group: microseconds. */
@@ -135,6 +147,15 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 
    and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
    memory. */
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
+/* A signal source on the inputs from now on, instead of the one before; n = 0: none. Rows in time's order,
+   each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.
+   At one time a source's edge comes before the control step. -1: no memory. */
+int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
+/* Samples: a snapshot at every multiple of interval_ns, after all that happens at that time. The ring keeps the
+   first `capacity` that nobody has taken and counts the others as lost. interval_ns = 0 ends it. -1: no memory. */
+int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity);
+int hil_axis_take_samples(hil_core *c, int axis, hil_snapshot *out, int max); /* how many */
+int64_t hil_axis_lost_samples(const hil_core *c, int axis);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
 void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
 
@@ -146,7 +167,7 @@ int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that th
 void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */
 int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events; max: call again */
 
-/* A CPU-time watchdog for the calling thread: raises a signal in it when it has burnt `ns` of CPU
+/* A CPU-time watchdog for the calling thread: raises a signal in it each time it has burnt `ns` of CPU
    since `arm`. Process stops and stolen time do not count. NULL: not available. */
 typedef struct hil_watchdog hil_watchdog;
 hil_watchdog *hil_watchdog_new(int signal_number);

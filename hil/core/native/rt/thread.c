@@ -42,7 +42,9 @@ int64_t hil_rt_now(const hil_core *c) { return sim_ns(&c->rt, monotonic_ns()); }
 
 static int bucket(int64_t ns)
 {
-    int b = ns <= 0 ? 0 : 64 - __builtin_clzll((unsigned long long)ns);
+    if (ns < 8) return ns < 0 ? 0 : (int)ns;
+    int octave = 60 - __builtin_clzll((unsigned long long)ns); /* of 8 to 15: 0 */
+    int b = 8 * octave + (int)(ns >> octave);
     return b < HIL_HISTOGRAM_LEN ? b : HIL_HISTOGRAM_LEN - 1;
 }
 
@@ -131,6 +133,7 @@ static void *run(void *argument)
         }
         int64_t now_ns = monotonic_ns(), n = (now_ns - rt->anchor_ns) / period_ns;
         rt->live.wake_latency[bucket(now_ns - deadline_ns)]++;
+        if (now_ns - deadline_ns > rt->live.longest_latency_ns) rt->live.longest_latency_ns = now_ns - deadline_ns;
         rt->live.ticks++;
         rt->live.missed += n - done - 1;
         rt->live.elapsed_ns = now_ns - rt->anchor_ns;

@@ -31,7 +31,8 @@ hil_watchdog *hil_watchdog_new(int signal_number)
 
 void hil_watchdog_arm(hil_watchdog *w, int64_t ns)
 {
-    struct itimerspec t = {.it_value = {.tv_sec = ns / 1000000000, .tv_nsec = ns % 1000000000}};
+    struct timespec span = {.tv_sec = ns / 1000000000, .tv_nsec = ns % 1000000000};
+    struct itimerspec t = {.it_value = span, .it_interval = span};
     timer_settime(w->timer, 0, &t, NULL);
 }
 

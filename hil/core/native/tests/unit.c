@@ -7,6 +7,7 @@ void plant_tests(void);
 void full_tests(void);
 void axis_tests(void);
 void groups_tests(void);
+void source_tests(void);
 void watchdog_tests(void);
 
 int main(int argc, char **argv)
@@ -16,6 +17,7 @@ int main(int argc, char **argv)
     full_tests();
     axis_tests();
     groups_tests();
+    source_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

@@ -1,0 +1,108 @@
+"""Processes that benchmarks start and look at."""
+
+import os
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+HIL = str(Path(sys.executable).with_name("hil"))
+_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+def have(program: str, package: str) -> bool:
+    """Whether a program is there; says what to install if not."""
+    if shutil.which(program):
+        return True
+    print(f"skipped: needs {program}: sudo apt install {package}", flush=True)
+    return False
+
+
+def cpu_s(pid: int) -> float:
+    """CPU time of a process so far, all its threads."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
+
+
+def precise_cpu_s(pid: int) -> float:
+    """As ``cpu_s``, from the scheduler's nanoseconds."""
+    tasks = Path(f"/proc/{pid}/task")
+    return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks.iterdir()) * 1e-9
+
+
+def rss_MB(pid: int) -> float:
+    """Resident memory of a process."""
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1024
+    raise ValueError(f"process {pid} has no VmRSS")
+
+
+class Daemon:
+    """A running ``hil serve``; its output in ``output``."""
+
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path, out: Path) -> None:
+        self.process = process
+        self.folder = folder
+        self._out = out
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    @property
+    def output(self) -> str:
+        return self._out.read_text()
+
+    def port(self, device: str, bench: str = "bench") -> str:
+        """Where a device's pseudo-terminal is."""
+        return str(self.folder / "run" / bench / device)
+
+
+@contextmanager
+def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
+    """``hil serve`` with this configuration, from its last line of output on."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "bench.yaml").write_text(config)
+        out = folder / "out"
+        with out.open("wb") as file:
+            process = subprocess.Popen(
+                [
+                    *prefix,
+                    *(HIL, "serve", str(folder / "bench.yaml")),
+                    *("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state")),
+                ],
+                stdout=file,
+                stderr=file,
+            )
+        running = Daemon(process, folder, out)
+        try:
+            deadline = time.monotonic() + 30
+            while "Ctrl-C ends" not in running.output:
+                if process.poll() is not None or time.monotonic() > deadline:
+                    raise RuntimeError(f"the daemon did not start: {running.output}")
+                select.select([], [], [], 0.002)
+            yield running
+        finally:
+            process.terminate()
+            process.wait(10)
+
+
+@contextmanager
+def load(wanted: bool) -> Iterator[None]:
+    """Two busy processes beside what is measured, if wanted."""
+    if not wanted:
+        yield
+        return
+    process = subprocess.Popen(["stress-ng", "--quiet", "--cpu", "2"], stdout=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait(10)

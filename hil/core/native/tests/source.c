@@ -1,0 +1,131 @@
+/* Signal sources on the inputs, and samples. */
+#include "fixture.h"
+
+static int step_level(hil_core *c, int64_t at_ns)
+{
+    hil_group_advance(c, 0, at_ns);
+    return (int)hil_axis_get(c, 0, HIL_FIELD_pin_step);
+}
+
+static void every_edge_is_where_the_formula_has_it(void)
+{
+    uint64_t random = 7;
+    for (int round = 0; round < 50; round++) {
+        hil_core *c = new_bench();
+        int64_t start_ns = random_below(&random, 1000000000);
+        hil_group_advance(c, 0, start_ns);
+        int64_t steps = 1 + random_below(&random, 40), duration_ns = 2 * steps + random_below(&random, 100000000);
+        int64_t at_ns = random_below(&random, 1000000);
+        CHECK_INT(hil_axis_drive(c, 0, 1, &(hil_edges){.at_ns = at_ns, .steps = steps, .duration_ns = duration_ns}), 0);
+        CHECK_INT(step_level(c, start_ns + at_ns - 1 < start_ns ? start_ns : start_ns + at_ns - 1), at_ns == 0);
+        for (int64_t j = 0; j < 2 * steps; j++) {
+            int64_t edge_ns = start_ns + at_ns + (int64_t)((__int128)j * duration_ns / (2 * steps));
+            if (j > 0) CHECK_INT(step_level(c, edge_ns - 1), j % 2 == 1);
+            CHECK_INT(step_level(c, edge_ns), j % 2 == 0);
+        }
+        hil_group_advance(c, 0, start_ns + INT64_C(10000000000));
+        CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), (double)steps * 1.8 / 32, 1e-4);
+        hil_core_free(c);
+    }
+}
+
+static void two_hundred_kilohertz_lose_no_step(void)
+{
+    hil_core *c = new_bench();
+    hil_edges rows[] = {{.at_ns = 0, .pin = 0, .level = 1}, {.at_ns = 0, .steps = 200000, .duration_ns = 1000000000}};
+    hil_axis_drive(c, 0, 2, rows);
+    for (int i = 1; i <= 1000; i++) hil_group_advance(c, 0, i * INT64_C(1000000) + i % 7);
+    float r = 0; /* the board's r is a float32 sum too */
+    for (int i = 0; i < 200000; i++) r -= 1.8f / 32;
+    CHECK(hil_axis_get(c, 0, HIL_FIELD_r) == (double)r);
+    CHECK_INT((int)hil_axis_get(c, 0, HIL_FIELD_pin_dir), 1);
+    hil_core_free(c);
+}
+
+/* At one time the edge comes first: the control step sees the new set-point. */
+static void an_edge_comes_before_the_control_step_of_its_time(void)
+{
+    double e[2];
+    for (int late = 0; late < 2; late++) {
+        hil_core *c = new_bench();
+        hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
+        hil_axis_loop(c, 0, 1);
+        hil_axis_drive(c, 0, 1, &(hil_edges){.at_ns = step_ns(1) + late, .pin = 1, .level = 1});
+        hil_group_advance(c, 0, step_ns(1) + late);
+        e[late] = hil_axis_get(c, 0, HIL_FIELD_e);
+        CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), 0.05625, 1e-6);
+        hil_core_free(c);
+    }
+    CHECK_NEAR(e[0] - e[1], 0.05625, 1e-6);
+}
+
+static void a_new_source_ends_the_old_one(void)
+{
+    hil_core *c = new_bench();
+    hil_axis_drive(c, 0, 1, &(hil_edges){.at_ns = 0, .steps = 1000, .duration_ns = 1000000000});
+    hil_group_advance(c, 0, 99500000);
+    hil_axis_drive(c, 0, 0, NULL);
+    hil_group_advance(c, 0, 5000000000);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), 100 * 1.8 / 32, 1e-4);
+    hil_core_free(c);
+}
+
+/* The same bits, however often time was cut, and whoever watched. */
+static void cuts_and_watchers_change_nothing(void)
+{
+    uint64_t random = 3;
+    hil_snapshot whole, cut;
+    for (int way = 0; way < 2; way++) {
+        hil_core *c = new_bench();
+        hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
+        hil_axis_loop(c, 0, 1);
+        hil_edges rows[] = {{.at_ns = 5000000, .steps = 77, .duration_ns = 31234567},
+                            {.at_ns = 40000000, .pin = 2, .level = 1}, {.at_ns = 45000001, .pin = 2, .level = 0},
+                            {.at_ns = 50000000, .steps = 400, .duration_ns = 100000003}};
+        hil_axis_drive(c, 0, 4, rows);
+        if (way) {
+            hil_axis_watch(c, 0, 99991, 16);
+            for (int64_t t = 0; t < 200000000; t += 1 + random_below(&random, 900000)) hil_group_advance(c, 0, t);
+        }
+        hil_group_advance(c, 0, 200000000);
+        hil_axis_snapshot(c, 0, way ? &cut : &whole);
+        hil_core_free(c);
+    }
+    CHECK(!memcmp(&whole, &cut, sizeof whole));
+}
+
+static void samples_stand_on_the_grid_and_lost_ones_are_counted(void)
+{
+    hil_core *c = new_bench();
+    hil_snapshot s[200], now;
+    hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
+    hil_axis_loop(c, 0, 1);
+    hil_group_advance(c, 0, 1234567);
+    hil_axis_watch(c, 0, 1000000, 100);
+    hil_group_advance(c, 0, 11500000);
+    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 10);
+    for (int i = 0; i < 10; i++) CHECK_INT(s[i].at_ns, (i + 2) * 1000000);
+    hil_group_advance(c, 0, 12000000);
+    hil_axis_snapshot(c, 0, &now);
+    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 1);
+    CHECK(!memcmp(&now, &s[0], sizeof now));
+    hil_group_advance(c, 0, 162000000);
+    CHECK_INT(hil_axis_lost_samples(c, 0), 50);
+    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 100);
+    CHECK_INT(s[0].at_ns, 13000000);
+    CHECK_INT(s[99].at_ns, 112000000);
+    hil_axis_watch(c, 0, 0, 0);
+    hil_group_advance(c, 0, 200000000);
+    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 0);
+    hil_core_free(c);
+}
+
+void source_tests(void)
+{
+    RUN(every_edge_is_where_the_formula_has_it);
+    RUN(two_hundred_kilohertz_lose_no_step);
+    RUN(an_edge_comes_before_the_control_step_of_its_time);
+    RUN(a_new_source_ends_the_old_one);
+    RUN(cuts_and_watchers_change_nothing);
+    RUN(samples_stand_on_the_grid_and_lost_ones_are_counted);
+}

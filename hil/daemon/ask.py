@@ -1,0 +1,62 @@
+"""Asking a running bench: what the commands that do so share."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+RuntimeDir = Annotated[
+    Path | None,
+    typer.Option(
+        "--runtime-dir", help="Folder of running benches' ports and sockets. [default: $XDG_RUNTIME_DIR/hil]"
+    ),
+]
+Bench = Annotated[
+    str | None, typer.Option("--bench", "-b", help="The bench; needed when several are running.")
+]
+DeviceName = Annotated[
+    str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
+]
+
+
+def fail(message: str, code: int = 1) -> typer.Exit:
+    """What a command raises after it has said why."""
+    typer.echo(message, err=True)
+    return typer.Exit(code)
+
+
+def sockets(runtime_dir: Path | None) -> list[Path]:
+    """The control sockets of the benches that run here."""
+    import os
+
+    from hil.daemon.control import listener
+    from hil.daemon.paths import CONTROL_SOCKET, runtime_base
+
+    def is_left_behind(path: Path) -> bool:
+        try:
+            return not listener(path)
+        except OSError:
+            return False  # `ask` says what is wrong with it
+
+    found = sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+    return [path for path in found if not is_left_behind(path)]
+
+
+def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
+    """One request to a bench; says what is wrong and ends the command where it fails."""
+    from hil.daemon.control import ControlError, ask
+
+    paths = {path.parent.name: path for path in sockets(runtime_dir)}
+    if bench is not None and bench not in paths:
+        raise fail(f"hil: bench {bench!r} is not running here; running: {', '.join(paths) or 'none'}")
+    if bench is None and len(paths) != 1:
+        which = (
+            f"several benches are running ({', '.join(paths)}): choose one with --bench"
+            if paths
+            else "no bench is running here"
+        )
+        raise fail(f"hil: {which}")
+    try:
+        return ask(paths[bench] if bench else next(iter(paths.values())), verb, **arguments)
+    except ControlError as error:
+        raise fail(f"hil: {error}") from None

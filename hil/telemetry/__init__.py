@@ -1,0 +1,19 @@
+"""What comes out of axes while they run: samples for those who watch, series, figures, pictures.
+
+``sampler.py`` hands samples to any number of watchers; ``recording.py`` is a series; ``step_response.py``
+its figures; ``terminal.py`` and ``picture.py`` draw it. Imports ``hil.vocab`` and ``hil.core``.
+"""
+
+from hil.telemetry.recording import DEFAULT_SIGNALS, Recording, check_signals
+from hil.telemetry.sampler import Sampler, Subscription
+from hil.telemetry.step_response import StepResponse, step_response
+
+__all__ = [
+    "DEFAULT_SIGNALS",
+    "Recording",
+    "Sampler",
+    "StepResponse",
+    "Subscription",
+    "check_signals",
+    "step_response",
+]

@@ -1,0 +1,56 @@
+"""Recordings drawn as a picture: needs the extra ``plot`` (matplotlib)."""
+
+from pathlib import Path
+from typing import Any
+
+from hil.telemetry.recording import Recording
+
+FORMATS = (".png", ".svg", ".pdf")
+
+
+class PictureError(Exception):
+    """No picture can be made: ``str(error)`` says why and what to do."""
+
+
+def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: str = "") -> None:
+    """Panels as ``Recording.panels``, one line for each signal and recording; the format by the suffix.
+
+    Raises:
+        PictureError: matplotlib is not installed, the suffix is none of ``FORMATS``, or it cannot be written.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise PictureError(f"{path}: write a name that ends in {', '.join(FORMATS)}")
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise PictureError("pictures need matplotlib: pip install 'hil-motion[plot]'") from None
+    panels = next(iter(recordings.values())).panels()
+    figure = Figure(figsize=(8, 1.2 + 2.2 * len(panels)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, signals in zip(axes, panels, strict=True):
+        for number, (name, recording) in enumerate(recordings.items()):
+            prefix = f"{name}: " if len(recordings) > 1 else ""
+            for signal in signals:
+                # A set-point is commanded: drawn thin and broken, so that what follows it stands out.
+                style: dict[str, Any] = {"linewidth": 1.4}
+                if signal == "r":
+                    style = {"linestyle": "--", "linewidth": 1.0}
+                if len(recordings) > 1:
+                    style["color"] = f"C{number}"  # one colour for each recording
+                panel.plot(
+                    recording.at_s(),
+                    recording.column(signal),
+                    label=prefix + recording.label(signal),
+                    **style,
+                )
+        panel.grid(alpha=0.3)
+        panel.legend(loc="best", fontsize="small")
+    axes[-1].set_xlabel("time [s]")
+    if title:
+        figure.suptitle(title)
+    if notes:
+        axes[0].set_title(notes, fontsize="small")
+    try:
+        figure.savefig(path, dpi=120)
+    except OSError as error:
+        raise PictureError(f"{path}: {error.strerror}") from error

@@ -1,0 +1,67 @@
+"""A series of samples: columns by signal, over simulated time."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from hil.core import FIELDS
+
+DEFAULT_SIGNALS = ("r", "yw", "u")
+
+
+def check_signals(signals: Sequence[str]) -> tuple[str, ...]:
+    """The signals, which are fields of an axis.
+
+    Raises:
+        ValueError: there is no such field; says which are like it.
+    """
+    if not signals:
+        raise ValueError("no signals; name at least one")
+    for name in signals:
+        if name not in FIELDS or name == "at_ns":
+            near = get_close_matches(name, FIELDS, 3, 0.5)
+            raise ValueError(
+                f"an axis has no signal {name!r}; "
+                + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")
+            )
+    return tuple(dict.fromkeys(signals))
+
+
+@dataclass
+class Recording:
+    """Samples of one axis. ``rows``: (at_ns, one value for each signal), in time's order."""
+
+    signals: tuple[str, ...]
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    lost: int = 0
+    """Samples that nobody took in time."""
+
+    def at_s(self, origin_ns: float | None = None) -> list[float]:
+        """Times in seconds from ``origin_ns``; None: from the first sample."""
+        if origin_ns is None:
+            origin_ns = self.rows[0][0] if self.rows else 0
+        return [(row[0] - origin_ns) * 1e-9 for row in self.rows]
+
+    def column(self, signal: str) -> list[float]:
+        """One signal's values."""
+        at = self.signals.index(signal) + 1
+        return [row[at] for row in self.rows]
+
+    def label(self, signal: str) -> str:
+        """The signal with its unit."""
+        unit = FIELDS[signal].unit
+        return f"{signal} [{unit}]" if unit else signal
+
+    def panels(self) -> list[list[str]]:
+        """The signals that share a panel of a picture: those of one unit, in order. The control error has
+        its own: beside the angle it would be a straight line."""
+        groups: dict[tuple[str, bool], list[str]] = {}
+        for signal in self.signals:
+            groups.setdefault((FIELDS[signal].unit, signal == "e"), []).append(signal)
+        return list(groups.values())
+
+    def csv(self) -> Iterable[str]:
+        """Lines of CSV text, the header first."""
+        yield ",".join(("at_ns", *self.signals)) + "\n"
+        for row in self.rows:
+            yield ",".join(repr(value) if isinstance(value, float) else str(value) for value in row) + "\n"

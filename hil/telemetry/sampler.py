@@ -1,0 +1,98 @@
+"""Hands the samples of watched axes to any number of watchers, each with its own signals and interval."""
+
+from collections import deque
+from math import gcd
+from typing import Protocol
+
+from hil.core import Snapshot
+
+MIN_INTERVAL_NS = 50_000
+"""Three samples for each control step of a Mechaduino."""
+RING_SAMPLES = 8192
+"""In the core, for each watched axis: 1.2 s at the control rate. 3.3 MB."""
+QUEUE_SAMPLES = 200_000
+"""Of a watcher; it loses the oldest when it does not take them."""
+
+
+class WatchedBench(Protocol):
+    """What a sampler needs of a bench. Devices by name."""
+
+    def watch(self, device: str, interval_ns: int, capacity: int) -> None: ...
+
+    def take_samples(self, device: str) -> tuple[list[Snapshot], int]:
+        """Samples since the last call, and how many were lost since ``watch``."""
+
+
+class Subscription:
+    """One watcher of one device."""
+
+    def __init__(self, device: str, signals: tuple[str, ...], interval_ns: int) -> None:
+        self.device = device
+        self.signals = signals
+        self.interval_ns = interval_ns
+        self.lost = 0
+        self._queue: deque[tuple[float, ...]] = deque()
+
+    def put(self, snapshots: list[Snapshot], lost: int) -> None:
+        """Samples came; ``lost`` were lost before them."""
+        self.lost += lost
+        for s in snapshots:
+            if s.at_ns % self.interval_ns == 0:
+                self._queue.append((s.at_ns, *(getattr(s, name) for name in self.signals)))
+        while len(self._queue) > QUEUE_SAMPLES:
+            self._queue.popleft()
+            self.lost += 1
+
+    def take(self, at_most: int | None = None) -> list[tuple[float, ...]]:
+        """Rows of (at_ns, a value for each signal) since the last call."""
+        n = len(self._queue) if at_most is None else min(at_most, len(self._queue))
+        return [self._queue.popleft() for _ in range(n)]
+
+
+class Sampler:
+    """Watches each axis at the common divisor of its watchers' intervals."""
+
+    def __init__(self, bench: WatchedBench) -> None:
+        self._bench = bench
+        self._subscriptions: dict[str, list[Subscription]] = {}
+        self._lost: dict[str, int] = {}
+
+    def subscribe(self, device: str, signals: tuple[str, ...], interval_ns: int) -> Subscription:
+        """Watch a device from now on: a sample at every multiple of ``interval_ns``."""
+        if interval_ns < MIN_INTERVAL_NS:
+            raise ValueError(f"an interval of {interval_ns} ns; write {MIN_INTERVAL_NS} or more")
+        subscription = Subscription(device, signals, interval_ns)
+        self.poll()
+        self._subscriptions.setdefault(device, []).append(subscription)
+        self._rewatch(device)
+        return subscription
+
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End it; what it has not taken stays there."""
+        self.poll()
+        watchers = self._subscriptions[subscription.device]
+        watchers.remove(subscription)
+        if not watchers:
+            del self._subscriptions[subscription.device]
+        self._rewatch(subscription.device)
+
+    def poll(self) -> None:
+        """Bring what the core has; at least every ``period_ns`` of simulated time."""
+        for device, watchers in self._subscriptions.items():
+            snapshots, lost = self._bench.take_samples(device)
+            new, self._lost[device] = lost - self._lost[device], lost
+            for subscription in watchers:
+                subscription.put(snapshots, new)
+
+    @property
+    def period_ns(self) -> int | None:
+        """How long until a core's ring is half full; None: nobody watches."""
+        intervals = [self._interval_ns(device) for device in self._subscriptions]
+        return min(intervals) * RING_SAMPLES // 2 if intervals else None
+
+    def _interval_ns(self, device: str) -> int:
+        return gcd(*(s.interval_ns for s in self._subscriptions.get(device, [])))
+
+    def _rewatch(self, device: str) -> None:
+        self._lost[device] = 0
+        self._bench.watch(device, self._interval_ns(device), RING_SAMPLES)

@@ -1,0 +1,33 @@
+"""Recordings drawn with characters."""
+
+from typing import Any
+
+from hil.telemetry.recording import Recording
+
+PANEL_HEIGHT = 14
+
+
+def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: str = "") -> str:
+    """Panels as ``Recording.panels``, one line for each signal and recording; ``width`` in characters."""
+    import plotext as plt  # type: ignore[import-untyped]
+
+    panels = next(iter(recordings.values())).panels()
+    parts = []
+    for i, signals in enumerate(panels):
+        plt.clear_figure()
+        plt.plotsize(width, PANEL_HEIGHT)
+        if i == 0 and title:
+            plt.title(title)
+        for name, recording in recordings.items():
+            for signal in signals:
+                _line(plt, recording, signal, f"{name} " if len(recordings) > 1 else "")
+        if i == len(panels) - 1:
+            plt.xlabel("s")
+        parts.append(plt.build() if colour else plt.uncolorize(plt.build()))
+    return "\n".join(parts)
+
+
+def _line(plt: Any, recording: Recording, signal: str, prefix: str) -> None:
+    plt.plot(
+        recording.at_s(), recording.column(signal), label=prefix + recording.label(signal), marker="braille"
+    )

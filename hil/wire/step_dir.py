@@ -1,0 +1,189 @@
+"""Pulse trains for a step/dir interface: generated, or read from a file. Pure; times count from the start."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from math import isqrt
+
+MAX_RATE_HZ = 200_000
+"""The fastest train that is generated: a Mechaduino's interrupts follow no faster one."""
+MAX_STEPS = 100_000_000
+MAX_NS = 1 << 60
+MAX_FILE_VALUE = 1_000_000_000
+_NS_PER_S = 1_000_000_000
+LEVEL_COLUMNS = ("step", "dir", "enable", "D3")
+
+
+class TrainError(Exception):
+    """A train makes no sense: ``str(error)`` has a line for each problem, ``file:line: what; remedy``."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """A single edge: at ``at_ns`` the pin gets the level. Or, with ``steps``, so many pulses on the step
+    input: of its 2 * steps edges, edge j (a rise if even) at at_ns + floor(j * duration_ns / (2 * steps))."""
+
+    at_ns: int
+    pin: str = "step"
+    level: int = 0
+    steps: int = 0
+    duration_ns: int = 0
+
+    @property
+    def end_ns(self) -> int:
+        """When the next ones may come."""
+        return self.at_ns + (self.duration_ns if self.steps else 0)
+
+
+Train = tuple[Edges, ...]
+
+
+def train_length_ns(train: Sequence[Edges]) -> int:
+    """From the start to the end of the last run."""
+    return train[-1].end_ns if train else 0
+
+
+def train_problem(train: Sequence[Edges]) -> str | None:
+    """Why rows from outside are no train, or None."""
+    end_ns = 0
+    for i, e in enumerate(train, start=1):
+        if e.pin not in LEVEL_COLUMNS or e.level not in (0, 1) or e.steps < 0:
+            return f"row {i}: pins are {', '.join(LEVEL_COLUMNS)}; levels are 0 and 1; steps are 0 or more"
+        if not end_ns <= e.at_ns <= MAX_NS or (e.steps and not 2 * e.steps <= e.duration_ns <= MAX_NS):
+            return f"row {i}: it begins before the row above has ended, or its steps do not fit"
+        end_ns = e.end_ns
+    return None
+
+
+def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = None) -> Train:
+    """A move of ``steps`` (negative: towards smaller counts, direction input high) at ``rate_hz``; with an
+    acceleration (steps/s per s), up to the rate and down from it as far as the steps reach.
+
+    Raises:
+        TrainError: a number is out of range.
+    """
+    problems = []
+    if not 0 < abs(steps) <= MAX_STEPS:
+        problems.append(f"{steps} steps: write 1 to {MAX_STEPS:,}, negative for the other direction")
+    if not 0 < rate_hz <= MAX_RATE_HZ or 2 * _NS_PER_S / rate_hz * abs(steps) > MAX_NS:
+        problems.append(f"a rate of {rate_hz:g} Hz: write more than 0, up to {MAX_RATE_HZ:,}")
+    if acceleration_hz_per_s is not None and not 1e-3 <= acceleration_hz_per_s <= 1e12:
+        problems.append(
+            f"an acceleration of {acceleration_hz_per_s:g} steps/s2: write 0.001 to 1e12, or none"
+        )
+    if problems:
+        raise TrainError("\n".join(problems))
+    direction = Edges(0, pin="dir", level=int(steps < 0))
+    count = abs(steps)
+    if acceleration_hz_per_s is None:
+        return direction, Edges(0, steps=count, duration_ns=round(count * _NS_PER_S / rate_hz))
+    ramp = min(int(rate_hz * rate_hz / (2 * acceleration_hz_per_s)), count // 2)
+    # The k-th step of the ramp ends when k steps are done under constant acceleration: t = sqrt(2 k / a).
+    scale = int(2 * _NS_PER_S * _NS_PER_S / acceleration_hz_per_s)
+    ends = [isqrt(scale * k) for k in range(ramp + 1)]
+    up = [later - earlier for earlier, later in itertools.pairwise(ends)]
+    rows, at_ns = [direction], 0
+    for duration_ns, n in [
+        *((d, 1) for d in up),
+        (round((count - 2 * ramp) * _NS_PER_S / rate_hz), count - 2 * ramp),
+        *((d, 1) for d in reversed(up)),
+    ]:
+        if n:
+            rows.append(Edges(at_ns, steps=n, duration_ns=duration_ns))
+            at_ns += duration_ns
+    return tuple(rows)
+
+
+def parse_train(text: str, name: str) -> Train:
+    """A train from CSV text with a header. Either levels, one row for each time at which something changes:
+    ``at_s`` and one or more of step, dir, enable, D3 (as logic analysers export; the first column may have
+    any name that holds "time"); or runs: ``at_s, steps, duration_s``, negative steps for the other direction.
+
+    Raises:
+        TrainError: with every problem, ``name:line`` in front.
+    """
+    rows = [[cell.strip().strip('"') for cell in line.split(",")] for line in text.splitlines()]
+    if not rows:
+        raise TrainError(f"{name}:1: the file is empty; write a header, such as at_s,step,dir")
+    header = [_column(cell, i) for i, cell in enumerate(rows[0])]
+    levels = {pin: -1 for pin in LEVEL_COLUMNS}
+    if header == ["at_s", "steps", "duration_s"]:
+        read = _run
+    elif header[0] == "at_s" and len(header) > 1 and set(header[1:]) <= set(LEVEL_COLUMNS):
+        read = _levels
+    else:
+        raise TrainError(
+            f"{name}:1: the header is {','.join(header)}; write at_s,steps,duration_s, or at_s and some of "
+            + ",".join(LEVEL_COLUMNS)
+        )
+    problems: list[str] = []
+    train: list[Edges] = []
+    end_ns = 0
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(row):
+            continue
+        try:
+            if len(row) != len(header):
+                raise ValueError(f"{len(row)} columns; write {len(header)}")
+            edges = read(dict(zip(header, map(_number, row), strict=True)), levels)
+            if edges and edges[0].at_ns < end_ns:
+                raise ValueError(
+                    f"begins before the row above has ended, at {end_ns} ns; sort the rows by time"
+                )
+        except ValueError as error:
+            problems.append(f"{name}:{line}: {error}")
+            continue
+        train += edges
+        end_ns = max([end_ns, *(e.end_ns for e in edges)])
+    if problems:
+        raise TrainError("\n".join(problems))
+    return tuple(train)
+
+
+def _column(cell: str, index: int) -> str:
+    if index == 0 and "time" in cell.lower():
+        return "at_s"
+    return next((column for column in LEVEL_COLUMNS if column.lower() == cell.lower()), cell)
+
+
+def _number(cell: str) -> Decimal:
+    try:
+        number = Decimal(cell)
+    except InvalidOperation:
+        raise ValueError(f"{cell!r} is not a number") from None
+    if not number.is_finite() or abs(number) > MAX_FILE_VALUE:
+        raise ValueError(f"{cell} is out of range; write at most {MAX_FILE_VALUE:,}")
+    return number
+
+
+def _ns(seconds: Decimal) -> int:
+    if seconds < 0:
+        raise ValueError(f"{seconds} s is before the start; write 0 or more")
+    return round(seconds * _NS_PER_S)
+
+
+def _run(row: dict[str, Decimal], levels: dict[str, int]) -> list[Edges]:
+    at_ns, duration_ns, steps = _ns(row["at_s"]), _ns(row["duration_s"]), int(row["steps"])
+    if steps != row["steps"] or steps == 0:
+        raise ValueError(f"{row['steps']} steps; write a whole number other than 0")
+    if duration_ns < 2 * abs(steps):
+        raise ValueError(f"{steps} steps do not fit in {duration_ns} ns; write a longer duration_s")
+    turned = levels["dir"] != int(steps < 0)
+    levels["dir"] = int(steps < 0)
+    direction = [Edges(at_ns, pin="dir", level=levels["dir"])] if turned else []
+    return [*direction, Edges(at_ns, steps=abs(steps), duration_ns=duration_ns)]
+
+
+def _levels(row: dict[str, Decimal], levels: dict[str, int]) -> list[Edges]:
+    at_ns = _ns(row["at_s"])
+    edges = []
+    for pin in reversed(LEVEL_COLUMNS):  # the direction before the step that it is for
+        if pin not in row:
+            continue
+        if row[pin] not in (0, 1):
+            raise ValueError(f"{pin} is {row[pin]}; write 0 or 1")
+        if levels[pin] != row[pin]:
+            levels[pin] = int(row[pin])
+            edges.append(Edges(at_ns, pin=pin, level=levels[pin]))
+    return edges

@@ -1,0 +1,118 @@
+"""Pulse trains: generated ones end where they should, files are read to the letter, bad ones refused."""
+
+import itertools
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.wire.step_dir import Edges, TrainError, generate, parse_train, train_length_ns
+
+
+def rises(train: tuple[Edges, ...]) -> list[int]:
+    return [
+        e.at_ns + 2 * j * e.duration_ns // (2 * e.steps) for e in train if e.steps for j in range(e.steps)
+    ]
+
+
+@given(
+    st.integers(1, 5000),
+    st.floats(1, 200_000),
+    st.one_of(st.none(), st.floats(1, 1e8)),
+)
+def test_a_train_has_its_steps_in_order_and_never_exceeds_its_rate(
+    steps: int, rate_hz: float, acceleration: float | None
+) -> None:
+    train = generate(-steps, rate_hz, acceleration)
+    assert train[0] == Edges(0, pin="dir", level=1)
+    assert sum(e.steps for e in train) == steps
+    times = rises(train)
+    assert times == sorted(set(times))
+    assert all(e.at_ns >= p.end_ns for p, e in itertools.pairwise(train))
+    # A step may be 1 ns short: ends are rounded one by one.
+    assert min((b - a for a, b in itertools.pairwise(times)), default=1e9) >= 1e9 / rate_hz - 2
+
+
+def test_a_ramp_is_that_of_constant_acceleration() -> None:
+    train = generate(2000, 10_000, 50_000)  # v2 / 2a = 1000 steps up, 1000 down
+    times = rises(train)
+    for k in (1, 10, 500, 999):
+        assert times[k] == pytest.approx((2 * k / 50_000) ** 0.5 * 1e9, abs=2)
+    assert train_length_ns(train) == pytest.approx(0.4e9, abs=100)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        ((0, 1000.0), "0 steps"),
+        ((10, 0.0), "a rate of 0"),
+        ((10, float("nan")), "a rate of nan"),
+        ((10, 200_001.0), "a rate of 200001"),
+        ((10, 100.0, -1.0), "an acceleration of -1"),
+        ((10, 100.0, float("inf")), "an acceleration of inf"),
+        ((100_000_000, 1e-9), "a rate of 1e-09"),
+    ],
+)
+def test_what_cannot_be_generated_is_refused(arguments: tuple[float, ...], what: str) -> None:
+    with pytest.raises(TrainError, match=what):
+        generate(*arguments)  # type: ignore[arg-type]
+
+
+def test_levels_of_a_logic_analyser() -> None:
+    text = "Time [s],STEP,Dir\n0,0,1\n0.001,1,1\n0.0010005,0,1\n0.002,1,0\n"
+    assert parse_train(text, "t.csv") == (
+        Edges(0, "dir", 1),
+        Edges(0, "step", 0),
+        Edges(1_000_000, "step", 1),
+        Edges(1_000_500, "step", 0),
+        Edges(2_000_000, "dir", 0),
+        Edges(2_000_000, "step", 1),
+    )
+
+
+def test_runs() -> None:
+    text = "at_s,steps,duration_s\n0,3,0.3\n0.3,-2,0.00001\n"
+    assert parse_train(text, "t.csv") == (
+        Edges(0, "dir", 0),
+        Edges(0, steps=3, duration_ns=300_000_000),
+        Edges(300_000_000, "dir", 1),
+        Edges(300_000_000, steps=2, duration_ns=10_000),
+    )
+
+
+@given(st.lists(st.tuples(st.integers(0, 10**9), st.integers(0, 1), st.integers(0, 1)), max_size=30))
+def test_any_sorted_levels_are_read_back(rows: list[tuple[int, int, int]]) -> None:
+    rows.sort()
+    text = "at_s,step,dir\n" + "".join(f"{Decimal(t).scaleb(-9)},{s},{d}\n" for t, s, d in rows)
+    levels: dict[str, int] = {}
+    for edges in parse_train(text, "t.csv"):
+        assert levels.get(edges.pin) != edges.level
+        levels[edges.pin] = edges.level
+    assert levels == ({"step": rows[-1][1], "dir": rows[-1][2]} if rows else {})
+
+
+def test_every_bad_row_is_listed_with_its_line() -> None:
+    rows = ["0,1,1", "0.5,1,1", "2,0,1", "3,x,1", "4,1", "5,10,0.000000019", "6,1.5,1", "-7,1,1", "8,1,1e30"]
+    text = "\n".join(["at_s,steps,duration_s", *rows])
+    with pytest.raises(TrainError) as caught:
+        parse_train(text, "t.csv")
+    lines = str(caught.value).splitlines()
+    assert [line.split(":")[1] for line in lines] == ["3", "4", "5", "6", "7", "8", "9", "10"]
+    assert "sort the rows" in lines[0]
+
+
+@pytest.mark.parametrize("text", ["", "a,b\n1,2\n", "at_s\n1\n", "at_s,steps\n1,1\n", "at_s,step,led\n"])
+def test_a_header_that_says_nothing_known_is_refused(text: str) -> None:
+    with pytest.raises(TrainError, match=r"^t.csv:1: .*; ?write|^t.csv:1: .*write"):
+        parse_train(text, "t.csv")
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    refusal = ""
+    try:
+        parse_train("at_s,step,dir\n" + text, "t.csv")
+    except TrainError as error:
+        refusal = str(error)
+    assert all(line.startswith("t.csv:") for line in refusal.split("\n") if line)

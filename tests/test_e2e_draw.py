@@ -1,0 +1,100 @@
+"""``hil plot``, ``step`` and ``drive`` against a running daemon."""
+
+import csv
+import itertools
+import re
+from pathlib import Path
+
+from e2e_support import Place, config, until
+
+HOLDING = {"m1": {}}
+
+
+def numbers(path: Path) -> list[dict[str, float]]:
+    with path.open() as file:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+
+
+def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
+    server = place.serve(config(speed=2)).ready()
+    text = place.hil("step", "m1", "90")
+    figures = re.search(
+        r"step of (\S+) deg: rise (\S+) ms .* overshoot (\S+) %, settled after (\S+) ms", text
+    )
+    assert figures
+    amplitude, rise_ms, overshoot_pct, settling_ms = map(float, figures.groups())
+    assert abs(amplitude - 90) < 0.2
+    assert 15 < rise_ms < 30
+    assert 3 < overshoot_pct < 8
+    assert 40 < settling_ms < 80
+    assert "u [count]" in text
+
+    place.hil("step", "m1", "-45.5", "-o", str(tmp_path / "step.csv"))
+    rows = numbers(tmp_path / "step.csv")
+    assert abs(rows[-1]["r"] - rows[0]["r"] + 45.5) < 0.02
+    assert {round(b["at_ns"] - a["at_ns"]) for a, b in itertools.pairwise(rows)} == {250_000}
+
+    text = place.hil(
+        *("drive", "m1", "--steps", "-3200", "--rate", "200000", "-o", str(tmp_path / "drive.csv"))
+    )
+    assert "3,200 steps in 0.016 s" in text
+    rows = numbers(tmp_path / "drive.csv")
+    assert abs(rows[-1]["r"] - rows[0]["r"] + 180) < 0.01
+    assert abs(rows[-1]["e"]) < 1
+
+    train = tmp_path / "train.csv"
+    train.write_text("at_s,steps,duration_s\n0,32,0.01\n0.02,-32,0.01\n")
+    assert "64 steps in 0.03 s" in place.hil("drive", "m1", "--file", str(train))
+    assert "no train" in place.hil("drive", "m1", "--stop")
+    for name in ("p.png", "p.svg"):
+        place.hil("plot", "m1", "--signals", "e,current_a_A", "--seconds", "0.1", "-o", str(tmp_path / name))
+        assert (tmp_path / name).stat().st_size > 5000
+    until(lambda: server.ask("status")["devices"][0]["failed"] is None, "the device")
+
+
+def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
+    place.serve(config(speed=20, devices={"m1": {"flash": {"table": "empty"}}})).ready()
+    assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=2)
+    assert "no device 'm2'" in place.hil("plot", "m2", code=1)
+    assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
+    assert "write 50000 or more" in place.hil("plot", "m1", "--interval", "0.001", code=1)
+    assert "give one of" in place.hil("drive", "m1", code=2)
+    assert "a rate of 1e+06 Hz" in place.hil("drive", "m1", "--steps", "1", "--rate", "1e6", code=2)
+    train = tmp_path / "train.csv"
+    train.write_text("at_s,steps,duration_s\n1,1,1\n1.5,1,1\n2,0.5,1\n")
+    text = place.hil("drive", "m1", "--file", str(train), code=2)
+    assert [line.split(": ")[0] for line in text.splitlines()] == [f"{train}:3", f"{train}:4"]
+    assert "is m1 calibrated" in place.hil("step", "m1", "90")
+
+
+def test_the_control_socket_refuses_bad_trains_and_watches(place: Place) -> None:
+    server = place.serve(config()).ready()
+    control = server.control
+    import json
+    import socket
+
+    def ask(**request: object) -> dict[str, object]:
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(10)
+            client.connect(str(control))
+            client.sendall(json.dumps(request).encode() + b"\n")
+            answer: dict[str, object] = json.loads(client.makefile("rb").readline())
+            return answer
+
+    for train in (
+        [[0, "D9", 0, 0, 0]],
+        [[0, "step", 2, 0, 0]],
+        [[0, "step", 0, 5, 9]],
+        [[5, "dir", 0, 0, 0], [4, "dir", 1, 0, 0]],
+        [[-1, "dir", 0, 0, 0]],
+        [[0]],
+        "x",
+        [[0, "step", 0, -1, 0]],
+        [[1 << 70, "step", 0, 0, 0]],
+    ):
+        assert ask(verb="drive", device="m1", train=train)["ok"] is False
+    assert ask(verb="samples", watch=77)["ok"] is False
+    assert ask(verb="watch", device="m1", signals=["nothing"], interval_ns=10**6)["ok"] is False
+    assert ask(verb="watch", device="m1", signals=["r"], interval_ns=0)["ok"] is False
+    assert ask(verb="send", device="m1", data="zz")["ok"] is False
+    assert ask(verb="status")["ok"] is True
