@@ -99,6 +99,7 @@ class _Device:
         if profile is not None:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
+            result.setdefault("baud", profile.baud)
             self._axis(profile)
             self._plant(result["plant"], profile)
             self._load(result, profile)

@@ -4,17 +4,17 @@ Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session 
 native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
 """
 
-from hil.core.core import AXIS_PARAMETERS, FULL_PARAMETERS, LAWS, AxisPlan, Core, CoreAxis, Load
+from hil.core.core import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan, Core, CoreAxis, CoreMotion, Load
 from hil.core.fields import FIELDS, Field, Snapshot
 
 __all__ = [
     "AXIS_PARAMETERS",
     "FIELDS",
     "FULL_PARAMETERS",
-    "LAWS",
     "AxisPlan",
     "Core",
     "CoreAxis",
+    "CoreMotion",
     "Field",
     "Load",
     "Snapshot",

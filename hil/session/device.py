@@ -6,11 +6,12 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Protocol
 
-from hil.core import CoreAxis
+from hil.core import CoreAxis, CoreMotion
 from hil.firmware.runtime import Runtime
 from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
+from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 
 
@@ -152,8 +153,11 @@ class Device:
 
     def _program(self) -> Main:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
-        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
+        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._motion(), self._facts))
         yield from self._firmware.main()
+
+    def _motion(self) -> Motion | None:
+        return self.axis if isinstance(self.axis, CoreMotion) else None
 
     def _empty_outbox(self) -> None:
         """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what

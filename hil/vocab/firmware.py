@@ -8,6 +8,7 @@ from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from hil.vocab.motion import Motion
 from hil.vocab.time import SimTimeNs
 
 
@@ -105,6 +106,8 @@ class Board:
     axis: Axis
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
+    motion: Motion | None = None
+    """The motion engine of a board that makes step pulses."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
 

@@ -19,7 +19,7 @@ class MotionEntry:
 
     steps: int
     """Unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
-    ccw: bool
+    is_ccw: bool
     rpm: int
     cycle_us: int
     """Period of a full step at cruise; what counts for the cruise."""
@@ -51,7 +51,7 @@ class MotionSetup:
     is_clock_internal: bool
     external_clock_Hz: int
     """``xfreq``: the frequency that the external clock is taken to have."""
-    is_cw_level_high: bool
+    is_cw_high: bool
     """Level of the direction pin for clockwise."""
     ops: int
     """Bit 5 enables OP SA, bit 2 OP SB."""

@@ -41,6 +41,7 @@ void hil_core_free(hil_core *c)
         free(c->axes[i].encoder.script_ns);
         free(c->axes[i].source.rows);
         free(c->axes[i].watch.ring);
+        stepper_close(&c->axes[i]);
     }
     close(c->event_fd);
     munmap(c, c->arena_len);
@@ -75,6 +76,7 @@ void hil_group_close(hil_core *c, int group)
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
         hil_axis_drive(c, i, 0, NULL);
         hil_axis_watch(c, i, 0, 0);
+        stepper_close(&c->axes[i]);
         c->axes[i].open = 0;
     }
     g->first_axis = -1;
