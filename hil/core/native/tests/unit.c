@@ -8,6 +8,7 @@ void full_tests(void);
 void axis_tests(void);
 void groups_tests(void);
 void source_tests(void);
+void motion_tests(void);
 void watchdog_tests(void);
 
 int main(int argc, char **argv)
@@ -18,6 +19,7 @@ int main(int argc, char **argv)
     axis_tests();
     groups_tests();
     source_tests();
+    motion_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }
