@@ -115,7 +115,10 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     if (until_ns <= now_ns || ring_used(&g->events) >= RING_LEN / 2) return now_ns;
     int64_t at_ns;
     for (int axis; (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
-        axis_advance(c, &c->axes[axis], axis, at_ns);
+        hil_axis *a = &c->axes[axis];
+        /* A stepper alone, with nobody to be told of its commands, runs on: what it does changes nothing here. */
+        if (axis == g->first_axis && a->next_in_group < 0 && a->stepper && !a->stepper->is_reported) at_ns = until_ns;
+        axis_advance(c, a, axis, at_ns);
         if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
     }
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group)
