@@ -57,7 +57,9 @@ def test_the_harmonic_ramp_from_10_to_100_rpm() -> None:
     assert deceleration(Command(2000), 100, 100, Setup()) == periods[::-1]
 
 
-@pytest.mark.parametrize(("rpm", "cycle_us"), [(150, 2000), (70, 4285), (59, 5084), (61, 4918), (60, 5000), (100, 3000)])
+@pytest.mark.parametrize(
+    ("rpm", "cycle_us"), [(150, 2000), (70, 4285), (59, 5084), (61, 4918), (60, 5000), (100, 3000)]
+)
 def test_periods_of_the_manual(rpm: int, cycle_us: int) -> None:
     assert from_rpm(rpm, 200).cycle_us == cycle_us
 
@@ -170,7 +172,9 @@ class Engine:
 
 
 rpms = st.one_of(st.integers(1, 30), st.integers(1, 600))
-ramps = st.one_of(st.sampled_from([0, 100, 1047, 5000, 99899, 99900]), st.integers(50, 3000), st.integers(100, 20000))
+ramps = st.one_of(
+    st.sampled_from([0, 100, 1047, 5000, 99899, 99900]), st.integers(50, 3000), st.integers(100, 20000)
+)
 
 
 @st.composite
@@ -213,7 +217,11 @@ acts = st.builds(
     ),
 )
 setups = st.builds(
-    Setup, st.sampled_from([200, 400]), st.sampled_from([10, 10, 30, 1]), st.sampled_from([0, 1, 1, 2, 3, 5, 7]), st.sampled_from([0, 0, 3, -5])
+    Setup,
+    st.sampled_from([200, 400]),
+    st.sampled_from([10, 10, 30, 1]),
+    st.sampled_from([0, 1, 1, 2, 3, 5, 7]),
+    st.sampled_from([0, 0, 3, -5]),
 )
 
 
