@@ -159,7 +159,11 @@ class Sac:
             self.session.next_position = position % QUEUE_LEN + 1
             self.motion.enqueue(position)
         self.session.default = replace(
-            entry, steps=self.session.default.steps, is_ccw=self.session.default.is_ccw, is_sync=False, wait_us=0
+            entry,
+            steps=self.session.default.steps,
+            is_ccw=self.session.default.is_ccw,
+            is_sync=False,
+            wait_us=0,
         )
 
     def _attributes(self, text: Text, *, with_steps: bool = False) -> Attributes:
@@ -262,7 +266,12 @@ class Sac:
         elif letter == "c":
             seed = self.session.parameters.default_entry()
             entry = replace(
-                self.session.default, steps=seed.steps, is_ccw=seed.is_ccw, extra_pulses=0, is_sync=False, wait_us=0
+                self.session.default,
+                steps=seed.steps,
+                is_ccw=seed.is_ccw,
+                extra_pulses=0,
+                is_sync=False,
+                wait_us=0,
             )
             for position in range(1, QUEUE_LEN + 1):
                 self.motion.write_entry(position, entry)

@@ -153,7 +153,9 @@ class Device:
 
     def _program(self) -> Main:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
-        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._motion(), self._facts))
+        self._firmware = self._make_firmware(
+            Board(self.uart, self.axis, self.nvm, self._motion(), self._facts)
+        )
         yield from self._firmware.main()
 
     def _motion(self) -> Motion | None:
