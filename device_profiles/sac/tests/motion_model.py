@@ -117,23 +117,25 @@ def flat(periods: list[int], phase: str, exponent: int) -> list[Pulse]:
 def plan(c: Command, from_rpm: int, setup: Setup) -> tuple[list[Pulse], bool]:
     """The command's pulses, and whether it ends with a ramp down. A continuous one ends its plan in CRUISE."""
     j = setup.exponent
-    up = flat(acceleration(c, from_rpm, setup), "ACCEL", j)
+    up = acceleration(c, from_rpm, setup)
     if c.continuous:
-        return up, False
-    down = flat(deceleration(c, c.rpm, c.dec, setup), "DECEL", j)
+        return flat(up, "ACCEL", j), False
+    down = deceleration(c, c.rpm, c.dec, setup)
     unit = 1 if c.in_pulses else 2**j
-    total, a, d = c.steps, len(up) // unit, len(down) // unit
+    total, a, d = c.steps, (len(up) << j) // unit, (len(down) << j) // unit
     if a + d > total:
         a, d = a * total // (a + d), d * total // (a + d)
         if d >= 1:
             d = total - a
         else:
             a = total
-        return up[: a * unit] + (down[-d * unit :] if d else []), d > 0
+        accelerating = flat(up[: (a * unit >> j) + 1], "ACCEL", j)[: a * unit]
+        decelerating = flat(down[-((d * unit >> j) + 1) :], "DECEL", j)[-d * unit :] if d else []
+        return accelerating + decelerating, d > 0
     cruise_pulses = (total - a - d) * unit + c.extra
     step = pulses_of_step(c.cycle, j)
     cruise = [Pulse(step[i % 2**j], c.cycle, "CRUISE") for i in range(cruise_pulses)]
-    return up + cruise + down, d > 0
+    return flat(up, "ACCEL", j) + cruise + flat(down, "DECEL", j), d > 0
 
 
 @dataclass

@@ -173,7 +173,7 @@ class Engine:
 
 rpms = st.one_of(st.integers(1, 30), st.integers(1, 600))
 ramps = st.one_of(
-    st.sampled_from([0, 100, 1047, 5000, 99899, 99900]), st.integers(50, 3000), st.integers(100, 20000)
+    st.sampled_from([0, 100, 1047, 5000, 99899, 99900]), st.integers(100, 3000), st.integers(100, 20000)
 )
 
 
