@@ -3,7 +3,7 @@
 import struct
 import zlib
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 from device_profiles.sac.line import RampDefaults, Text, from_cycle
@@ -212,7 +212,8 @@ class Eeprom:
         if zlib.crc32(data[_HEAD.size : end]) != checksum:
             raise EepromError("the checksum is wrong")
         values = _PARAMETERS.unpack_from(data, _HEAD.size)
-        eeprom = cls(Parameters(*values[:-8], list(values[-8:])))
+        names = [f.name for f in fields(Parameters)]
+        eeprom = cls(Parameters(**dict(zip(names, [*values[:-8], list(values[-8:])], strict=True))))
         if has_queue:
             rows = (_ENTRY.unpack_from(data, start + 1 + i * _ENTRY.size) for i in range(QUEUE_LEN))
             eeprom.queue = [

@@ -1,7 +1,7 @@
 """The SAC's program: its command line, session and memory. The motion itself is the core's.
 
-Sources: the SAC user manual, Appendix C and the chapters Command Detail, Configure and System Commands. Where it
-leaves something open, ``README.md`` of this folder lists what was decided.
+Sources: the SAC user manual, Appendix C and the chapters Command Detail, Configure and System Commands.
+Where it leaves something open, ``README.md`` of this folder lists what was decided.
 """
 
 from collections.abc import Callable, Generator
@@ -19,7 +19,8 @@ from hil.vocab.time import NS_PER_MS
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
-"""Between the version and the first prompt; a byte in it restores the factory's settings (manual, bail-out)."""
+"""Between the version and the first prompt; a byte in it restores the factory's settings (manual,
+bail-out)."""
 MEMORY, ASIDE = "eeprom", "eeprom_damaged"
 """Sections of the board's memory: the EEPROM, and one that could not be read."""
 RST_FACT = "rst"
@@ -122,7 +123,7 @@ class Sac:
                 yield from self._save()
             return
         letter = text.take()
-        command = self._EXACT.get(letter) or self._COMMANDS.get(letter.lower())
+        command = EXACT.get(letter) or COMMANDS.get(letter.lower())
         if command is not None:
             yield from command(self, text) or ()
             if self.session.is_debug:
@@ -390,24 +391,28 @@ class Sac:
         setattr(parameters, parameter.field, value)
         return True
 
-    _EXACT: dict[str, Callable[["Sac", Text], Steps | None]] = {
-        "S": _stop_at_once,
-        "s": _stop_gracefully,
-        "N": _next_at_once,
-        "n": _next_gracefully,
-        "y": _release,
-        "$": _system,
-    }
-    _COMMANDS: dict[str, Callable[["Sac", Text], Steps | None]] = {
-        "m": _move,
-        "a": _acceleration,
-        "d": _deceleration,
-        "l": _loop,
-        "v": _velocity,
-        "b": _debug,
-        "c": _show,
-        "g": _gap,
-        "q": _queue,
-        "x": _xref,
-        "z": _undo_last,
-    }
+
+EXACT: dict[str, Callable[[Sac, Text], Steps | None]] = {
+    "S": Sac._stop_at_once,
+    "s": Sac._stop_gracefully,
+    "N": Sac._next_at_once,
+    "n": Sac._next_gracefully,
+    "y": Sac._release,
+    "$": Sac._system,
+}
+"""Commands whose letter's case matters."""
+
+COMMANDS: dict[str, Callable[[Sac, Text], Steps | None]] = {
+    "m": Sac._move,
+    "a": Sac._acceleration,
+    "d": Sac._deceleration,
+    "l": Sac._loop,
+    "v": Sac._velocity,
+    "b": Sac._debug,
+    "c": Sac._show,
+    "g": Sac._gap,
+    "q": Sac._queue,
+    "x": Sac._xref,
+    "z": Sac._undo_last,
+}
+"""The others, by their small letters."""
