@@ -1,13 +1,14 @@
 """Devices, axes and firmware for a validated configuration."""
 
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 
 from hil.compose.find import PROFILES
-from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
+from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, WireConfig
 from hil.core import AxisPlan, Core, Load
+from hil.core.fields import SERVO
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
 from hil.vocab.firmware import Board, Firmware
@@ -80,12 +81,16 @@ def add_device(
     sections: Mapping[str, bytes],
     store: Store,
     seed: int,
+    partner: str | None = None,
 ) -> Device:
-    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts."""
+    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
+    ``partner``: a device that wires join it with."""
     load = config.load.parts() if config.load else Load()
-    group, axis = bench.open_group(
-        AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed)
-    )
+    plan = AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed)
+    group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
+    power_up = config.register_values(profile)
+    if axis.kind == SERVO:
+        power_up["spi_previous_command"] = config.spi_previous_command
     device = Device(
         name,
         profile.name,
@@ -93,13 +98,24 @@ def add_device(
         load_firmware(profile),
         baud=config.baud,
         nvm=sections,
-        power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
+        power_up=power_up,
         facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,
     )
     bench.add(group, device)
     return device
+
+
+def partners(devices: Iterable[str], wires: Iterable[WireConfig]) -> dict[str, str]:
+    """For each device that wires join with others, over whatever way, the first of them."""
+    first = {name: name for name in devices}
+    order = {name: place for place, name in enumerate(first)}
+    for wire in wires:
+        joined = {first[wire.output[0]], first[wire.input[0]]}
+        head = min(joined, key=order.__getitem__)
+        first = {name: head if to in joined else to for name, to in first.items()}
+    return {name: to for name, to in first.items() if name != to}
 
 
 def bench_runtime(
@@ -114,9 +130,15 @@ def bench_runtime(
     that a reload can add some.
     """
     bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
+    joined = partners(config.devices, config.wires)
     for index, (name, device) in enumerate(config.devices.items()):
         profile = catalogue.profiles[device.profile]
         # Far apart, so that bench 0's second device is not bench 1's first.
         seed = config.seed + (index << 32)
-        add_device(bench, name, device, profile, memories.get(name, {}), store, seed)
+        partner = joined.get(name)
+        add_device(bench, name, device, profile, memories.get(name, {}), store, seed, partner)
+    for wire in config.wires:
+        (source, output), (target, input_name) = wire.output, wire.input
+        axes = {name: bench.devices[name].axis for name in (source, target)}
+        bench.core.wire((axes[source], output), (axes[target], input_name))
     return bench
