@@ -7,8 +7,7 @@ from pathlib import Path
 
 from hil.compose.find import PROFILES
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, WireConfig
-from hil.core import AxisPlan, Core, Load
-from hil.core.fields import SERVO
+from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
 from hil.vocab.firmware import Board, Firmware
@@ -85,12 +84,8 @@ def add_device(
 ) -> Device:
     """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
     ``partner``: a device that wires join it with."""
-    load = config.load.parts() if config.load else Load()
-    plan = AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed)
+    plan = config.axis_plan(profile, seed)
     group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
-    power_up = config.register_values(profile)
-    if axis.kind == SERVO:
-        power_up["spi_previous_command"] = config.spi_previous_command
     device = Device(
         name,
         profile.name,
@@ -98,7 +93,7 @@ def add_device(
         load_firmware(profile),
         baud=config.baud,
         nvm=sections,
-        power_up=power_up,
+        power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
         facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,

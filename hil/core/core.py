@@ -324,7 +324,7 @@ class Core:
         return CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
 
     def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:
-        """Join an output to an input of the same group, each an axis and one of ``AXIS_PINS``, or the clock's.
+        """Join an output to an input of the same group, each an axis and its pin by name.
 
         Raises:
             MemoryError: the output's axis has 16 wires already.

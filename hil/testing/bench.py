@@ -17,6 +17,9 @@ from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, che
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
 from hil.wire.step_dir import Edges
 
+MOST_LOAD_NM = 1e6
+"""As the configuration has it: with much more the shaft's numbers would run out of range."""
+
 
 class MemoryStore:
     """Memory that is written at once: flash takes no time in the reference data."""
@@ -104,11 +107,17 @@ class AxisFace:
 
     @property
     def load_torque_Nm(self) -> float:
-        """External torque on the shaft, positive towards larger counts; set it at any time."""
+        """External torque on the shaft, positive towards larger counts; set it at any time, up to 1e6 Nm.
+
+        Raises:
+            ValueError: more, or not a number.
+        """
         return self._device.axis.get("load_torque_Nm")
 
     @load_torque_Nm.setter
     def load_torque_Nm(self, torque_Nm: float) -> None:
+        if not abs(torque_Nm) <= MOST_LOAD_NM:
+            raise ValueError(f"a load of {torque_Nm} Nm; write at most {MOST_LOAD_NM:g} either way")
         self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
 
 

@@ -117,7 +117,8 @@ def test_a_wrong_wire_is_refused(output: str, to: str, at: str, message: str, re
     with pytest.raises(ConfigError) as caught:
         Bench(TEXT % (output, to))
     (problem,) = caught.value.problems
-    assert message in problem.message and remedy in problem.remedy
+    assert message in problem.message
+    assert remedy in problem.remedy
     column = {"wire": 5, "from": 12, "to": 12 + len(output) + len(", to: ")}[at]
     assert (problem.line, problem.column) == (7, column)
 
