@@ -27,6 +27,7 @@ class DeviceUart:
 
     def __init__(self, baud: int | None, sent: Callable[[SimTimeNs, bytes], None]) -> None:
         self.baud = baud
+        self._power_up_baud = baud
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
         self._sent = sent
@@ -37,7 +38,13 @@ class DeviceUart:
 
     def clear(self) -> None:
         """As after power-up: nothing received. What is on the line stays there."""
+        self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+
+    def set_baud(self, baud: int | None) -> None:
+        """What is on the line already keeps its times."""
+        if self._power_up_baud is not None:
+            self.baud = baud or self._power_up_baud
 
     def available(self) -> int:
         return self._rx.available()
