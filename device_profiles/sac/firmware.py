@@ -84,10 +84,10 @@ class Sac:
 
     def _wants_factory(self) -> Generator[Request, Any, bool]:
         """The cold start's second. A terminal on the other port is not heard here; RST always is."""
-        is_heard = not self._eeprom.parameters.is_network_swapped
+        wants_it = self._is_rst_low()
+        is_heard = wants_it or not self._eeprom.parameters.is_network_swapped
         if is_heard:
             self._terminal.println([f"SAC {VERSION}"])
-        wants_it = self._is_rst_low()
         end_ns = self._now() + COLD_START_NS
         while (left_ns := end_ns - self._now()) > 0:
             if (yield ByteAvailable(left_ns)):
