@@ -12,6 +12,9 @@ setup(
                 "hil/core/_native.pyx",
                 f"{NATIVE}/core.c",
                 f"{NATIVE}/axis.c",
+                f"{NATIVE}/batch.c",
+                f"{NATIVE}/batch_any.c",
+                f"{NATIVE}/batch_avx2.c",
                 f"{NATIVE}/control/mechaduino.c",
                 f"{NATIVE}/plant/full.c",
                 f"{NATIVE}/plant/simple.c",
@@ -27,6 +30,8 @@ setup(
             depends=[
                 f"{NATIVE}/{name}"
                 for name in (
+                    "batch.h",
+                    "batch_lanes.h",
                     "core.h",
                     "hil_core.h",
                     "fields.def",
@@ -35,9 +40,14 @@ setup(
                     "motion/profile.h",
                     "motion/ramp.h",
                     "stepper.h",
+                    "control/mechaduino_x4.h",
                     "plant/full.h",
                     "plant/simple.h",
+                    "plant/full_kernel.h",
+                    "plant/real.h",
+                    "plant/simple_kernel.h",
                     "plant/trig.h",
+                    "plant/trig_kernel.h",
                     "rt/ring.h",
                     "rt/seqlock.h",
                 )
@@ -45,7 +55,15 @@ setup(
             include_dirs=["hil/core"],
             libraries=["m"],
             # No contraction: the laws keep the firmware's float32 arithmetic exactly.
-            extra_compile_args=["-std=gnu11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-pthread"],
+            extra_compile_args=[
+                "-std=gnu11",
+                "-O3",
+                "-ffp-contract=off",
+                "-fvisibility=hidden",
+                "-fno-strict-aliasing",  # gcc 12 dropped stores of a law that moved between lanes and its axis
+                "-Wno-psabi",  # no vector is handed to a function that is not inlined
+                "-pthread",
+            ],
             extra_link_args=["-pthread"],
         )
     ]

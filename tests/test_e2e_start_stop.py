@@ -304,7 +304,7 @@ def test_requests_that_are_wrong(place: Place) -> None:
     with socket.socket(socket.AF_UNIX) as client:  # longer than any request
         client.connect(str(server.control))
         client.settimeout(PATIENCE_S)
-        writer = threading.Thread(target=_send_all, args=(client, b"x" * 1_000_000))
+        writer = threading.Thread(target=_send_all, args=(client, b"x" * 20_000_000))
         writer.start()
         with suppress(ConnectionResetError):
             assert client.recv(100) == b""

@@ -83,7 +83,9 @@ def add_device(
 ) -> Device:
     """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts."""
     load = config.load.parts() if config.load else Load()
-    group, axis = bench.open_group(AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed))
+    group, axis = bench.open_group(
+        AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed)
+    )
     device = Device(
         name,
         profile.name,

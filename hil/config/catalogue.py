@@ -168,7 +168,9 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
     if info.law not in AXIS_PARAMETERS:
-        findings.append(Finding(("law",), "there is no such control law", suggestion(info.law, AXIS_PARAMETERS)))
+        findings.append(
+            Finding(("law",), "there is no such control law", suggestion(info.law, AXIS_PARAMETERS))
+        )
     findings += [
         Finding(("axis",), f"{name} is missing", "write it with its value, unit, about and source")
         for name in AXIS_PARAMETERS.get(info.law, ()) + FULL_PARAMETERS * (info.plant == "full")

@@ -199,7 +199,7 @@ class CoreAxis:
         return Snapshot(self._native.snapshot(self.id), self.kind)
 
     def published(self) -> Snapshot:
-        """The state as of the last wake or release; any thread, owner or not."""
+        """The state as of the last release, in real time of the last 20 ms; any thread, owner or not."""
         return Snapshot(self._native.published(self.id), self.kind)
 
 

@@ -9,7 +9,7 @@
 const hil_field_info hil_field_table[HIL_FIELDS] = {
 #define RO 0
 #define RW 1
-#define ANY 0
+#define BOTH 0
 #define SERVO 1
 #define STEPPER 2
 #define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, kind},
@@ -17,13 +17,10 @@ const hil_field_info hil_field_table[HIL_FIELDS] = {
 #undef X
 #undef RO
 #undef RW
-#undef ANY
+#undef BOTH
 #undef SERVO
 #undef STEPPER
 };
-
-/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
-enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
 
 static int64_t floor_div(__int128 n, int64_t d)
 {
@@ -48,8 +45,8 @@ static int scripted_raw(const encoder *s, int64_t t_ns)
 
 static int shaft_raw(double rev)
 {
-    if (!isfinite(rev)) return 0; /* run away under an absurd load */
-    return (int)((rev - floor(rev)) * 16384) & 16383;
+    if (!(fabs(rev) < 0x1p51)) return 0; /* run away under an absurd load */
+    return (int)((rev - floor_of(rev)) * 16384) & 16383;
 }
 
 static int raw_at(const hil_axis *a, int64_t t_ns)
@@ -97,17 +94,11 @@ static int spi_exchange(hil_axis *a, int command, int raw)
     return value | parity((unsigned)value) << 15;
 }
 
-/* A4954: current command = Vref / (10 Rsense), 255 counts = 3.3 V; direction by the IN pins. */
 static void drive(hil_axis *a)
 {
-    const mechaduino_pins *p = &a->law.pins;
-    axis_set_currents(a, p->vref1 * a->amps_per_count * (p->in2 - p->in1),
-                 p->vref2 * a->amps_per_count * (p->in4 - p->in3));
-}
-
-static int64_t step_time_ns(const hil_axis *a, int64_t k)
-{
-    return a->loop_since_ns + (int64_t)((__int128)k * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN);
+    double a_A, b_A;
+    axis_currents(a, &a_A, &b_A);
+    axis_set_currents(a, a_A, b_A);
 }
 
 static void set_loop(hil_axis *a, int on, int64_t now_ns)
@@ -115,7 +106,7 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
     if (on && !a->loop_on) {
         a->loop_since_ns = now_ns;
         a->loop_steps = 0;
-        a->next_step_ns = step_time_ns(a, 1);
+        a->next_step_ns = axis_step_time_ns(a, 1);
     }
     a->loop_on = on != 0;
 }
@@ -126,13 +117,12 @@ static void control_step(hil_core *c, hil_axis *a, int axis)
     axis_make_node(a, at_ns);
     int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
               : a->is_full          ? full_raw(&a->full, at_ns)
-                                    : shaft_raw(a->plant.shaft.rev);
+                                    : shaft_raw(a->plant.moving.rev);
     float y;
     int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
     drive(a);
     if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
-    a->control_steps++;
-    a->next_step_ns = step_time_ns(a, ++a->loop_steps + 1);
+    axis_stepped(a);
 }
 
 int64_t axis_next_ns(const hil_axis *a)
@@ -152,6 +142,7 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
         else if (a->stepper && stepper_next_ns(a) == next_ns) stepper_event(c, a);
         else watch_sample(a);
     }
+    if (a->loop_on) return; /* the plant's next node is the next control step's: who looks before steps a copy */
     if (a->is_full) full_advance(&a->full, t_ns);
     else plant_advance(&a->plant, t_ns);
 }
@@ -323,14 +314,14 @@ static void fill_view(hil_axis *a, int64_t now_ns)
 {
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
-        a->view.rev = f.state.rev;
-        a->view.rev_per_s = f.state.rev_per_s;
+        a->view.rev = f.moving.state.rev;
+        a->view.rev_per_s = f.moving.state.rev_per_s;
         a->view.torque_Nm = full_motor_torque_Nm(&f);
-        a->view.a_A = f.state.a_A;
-        a->view.b_A = f.state.b_A;
-        a->view.a_V = f.a_V;
-        a->view.b_V = f.b_V;
-        a->view.energy = f.energy;
+        a->view.a_A = f.moving.state.a_A;
+        a->view.b_A = f.moving.state.b_A;
+        a->view.a_V = f.moving.a_V;
+        a->view.b_V = f.moving.b_V;
+        a->view.energy = f.moving.energy;
         a->view.raw = full_raw(&f, now_ns);
     } else {
         plant_shaft s = plant_at(&a->plant, now_ns);

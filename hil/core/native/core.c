@@ -18,6 +18,9 @@ hil_core *hil_core_new(int max_axes, int *event_fd)
     size_t due_at = groups_at + round_up(sizeof(hil_group) * (size_t)max_axes), len = due_at + (size_t)max_axes;
     char *arena = mmap(NULL, len, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (arena == MAP_FAILED) return NULL;
+    /* Refused, or too small an arena: only slower. Tables are 64 KiB apart, so with small pages each axis
+       takes several translations for itself. */
+    (void)madvise(arena, len, MADV_HUGEPAGE);
     hil_core *c = (hil_core *)arena;
     c->event_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     if (c->event_fd < 0) {
@@ -107,6 +110,14 @@ static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at
     return next;
 }
 
+/* A group of one axis that will post no event. */
+static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
+{
+    if (g->first_axis < 0) return 1;
+    const hil_axis *a = &c->axes[g->first_axis];
+    return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
+}
+
 int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
 {
     hil_group *g = &c->groups[group];
@@ -114,7 +125,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
     if (until_ns <= now_ns || ring_used(&g->events) >= RING_LEN / 2) return now_ns;
     int64_t at_ns;
-    for (int axis; (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
+    for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
         axis_advance(c, &c->axes[axis], axis, at_ns);
         if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
     }
@@ -157,10 +168,15 @@ void hil_group_acquire(hil_core *c, int group)
     }
 }
 
-void hil_group_release(hil_core *c, int group)
+void group_publish(hil_core *c, int group)
 {
     hil_group *g = &c->groups[group];
-    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
-    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_publish(&c->axes[i], now_ns);
-    atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
+    g->published_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_publish(&c->axes[i], g->published_ns);
+}
+
+void hil_group_release(hil_core *c, int group)
+{
+    group_publish(c, group);
+    atomic_store_explicit(&c->groups[group].owner, GROUP_FREE, memory_order_release);
 }

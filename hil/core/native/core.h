@@ -15,6 +15,9 @@
 
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
+/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
+enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
+
 typedef struct encoder {
     int32_t previous_command, diaagc, errfl;
     int script_len, script_linear;
@@ -70,6 +73,7 @@ typedef struct hil_group {
     _Atomic int failed;
     int64_t horizon_ns;
     int reported; /* the due horizon has been told once */
+    int64_t published_ns;
     event_ring events;
 } hil_group;
 
@@ -82,6 +86,7 @@ typedef struct rt_state {
     _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
     hil_rt_stats live; /* the thread's own */
     int next_group;    /* where the next wake begins */
+    int64_t wakes;
     void *stack;
     size_t stack_len;
 } rt_state;
@@ -98,6 +103,27 @@ struct hil_core {
     _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
 };
 
+static inline int64_t axis_step_time_ns(const hil_axis *a, int64_t k)
+{
+    int64_t whole = k / MECHADUINO_STEP_DEN, part = k % MECHADUINO_STEP_DEN;
+    return a->loop_since_ns + whole * MECHADUINO_STEP_NUM_NS + part * MECHADUINO_STEP_NUM_NS / MECHADUINO_STEP_DEN;
+}
+
+/* A control step has been made. */
+static inline void axis_stepped(hil_axis *a)
+{
+    a->control_steps++;
+    a->next_step_ns = axis_step_time_ns(a, ++a->loop_steps + 1);
+}
+
+/* A4954: current command = Vref / (10 Rsense), 255 counts = 3.3 V; direction by the IN pins. */
+static inline void axis_currents(const hil_axis *a, double *a_A, double *b_A)
+{
+    const mechaduino_pins *p = &a->law.pins;
+    *a_A = p->vref1 * a->amps_per_count * (p->in2 - p->in1);
+    *b_A = p->vref2 * a->amps_per_count * (p->in4 - p->in3);
+}
+
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* all that happens up to and at t_ns */
 int64_t axis_next_ns(const hil_axis *a); /* when something happens next; HIL_FOREVER: never */
 void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns);
@@ -108,7 +134,6 @@ void watch_sample(hil_axis *a);                       /* the sample at next_ns *
 /* axis.c, for stepper.c */
 void axis_make_node(hil_axis *a, int64_t t_ns);
 void axis_set_currents(hil_axis *a, double a_A, double b_A);
-static inline double axis_teeth(const hil_axis *a) { return a->is_full ? a->full.teeth : a->plant.teeth; }
 
 /* stepper.c */
 int stepper_open(hil_axis *a, const hil_axis_params *params); /* -1: no memory */
@@ -121,6 +146,7 @@ double stepper_commanded_deg(const hil_axis *a);
 double stepper_lost_steps(const hil_axis *a);
 int stepper_rst(const hil_axis *a);
 void axis_publish(hil_axis *a, int64_t now_ns);
+void group_publish(hil_core *c, int group);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
 
 #endif

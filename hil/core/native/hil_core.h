@@ -202,7 +202,7 @@ int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity);
 int hil_axis_take_samples(hil_core *c, int axis, hil_snapshot *out, int max); /* how many */
 int64_t hil_axis_lost_samples(const hil_core *c, int axis);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
-void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release or wake */
+void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release, or in real time of the last 20 ms */
 
 /* The real-time thread. start: 0, or an errno when no thread could be made at all; what it was refused
    (FIFO priority, CPU, locked memory) is in the stats when start returns. */

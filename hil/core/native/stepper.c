@@ -26,14 +26,14 @@ static int driver_exponent(int driver, int pins)
 static double commanded_rev(const hil_axis *a)
 {
     const stepper *s = a->stepper;
-    return s->origin_rev + (double)s->position / MICROSTEPS / (4 * axis_teeth(a));
+    return s->origin_rev + (double)s->position / MICROSTEPS / (4 * a->stepper->teeth);
 }
 
 double stepper_commanded_deg(const hil_axis *a) { return a->stepper ? commanded_rev(a) * 360 : 0; }
 
 double stepper_lost_steps(const hil_axis *a)
 {
-    return a->stepper ? (commanded_rev(a) - a->view.rev) * 4 * axis_teeth(a) : 0;
+    return a->stepper ? (commanded_rev(a) - a->view.rev) * 4 * a->stepper->teeth : 0;
 }
 
 int stepper_rst(const hil_axis *a) { return a->stepper && !a->stepper->rst_is_low; }
@@ -42,7 +42,7 @@ int stepper_rst(const hil_axis *a) { return a->stepper && !a->stepper->rst_is_lo
 static void apply_currents(hil_axis *a)
 {
     double s, c, amps = a->stepper->phase_current_A;
-    sincos_turns(axis_teeth(a) * commanded_rev(a), &s, &c);
+    sincos_turns(a->stepper->teeth * commanded_rev(a), &s, &c);
     axis_set_currents(a, -amps * s, amps * c);
 }
 
@@ -177,6 +177,7 @@ int stepper_open(hil_axis *a, const hil_axis_params *params)
                                        .external_clock_Hz = 1000000};
     a->stepper = s;
     s->driver = params->driver;
+    s->teeth = params->rotor_teeth;
     s->phase_current_A = params->phase_current_A;
     s->origin_rev = params->start_deg / 360;
     s->fall_ns = HIL_FOREVER;

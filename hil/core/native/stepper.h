@@ -13,7 +13,7 @@ typedef struct stepper_wire {
 
 typedef struct stepper {
     motion motion;
-    int driver, is_wired, is_recorded;
+    int driver, teeth, is_wired, is_recorded;
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
     int64_t fall_ns;  /* of clk, if anybody looks at it; HIL_FOREVER: not high */

@@ -68,12 +68,7 @@ void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int3
 {
     int32_t a = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg), 3600)]) / 1024;
     int32_t b = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg + 900.0f), 3600)]) / 1024;
-    m->pins.vref1 = a < 0 ? -a : a;
-    m->pins.in2 = a >= 0;
-    m->pins.in1 = a < 0;
-    m->pins.vref2 = b < 0 ? -b : b;
-    m->pins.in4 = b >= 0;
-    m->pins.in3 = b < 0;
+    mechaduino_drive(m, a, b);
 }
 
 void mechaduino_step_pin(mechaduino *m, int dir_level)

@@ -32,6 +32,16 @@ void mechaduino_sine(int16_t sine[MECHADUINO_SINE_LEN]);
 void mechaduino_power_up(mechaduino *m);
 void mechaduino_set_pLPF(mechaduino *m, float hz);
 void mechaduino_set_vLPF(mechaduino *m, float hz);
+/* The pins for coil currents in counts. */
+static inline void mechaduino_drive(mechaduino *m, int32_t a, int32_t b)
+{
+    m->pins.vref1 = a < 0 ? -a : a;
+    m->pins.in2 = a >= 0;
+    m->pins.in1 = a < 0;
+    m->pins.vref2 = b < 0 ? -b : b;
+    m->pins.in4 = b >= 0;
+    m->pins.in3 = b < 0;
+}
 void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort);
 /* One control interrupt. Returns 1 when the step response print is due. y_measured: the calibrated angle. */
 int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured);

@@ -3,9 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "trig.h"
-
-static const double MOST_REV = 0x1p40, MOST_REV_PER_S = 1e6, MOST_A = 1e6, MOST_LOAD_NM = 1e6;
+static const double MOST_REV = 0x1p40, MOST_LOAD_NM = 1e6;
 
 static double bounded(double x, double most)
 {
@@ -13,31 +11,11 @@ static double bounded(double x, double most)
     return x > most ? most : x < -most ? -most : x;
 }
 
-/* Turns without the whole ones: teeth are whole numbers, so nothing is lost and large angles keep a sine. */
-static double part_of_turn(double rev) { return rev - floor(rev); }
-
 static double sine_of_turns(double turns)
 {
     double s, c;
     sincos_turns(turns, &s, &c);
     return s;
-}
-
-static double wave_rev(double amplitude_rev, double turns, double phase)
-{
-    return amplitude_rev == 0 ? 0 : amplitude_rev * sine_of_turns(turns + phase);
-}
-
-static void magnetic_angle(const full *p, double rev, double *s, double *c)
-{
-    double turn = part_of_turn(rev);
-    sincos_turns(p->teeth * (turn + wave_rev(p->step_error_rev, turn, p->step_error_phase)), s, c);
-}
-
-/* Stable where one coil alone holds the rotor: sin of four times the electrical angle. */
-static double detent_Nm(const full *p, double s, double c)
-{
-    return -p->motor.detent_torque_Nm * 4 * s * c * (c * c - s * s);
 }
 
 /* One-sided: a stop pushes back, and never holds. */
@@ -52,113 +30,91 @@ static double load_Nm(const full *p, double rev, double rev_per_s)
     const hil_load *l = &p->load;
     double torque = p->load_torque_Nm + l->torque_Nm;
     if (l->stiffness_Nm_per_rad > 0) torque -= l->stiffness_Nm_per_rad * TWO_PI * (rev - l->centre_deg / 360);
-    if (l->pendulum_Nm > 0) torque -= l->pendulum_Nm * sine_of_turns(part_of_turn(rev) - l->centre_deg / 360);
+    if (l->pendulum_Nm > 0) torque -= l->pendulum_Nm * sine_of_turns(rev - floor_of(rev) - l->centre_deg / 360);
     if (l->end_stops)
         torque += stop_Nm(p, l->min_deg / 360 - rev, -rev_per_s) - stop_Nm(p, rev - l->max_deg / 360, rev_per_s);
     return bounded(torque, 1e3 * MOST_LOAD_NM);
 }
 
-/* The speed after h_s of a torque: viscous friction at the mean speed, then the impulse of dry friction,
-   which at most stops the shaft. So a shaft that stands stays until the torque exceeds dry friction. */
-static double kicked(const full *p, double rev_per_s, double torque_Nm, double h_s)
+static full_rate rate_of(const full *p, int64_t h_ns)
 {
-    double per_step = h_s / p->inertia_kg_m2, half_decay = 0.5 * p->viscous_Nm_s_per_rad * per_step;
-    double v = (rev_per_s * (1 - half_decay) + torque_Nm * (per_step / TWO_PI)) / (1 + half_decay);
-    double dry = p->motor.coulomb_torque_Nm * per_step / TWO_PI;
-    return v > dry ? v - dry : v < -dry ? v + dry : 0;
+    double h_s = (double)h_ns * 1e-9, per_step = h_s / p->inertia_kg_m2, braked = 0.5 * p->motor.viscous * per_step;
+    double faded = 0.5 * p->motor.R * h_s / p->inductance_H;
+    return (full_rate){.h_s = h_s, .half_s = 0.5 * h_s, .slow = (1 - braked) / (1 + braked),
+                       .push = per_step / TWO_PI / (1 + braked), .dry = p->motor.coulomb_Nm * per_step / TWO_PI,
+                       .henry_per_s = p->inductance_H / h_s, .fade = (1 - faded) / (1 + faded),
+                       .feed = h_s / p->inductance_H / (1 + faded)};
 }
 
-/* One coil over h_s, at the mean of its current before and after. The bridge's mean voltage is the one that
-   brings the current to the command, as far as the supply goes. Answers the mean current. */
-static double regulated(const full *p, double *current_A, double *voltage_V, double command_A, double emf_V, double h_s)
+static void step(full *p, const full_rate *r)
 {
-    double R = p->motor.phase_resistance_ohm, L = p->motor.phase_inductance_H, before_A = *current_A;
-    double wanted_V = emf_V + 0.5 * R * (before_A + command_A) + L * (command_A - before_A) / h_s;
-    if (fabs(wanted_V) <= p->motor.supply_V) {
-        *voltage_V = wanted_V;
-        *current_A = command_A;
-    } else {
-        double half_decay = 0.5 * R * h_s / L;
-        *voltage_V = copysign(p->motor.supply_V, wanted_V);
-        *current_A = (before_A * (1 - half_decay) + (*voltage_V - emf_V) * h_s / L) / (1 + half_decay);
-        *current_A = bounded(*current_A, MOST_A);
+    full_moving *x = &p->moving;
+    if (p->steps++ == 0) full_open(&p->motor, x);
+    double load = p->steady_Nm;
+    if (p->load_varies) load = load_Nm(p, x->state.rev + r->half_s * x->state.rev_per_s, x->state.rev_per_s);
+    full_step(&p->motor, r, x, p->command_a_A, p->command_b_A, load);
+}
+
+/* A node at which the next window begins. */
+static void close_window(full *p)
+{
+    full_state *q = &p->moving.state;
+    p->steps = p->stirred = 0;
+    if (fabs(q->rev) >= MOST_REV) {
+        q->rev = copysign(MOST_REV, q->rev);
+        q->rev_per_s = 0;
     }
-    return 0.5 * (before_A + *current_A);
+    full_locate(&p->moving);
 }
 
-/* Drift, kick, drift: forces are those of the middle of the step. */
-static void step(full *p, double h_s)
-{
-    full_state *x = &p->state;
-    double before = x->rev_per_s, middle_rev = x->rev + 0.5 * h_s * before, s, c;
-    double K = p->torque_constant_Nm_per_A;
-    magnetic_angle(p, middle_rev, &s, &c);
-    double load = load_Nm(p, middle_rev, before), other = load + detent_Nm(p, s, c);
-    double guess = kicked(p, before, other - K * (x->a_A * c + x->b_A * s), h_s);
-    double emf_per_sine_V = -K * TWO_PI * 0.5 * (before + guess);
-    double a_A = regulated(p, &x->a_A, &p->a_V, p->command_a_A, emf_per_sine_V * c, h_s);
-    double b_A = regulated(p, &x->b_A, &p->b_V, p->command_b_A, emf_per_sine_V * s, h_s);
-    double torque = other - K * (a_A * c + b_A * s);
-    x->rev_per_s = bounded(kicked(p, before, torque, h_s), MOST_REV_PER_S);
-    x->rev = bounded(middle_rev + 0.5 * h_s * x->rev_per_s, MOST_REV);
-    if (fabs(x->rev) >= MOST_REV) x->rev_per_s = 0;
-
-    double rad = TWO_PI * 0.5 * (before + x->rev_per_s) * h_s;
-    full_energy *e = &p->energy;
-    e->electrical_J += (p->a_V * a_A + p->b_V * b_A) * h_s;
-    e->copper_J += p->motor.phase_resistance_ohm * (a_A * a_A + b_A * b_A) * h_s;
-    e->friction_J += p->viscous_Nm_s_per_rad * rad * rad / h_s + p->motor.coulomb_torque_Nm * fabs(rad);
-    e->load_J -= load * rad;
-}
-
-/* splitmix64's finisher: every bit of the result depends on every bit of x. */
-static uint64_t hash(uint64_t x)
-{
-    x += 0x9E3779B97F4A7C15;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
-    return x ^ (x >> 31);
-}
-
-static double phase(uint64_t seed, uint64_t which) { return (double)(hash(hash(seed) + which) >> 11) * 0x1p-53; }
-
-/* About normal, mean 0, variance 1: four uniform parts of one hash. */
-static double noise(uint64_t seed, int64_t t_ns)
-{
-    uint64_t bits = hash(hash(seed) ^ hash((uint64_t)t_ns));
-    double sum = 0;
-    for (int i = 0; i < 4; i++, bits >>= 16) sum += (double)(bits & 0xFFFF) + 0.5;
-    return (sum * 0x1p-16 - 2) * 1.7320508075688772;
-}
+static double phase(uint64_t seed, uint64_t which) { return (double)(full_hash(full_hash(seed) + which) >> 11) * 0x1p-53; }
 
 /* The step that resolves the fastest thing the plant can do. 0: none that is short enough. */
 static int64_t step_for(const full *p, double max_current_A)
 {
-    double stiffness = p->teeth * (1.5 * p->torque_constant_Nm_per_A * max_current_A + 4 * p->motor.detent_torque_Nm) +
+    double stiffness = p->motor.teeth * (1.5 * p->motor.K * max_current_A + 4 * p->motor.detent_Nm) +
                        p->load.stiffness_Nm_per_rad + p->load.pendulum_Nm;
-    double swing_per_s = sqrt(stiffness / p->inertia_kg_m2), decay_per_s = p->viscous_Nm_s_per_rad / p->inertia_kg_m2;
-    double rate_per_s = fmax(fmax(swing_per_s, decay_per_s), p->motor.phase_resistance_ohm / p->motor.phase_inductance_H);
+    double swing_per_s = sqrt(stiffness / p->inertia_kg_m2), decay_per_s = p->motor.viscous / p->inertia_kg_m2;
+    double rate_per_s = fmax(fmax(swing_per_s, decay_per_s), p->motor.R / p->inductance_H);
     double steps = ceil(rate_per_s * (FULL_STEP_NS * 1e-9) / 0.25);
     if (!(steps <= FULL_MAX_STEPS)) return 0;
     return FULL_STEP_NS / (int64_t)fmax(steps, 1);
 }
 
+/* An error of so many revolutions at most, as the weights of the angle's sine and cosine. */
+static void wave(double most_rev, double turns, double *of_c, double *of_s)
+{
+    double s, c;
+    sincos_turns(turns, &s, &c);
+    *of_s = most_rev * s;
+    *of_c = most_rev * c;
+}
+
 int full_init(full *p, const hil_axis_params *params, double max_current_A, int64_t now_ns)
 {
     const hil_full_params *m = &params->full;
-    *p = (full){.state = {params->start_deg / 360, 0, 0, 0}, .node_ns = now_ns, .motor = *m, .load = params->load,
-                .seed = params->seed, .torque_constant_Nm_per_A = params->torque_constant_Nm_per_A,
-                .teeth = params->rotor_teeth, .inertia_kg_m2 = params->inertia_kg_m2 + params->load.inertia_kg_m2,
-                .viscous_Nm_s_per_rad = params->viscous_Nm_s_per_rad,
-                .step_error_rev = m->full_step_error_pct / 100 / (4 * params->rotor_teeth),
-                .step_error_phase = phase(params->seed, 1), .eccentricity_rev = m->encoder_eccentricity_deg / 360,
-                .eccentricity_phase = phase(params->seed, 2), .nonlinearity_rev = m->encoder_nonlinearity_deg / 360,
-                .nonlinearity_phase = phase(params->seed, 3)};
+    const hil_load *l = &params->load;
+    *p = (full){.moving.state.rev = params->start_deg / 360, .node_ns = now_ns, .load = *l,
+                .noise_key = full_hash(params->seed), .noise_counts = m->encoder_noise_counts, .part_ns = {-1, -1},
+                .inertia_kg_m2 = params->inertia_kg_m2 + l->inertia_kg_m2, .inductance_H = m->phase_inductance_H,
+                .load_varies = l->stiffness_Nm_per_rad > 0 || l->pendulum_Nm > 0 || l->end_stops,
+                .motor = {.R = m->phase_resistance_ohm, .K = params->torque_constant_Nm_per_A,
+                          .supply_V = m->supply_V, .detent_Nm = m->detent_torque_Nm,
+                          .viscous = params->viscous_Nm_s_per_rad, .coulomb_Nm = m->coulomb_torque_Nm,
+                          .teeth = params->rotor_teeth}};
+    full_motor *of = &p->motor;
+    of->emf_V_s = -0.5 * TWO_PI * of->K;
+    wave(m->full_step_error_pct / 100 / (4 * params->rotor_teeth), phase(params->seed, 1), &of->step_c, &of->step_s);
+    wave(m->encoder_eccentricity_deg / 360, phase(params->seed, 2), &of->once_c, &of->once_s);
+    wave(m->encoder_nonlinearity_deg / 360, phase(params->seed, 3), &of->twice_c, &of->twice_s);
     full_set_load(p, params->load_torque_Nm);
     p->step_ns = step_for(p, max_current_A);
     if (!p->step_ns) return -1;
+    p->whole = rate_of(p, p->step_ns);
+    of->whole_s = p->whole.h_s;
+    full_locate(&p->moving);
     /* As stiff as the step resolves; the damper takes most of a hit's energy. */
-    double rate_per_s = 0.3 / (p->step_ns * 1e-9);
+    double rate_per_s = 0.3 / p->whole.h_s;
     p->stop_Nm_per_rad = p->inertia_kg_m2 * rate_per_s * rate_per_s;
     p->stop_Nm_s_per_rad = 0.6 * p->inertia_kg_m2 * rate_per_s;
     return 0;
@@ -169,16 +125,16 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
 static full_energy energy_of_rest(const full *p)
 {
     double rested_s = (double)(p->node_ns - p->rest_since_ns) * 1e-9;
-    const full_state *x = &p->state;
-    full_energy e = p->energy;
-    e.electrical_J += (p->a_V * x->a_A + p->b_V * x->b_A) * rested_s;
-    e.copper_J += p->motor.phase_resistance_ohm * (x->a_A * x->a_A + x->b_A * x->b_A) * rested_s;
+    const full_state *x = &p->moving.state;
+    full_energy e = p->moving.energy;
+    e.electrical_J += (p->moving.a_V * x->a_A + p->moving.b_V * x->b_A) * rested_s;
+    e.copper_J += p->motor.R * (x->a_A * x->a_A + x->b_A * x->b_A) * rested_s;
     return e;
 }
 
 static void wake(full *p)
 {
-    if (p->at_rest) p->energy = energy_of_rest(p);
+    if (p->at_rest) p->moving.energy = energy_of_rest(p);
     p->at_rest = 0;
 }
 
@@ -189,21 +145,37 @@ void full_advance(full *p, int64_t t_ns)
             p->node_ns += (t_ns - p->node_ns) / p->step_ns * p->step_ns;
             return;
         }
-        full_state before = p->state;
-        step(p, p->step_ns * 1e-9);
+        full_state before = p->moving.state;
+        step(p, &p->whole);
         p->node_ns += p->step_ns;
-        p->at_rest = !memcmp(&before, &p->state, sizeof before);
+        p->stirred |= memcmp(&before, &p->moving.state, sizeof before) != 0;
+        if (p->steps < FULL_WINDOW) continue;
+        p->at_rest = !p->stirred;
         p->rest_since_ns = p->node_ns;
+        close_window(p);
     }
+}
+
+const full_rate *full_part(full *p, int64_t h_ns)
+{
+    int slot = h_ns & 1; /* a control loop's last steps have two lengths, next to each other */
+    if (p->part_ns[slot] != h_ns) {
+        p->part_ns[slot] = h_ns;
+        p->part[slot] = rate_of(p, h_ns);
+    }
+    return &p->part[slot];
 }
 
 void full_node(full *p, int64_t t_ns)
 {
     full_advance(p, t_ns);
     wake(p);
-    if (t_ns == p->node_ns) return;
-    step(p, (double)(t_ns - p->node_ns) * 1e-9);
-    p->node_ns = t_ns;
+    int64_t h_ns = t_ns - p->node_ns;
+    if (h_ns) {
+        step(p, full_part(p, h_ns));
+        p->node_ns = t_ns;
+    }
+    if (p->steps) close_window(p);
 }
 
 void full_set_currents(full *p, double a_A, double b_A)
@@ -217,6 +189,7 @@ void full_set_load(full *p, double torque_Nm)
 {
     wake(p);
     p->load_torque_Nm = bounded(torque_Nm, MOST_LOAD_NM);
+    p->steady_Nm = bounded(p->load_torque_Nm + p->load.torque_Nm, 1e3 * MOST_LOAD_NM);
 }
 
 full full_at(const full *p, int64_t t_ns)
@@ -228,17 +201,16 @@ full full_at(const full *p, int64_t t_ns)
 
 double full_motor_torque_Nm(const full *p)
 {
-    double s, c;
-    magnetic_angle(p, p->state.rev, &s, &c);
-    return detent_Nm(p, s, c) - p->torque_constant_Nm_per_A * (p->state.a_A * c + p->state.b_A * s);
+    const full_motor *m = &p->motor;
+    const full_state *x = &p->moving.state;
+    double turn = x->rev - floor_of(x->rev), s, c;
+    sincos_turns(turn, &s, &c);
+    sincos_turns(m->teeth * (turn + (m->step_c * s + m->step_s * c)), &s, &c);
+    return -m->detent_Nm * 4 * s * c * (c * c - s * s) - m->K * (x->a_A * c + x->b_A * s);
 }
 
 int full_raw(const full *p, int64_t t_ns)
 {
-    double turn = part_of_turn(p->state.rev);
-    turn += wave_rev(p->eccentricity_rev, turn, p->eccentricity_phase) +
-            wave_rev(p->nonlinearity_rev, 2 * turn, p->nonlinearity_phase);
-    double count = turn * 16384;
-    if (p->motor.encoder_noise_counts > 0) count += p->motor.encoder_noise_counts * noise(p->seed, t_ns);
-    return (int)((int64_t)floor(count) & 16383);
+    double noise = full_noise(p->noise_key, p->noise_counts, (uint64_t)t_ns);
+    return (int)full_rounded(full_count(&p->motor, &p->moving) + noise);
 }

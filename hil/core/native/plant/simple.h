@@ -9,22 +9,27 @@
 
 #include <stdint.h>
 
-/* Two steps to a Mechaduino control step (153854.17 ns), and rounded up so that the second ends it. A
-   plant that is too stiff for that has a whole number of steps in one of these. */
-#define PLANT_STEP_NS 76928
-#define PLANT_MAX_STEPS 256
+#include "trig.h"
+#include "simple_kernel.h"
+
+/* A Mechaduino control step (153854.17 ns), rounded up so that the next one ends it. A plant that is too
+   stiff for that has a whole number of steps in one of these. */
+#define PLANT_STEP_NS 153856
+#define PLANT_MAX_STEPS 2048
 
 typedef struct plant_shaft {
     double rev, rev_per_s;
 } plant_shaft;
 
 typedef struct plant {
-    plant_shaft shaft; /* at node_ns */
+    plant_moving moving; /* at node_ns */
     int64_t node_ns, step_ns;
-    double acceleration; /* at the node, rev/s2, friction left out */
+    plant_motor motor;
     double current_a_A, current_b_A, load_torque_Nm;
     int at_rest; /* the last full step changed nothing: later ones will not either */
-    double torque_constant_Nm_per_A, per_inertia, damping_per_s, teeth;
+    double torque_constant_Nm_per_A, per_inertia, damping_per_s;
+    plant_rate whole, part[2]; /* part[n]: of the latest shorter step of an even or odd length */
+    int64_t part_ns[2];
 } plant;
 
 /* All finite; inertia, torque constant, teeth and largest current above 0. -1: too stiff to integrate in
@@ -41,5 +46,7 @@ void plant_set_load(plant *p, double torque_Nm);
 plant_shaft plant_at(const plant *p, int64_t t_ns);
 /* The motor's torque at a shaft angle, Nm. */
 double plant_motor_torque_Nm(const plant *p, double rev);
+/* What a step of h_ns, shorter than a whole one, is multiplied with. */
+const plant_rate *plant_part(plant *p, int64_t h_ns);
 
 #endif

@@ -10,7 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../core.h"
+#include "../batch.h"
 
 #ifndef STACK_LEN /* the thread sanitizer needs more */
 #define STACK_LEN (256 * 1024)
@@ -20,6 +20,8 @@
 #define BUDGET_NS 20000000
 #define REST_NS 5000000   /* left to others after such a wake */
 #define SLICE_NS 10000000 /* of simulated time, between two looks at the budget */
+/* Snapshots are for people and for status: a group's is written so often, each in turn, and where it stops. */
+#define PUBLISH_NS 20000000
 #define STATS_WORDS ((int)(sizeof(hil_rt_stats) / 8))
 
 static int64_t monotonic_ns(void)
@@ -72,20 +74,32 @@ static int enter(hil_group *g)
 
 /* Returns 1 when the loop thread has something to do in this group. It is told before the group is
    released: whoever closes the group then finds the last word already said. */
-static int run_group(hil_core *c, int group, int64_t target_ns, int64_t give_up_ns)
+static int leave(hil_core *c, int group)
 {
     hil_group *g = &c->groups[group];
-    if (!enter(g)) return 0; /* the loop thread has it, and catches it up itself */
-    int64_t now_ns = hil_group_now(c, group), slice_ns;
-    do {
-        slice_ns = target_ns - now_ns > SLICE_NS ? now_ns + SLICE_NS : target_ns;
-        now_ns = hil_group_advance(c, group, slice_ns);
-    } while (now_ns == slice_ns && now_ns < target_ns && monotonic_ns() < give_up_ns);
     int tell = ring_used(&g->events) > 0;
-    if (now_ns >= g->horizon_ns && !g->reported) tell = g->reported = 1;
+    int64_t now_ns = hil_group_now(c, group), turns = PUBLISH_NS / c->rt.options.period_ns;
+    int stopped = now_ns >= g->horizon_ns;
+    if (stopped && !g->reported) tell = g->reported = 1;
+    int its_turn = turns < 1 || (c->rt.wakes + group) % turns == 0;
+    if (its_turn || (stopped && g->published_ns != now_ns)) group_publish(c, group);
     if (tell) atomic_store_explicit(&c->due[group], 1, memory_order_release);
-    hil_group_release(c, group);
+    atomic_store_explicit(&g->owner, GROUP_FREE, memory_order_release);
     return tell;
+}
+
+/* Groups that this thread is in. Those behind come first, in slices. */
+static void run_groups(hil_core *c, const int *groups, int n, int64_t target_ns, int64_t give_up_ns)
+{
+    int64_t slice_ns = target_ns;
+    for (int i = 0; i < n; i++) {
+        int64_t now_ns = hil_group_now(c, groups[i]);
+        if (now_ns < slice_ns && now_ns < c->groups[groups[i]].horizon_ns) slice_ns = now_ns;
+    }
+    do {
+        slice_ns = target_ns - slice_ns > SLICE_NS ? slice_ns + SLICE_NS : target_ns;
+        batch_advance(c, groups, n, slice_ns);
+    } while (slice_ns < target_ns && monotonic_ns() < give_up_ns);
 }
 
 /* Returns 1 when the budget ran out; the next wake then begins with the group after the last one. */
@@ -93,12 +107,20 @@ static int wake(hil_core *c)
 {
     int64_t started_ns = monotonic_ns(), target_ns = sim_ns(&c->rt, started_ns), give_up_ns = started_ns + BUDGET_NS;
     int tell = 0, overrun = 0, groups = atomic_load_explicit(&c->groups_used, memory_order_acquire);
-    for (int i = 0; i < groups && !overrun; i++) {
-        int group = c->rt.next_group;
-        c->rt.next_group = (group + 1) % groups;
-        tell |= run_group(c, group, target_ns, give_up_ns);
+    for (int i = 0; i < groups && !overrun;) {
+        int entered[BATCH_GROUPS], n = 0;
+        for (int k = 0; k < BATCH_GROUPS; k++) __builtin_prefetch(&c->groups[(c->rt.next_group + k) % groups], 1);
+        for (; i < groups && n < BATCH_GROUPS; i++) {
+            int group = c->rt.next_group;
+            c->rt.next_group = (group + 1) % groups;
+            /* Not entered: the loop thread has it, and catches it up itself. */
+            if (enter(&c->groups[group])) entered[n++] = group;
+        }
+        run_groups(c, entered, n, target_ns, give_up_ns);
+        for (int k = 0; k < n; k++) tell |= leave(c, entered[k]);
         overrun = monotonic_ns() >= give_up_ns;
     }
+    c->rt.wakes++;
     if (tell) {
         uint64_t one = 1;
         /* Full only after 2^64 wakes: nothing to handle. */

@@ -22,8 +22,8 @@ static full motor(const hil_axis_params *params)
 /* The members that a motion changes; the structs have padding. */
 static int same(const full *a, const full *b)
 {
-    return !memcmp(&a->state, &b->state, sizeof a->state) && !memcmp(&a->energy, &b->energy, sizeof a->energy) &&
-           a->a_V == b->a_V && a->b_V == b->b_V;
+    return !memcmp(&a->moving.state, &b->moving.state, sizeof a->moving.state) && !memcmp(&a->moving.energy, &b->moving.energy, sizeof a->moving.energy) &&
+           a->moving.a_V == b->moving.a_V && a->moving.b_V == b->moving.b_V;
 }
 
 static void current_rises_with_L_over_R(void)
@@ -37,13 +37,13 @@ static void current_rises_with_L_over_R(void)
     int64_t tau_ns = 2363636;
     for (int i = 1; i <= 5; i++) {
         full now = full_at(&p, i * tau_ns);
-        CHECK_NEAR(now.state.a_A / final_A, 1 - exp(-i), 1e-4);
-        CHECK_NEAR(now.state.b_A / final_A, exp(-i) - 1, 1e-4);
+        CHECK_NEAR(now.moving.state.a_A / final_A, 1 - exp(-i), 1e-4);
+        CHECK_NEAR(now.moving.state.b_A / final_A, exp(-i) - 1, 1e-4);
     }
     full_set_currents(&p, 0.5, -0.5);
     full_advance(&p, 100000000);
-    CHECK(p.state.a_A == 0.5 && p.state.b_A == -0.5); /* regulated: the command itself */
-    CHECK_NEAR(p.a_V, 0.55, 1e-3);
+    CHECK(p.moving.state.a_A == 0.5 && p.moving.state.b_A == -0.5); /* regulated: the command itself */
+    CHECK_NEAR(p.moving.a_V, 0.55, 1e-3);
 }
 
 static void a_stopped_shaft_stays(void)
@@ -53,13 +53,13 @@ static void a_stopped_shaft_stays(void)
     full p = motor(&bare);
     full_set_load(&p, 0.00399);
     full_advance(&p, 10000000000);
-    CHECK(p.at_rest && p.state.rev == 0 && p.state.rev_per_s == 0);
+    CHECK(p.at_rest && p.moving.state.rev == 0 && p.moving.state.rev_per_s == 0);
     full_set_load(&p, 0.00401);
     full_advance(&p, 11000000000);
-    CHECK(p.state.rev_per_s > 0);
+    CHECK(p.moving.state.rev_per_s > 0);
     full_set_load(&p, 0);
     full_advance(&p, 20000000000);
-    CHECK(p.at_rest && p.state.rev_per_s == 0);
+    CHECK(p.at_rest && p.moving.state.rev_per_s == 0);
 }
 
 static void detent_has_four_places_a_tooth(void)
@@ -71,8 +71,8 @@ static void detent_has_four_places_a_tooth(void)
         smooth.start_deg = (step + 0.4) * 1.8;
         full p = motor(&smooth);
         full_advance(&p, 2000000000);
-        CHECK_NEAR(p.state.rev * 200, step, 1e-6);
-        p.state.rev += 1 / 1600.0; /* an eighth of a detent's period further: its largest torque */
+        CHECK_NEAR(p.moving.state.rev * 200, step, 1e-6);
+        p.moving.state.rev += 1 / 1600.0; /* an eighth of a detent's period further: its largest torque */
         CHECK_NEAR(full_motor_torque_Nm(&p), -0.015 * sin(TAU / 8), 1e-6);
     }
 }
@@ -97,11 +97,11 @@ static void resting_is_the_same_as_stepping(void)
             stepping.at_rest = 0;
             full_advance(&stepping, stepping.node_ns + stepping.step_ns);
         }
-        CHECK(!memcmp(&skipping.state, &stepping.state, sizeof skipping.state));
+        CHECK(!memcmp(&skipping.moving.state, &stepping.moving.state, sizeof skipping.moving.state));
         CHECK_INT(skipping.node_ns, stepping.node_ns);
         full a = full_at(&skipping, now_ns), b = full_at(&stepping, now_ns);
-        CHECK_NEAR(a.energy.electrical_J, b.energy.electrical_J, 1e-9);
-        CHECK_NEAR(a.energy.copper_J, b.energy.copper_J, 1e-9);
+        CHECK_NEAR(a.moving.energy.electrical_J, b.moving.energy.electrical_J, 1e-9);
+        CHECK_NEAR(a.moving.energy.copper_J, b.moving.energy.copper_J, 1e-9);
     }
     CHECK(rests > 4);
 }
@@ -183,12 +183,12 @@ static void end_stops_hold_and_let_go(void)
         int64_t since_ns = p.node_ns;
         full_set_load(&p, sign * 0.3);
         full_advance(&p, since_ns + 1000000000);
-        CHECK_NEAR(p.state.rev * 360, sign * 10, 0.1);
-        CHECK_NEAR(p.state.rev_per_s, 0, 1e-3);
+        CHECK_NEAR(p.moving.state.rev * 360, sign * 10, 0.1);
+        CHECK_NEAR(p.moving.state.rev_per_s, 0, 1e-3);
     }
     full_set_load(&p, -0.03);
     full_advance(&p, p.node_ns + 5000000);
-    CHECK(p.state.rev * 360 < 10);
+    CHECK(p.moving.state.rev * 360 < 10);
 }
 
 static void extremes_are_defined(void)
@@ -205,9 +205,9 @@ static void extremes_are_defined(void)
             for (int64_t t_ns = 0; t_ns < 1000000000; t_ns += 10000000) {
                 full_node(&p, t_ns);
                 full_raw(&p, t_ns);
-                double all[] = {p.state.rev, p.state.rev_per_s, p.state.a_A, p.state.b_A, p.a_V, p.b_V,
-                                full_motor_torque_Nm(&p), p.energy.electrical_J, p.energy.copper_J,
-                                p.energy.friction_J, p.energy.load_J, p.load_torque_Nm};
+                double all[] = {p.moving.state.rev, p.moving.state.rev_per_s, p.moving.state.a_A, p.moving.state.b_A, p.moving.a_V, p.moving.b_V,
+                                full_motor_torque_Nm(&p), p.moving.energy.electrical_J, p.moving.energy.copper_J,
+                                p.moving.energy.friction_J, p.moving.energy.load_J, p.load_torque_Nm};
                 for (int k = 0; k < 12; k++) CHECK(isfinite(all[k]));
             }
         }

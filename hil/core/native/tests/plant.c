@@ -17,12 +17,12 @@ static void comes_to_rest(void)
     plant_set_currents(&p, 0.3, 0); /* torque -cos: stable at -90 electrical degrees */
     plant_advance(&p, 5000000000);
     CHECK(p.at_rest);
-    CHECK_NEAR(p.shaft.rev, -0.25 / 50, 1e-12);
-    CHECK_NEAR(plant_motor_torque_Nm(&p, p.shaft.rev), 0, 1e-12);
+    CHECK_NEAR(p.moving.rev, -0.25 / 50, 1e-12);
+    CHECK_NEAR(plant_motor_torque_Nm(&p, p.moving.rev), 0, 1e-12);
     plant_set_load(&p, 0.01);
     CHECK(!p.at_rest);
     plant_advance(&p, 10000000000);
-    CHECK_NEAR(plant_motor_torque_Nm(&p, p.shaft.rev), -0.01, 1e-12);
+    CHECK_NEAR(plant_motor_torque_Nm(&p, p.moving.rev), -0.01, 1e-12);
 }
 
 static void resting_is_the_same_as_stepping(void)
@@ -43,7 +43,7 @@ static void resting_is_the_same_as_stepping(void)
             }
             plant_node(&stepping, now_ns);
             if (currents) plant_set_currents(&stepping, a_A, b_A);
-            CHECK(!memcmp(&skipping.shaft, &stepping.shaft, sizeof skipping.shaft));
+            CHECK(!memcmp(&skipping.moving, &stepping.moving, sizeof skipping.moving));
             CHECK_INT(skipping.node_ns, stepping.node_ns);
             now_ns += 1000000000 + random_below(&seed, 1000000);
             plant_advance(&skipping, now_ns);
@@ -73,7 +73,7 @@ static journey travel(uint64_t reader)
         now_ns = then_ns;
         j.at[i] = plant_at(&p, now_ns);
         plant_node(&p, now_ns);
-        CHECK(!memcmp(&j.at[i], &p.shaft, sizeof p.shaft));
+        CHECK(!memcmp(&j.at[i], &p.moving, sizeof j.at[i]));
         if (next_random(&plan) & 1)
             plant_set_currents(&p, (double)random_below(&plan, 200) / 100 - 1, (double)random_below(&plan, 200) / 100 - 1);
         else
@@ -95,11 +95,11 @@ static void terminal_speed(void)
 {
     plant p = rotor(0.004, 0, 0.02);
     plant_advance(&p, 1000000000);
-    double rad_per_s = p.shaft.rev_per_s * TAU;
+    double rad_per_s = p.moving.rev_per_s * TAU;
     CHECK_NEAR(rad_per_s / (0.02 / 0.004), 1, 1e-3);
     plant_set_load(&p, -0.02);
     plant_advance(&p, 2000000000);
-    CHECK_NEAR(p.shaft.rev_per_s * TAU / -rad_per_s, 1, 1e-3);
+    CHECK_NEAR(p.moving.rev_per_s * TAU / -rad_per_s, 1, 1e-3);
 }
 
 /* Without friction, kinetic and magnetic energy add up to the same, over 20 s of swinging. */
@@ -110,8 +110,8 @@ static void energy_stays(void)
     double depth_J = 0.225 * 0.5 / 50, least_J = 1, most_J = -1;
     for (int64_t t_ns = 0; t_ns < 20000000000; t_ns += PLANT_STEP_NS) {
         plant_advance(&p, t_ns);
-        double rad_per_s = p.shaft.rev_per_s * TAU;
-        double energy_J = 0.5 * 5.4e-6 * rad_per_s * rad_per_s + depth_J * sin(TAU * 50 * p.shaft.rev);
+        double rad_per_s = p.moving.rev_per_s * TAU;
+        double energy_J = 0.5 * 5.4e-6 * rad_per_s * rad_per_s + depth_J * sin(TAU * 50 * p.moving.rev);
         if (energy_J < least_J) least_J = energy_J;
         if (energy_J > most_J) most_J = energy_J;
     }
@@ -123,7 +123,7 @@ static void sines(void)
 {
     plant p = rotor(0, 0, 0);
     p.torque_constant_Nm_per_A = 1;
-    p.teeth = 1;
+    p.motor.teeth = 1;
     uint64_t seed = 4;
     double worst = 0;
     for (int i = 0; i < 1000000; i++) {
@@ -146,7 +146,7 @@ static void extremes_are_defined(void)
     p = rotor(1, 0.1, 1); /* stiff: 250 times the usual friction */
     CHECK(p.step_ns < PLANT_STEP_NS / 20);
     plant_advance(&p, 1000000000);
-    CHECK_NEAR(p.shaft.rev_per_s * TAU, 1, 1e-6);
+    CHECK_NEAR(p.moving.rev_per_s * TAU, 1, 1e-6);
     static const double LOADS[] = {NAN, INFINITY, -1e300, 1e300, 1e15};
     for (int i = 0; i < 5; i++) {
         p = rotor(0.004, 0.1, 0);

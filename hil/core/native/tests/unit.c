@@ -7,6 +7,7 @@ void plant_tests(void);
 void full_tests(void);
 void axis_tests(void);
 void groups_tests(void);
+void batch_tests(void);
 void source_tests(void);
 void watchdog_tests(void);
 
@@ -17,6 +18,7 @@ int main(int argc, char **argv)
     full_tests();
     axis_tests();
     groups_tests();
+    batch_tests();
     source_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);

@@ -1,0 +1,5 @@
+/* batch_lanes.h for any processor. */
+#define TARGET
+#define SIMPLE_BATCH simple_batch_any
+#define FULL_BATCH full_batch_any
+#include "batch_lanes.h"

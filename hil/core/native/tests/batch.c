@@ -1,0 +1,166 @@
+/* Axes in lanes move as axes alone do, to the last bit: batch.c against hil_group_advance. */
+#include "../batch.h"
+
+#include "fixture.h"
+
+#define AXES 29 /* three batches of a kind at most, and some left over */
+
+static hil_axis_params random_params(uint64_t *seed, int kind)
+{
+    hil_axis_params p = MECHADUINO;
+    p.inertia_kg_m2 *= 1 + (double)random_below(seed, 100) / 50;
+    p.start_deg = (double)random_below(seed, 720000) / 1000 - 360;
+    p.load_torque_Nm = (double)(random_below(seed, 3) - 1) * 0.02;
+    p.is_full = kind;
+    p.seed = next_random(seed);
+    p.viscous_Nm_s_per_rad = kind ? 4e-5 : 0.004;
+    p.torque_constant_Nm_per_A = kind ? 0.155 : 0.225;
+    p.full = (hil_full_params){.phase_resistance_ohm = 1.1, .phase_inductance_H = 2.6e-3, .detent_torque_Nm = 0.015,
+                               .full_step_error_pct = 5, .encoder_eccentricity_deg = 0.5,
+                               .encoder_nonlinearity_deg = 0.2, .supply_V = 8 + (double)random_below(seed, 20)};
+    if (random_below(seed, 2)) p.full.coulomb_torque_Nm = 0.008;
+    if (random_below(seed, 2)) p.full.encoder_noise_counts = 0.7;
+    if (random_below(seed, 10) == 0) p.load.pendulum_Nm = 0.02; /* no lane has room for it */
+    return p;
+}
+
+static void open_axes(hil_core *c, uint64_t seed)
+{
+    for (int i = 0; i < AXES; i++) {
+        hil_axis_params p = random_params(&seed, (int)random_below(&seed, 2));
+        int axis = hil_axis_open(c, open_group(c, 0), &p);
+        identity_table(hil_axis_table(c, axis));
+        for (int k = 0; k < HIL_TABLE_LEN; k++)
+            hil_axis_table(c, axis)[k] += (float)random_below(&seed, 100) / 1000;
+        hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+    }
+}
+
+/* Something new for one axis, of all that a firmware or a test can do. */
+static void disturb(hil_core *c, int axis, uint64_t *seed)
+{
+    static const char MODES[] = {'x', 'x', 'x', 'v', 't', 'h'};
+    static const double NUMBERS[] = {NAN, 1e30, -1e30, 3e9};
+    double number = (double)random_below(seed, 2000) - 1000;
+    const hil_edges edges = {.at_ns = random_below(seed, 1000000), .pin = 1, .steps = 1 + random_below(seed, 300),
+                             .duration_ns = 1 + random_below(seed, 20000000)};
+    switch (random_below(seed, 14)) {
+    case 0: hil_axis_loop(c, axis, 0); break;
+    case 1: hil_axis_set(c, axis, HIL_FIELD_mode, MODES[random_below(seed, 6)]); break;
+    case 2: hil_axis_set(c, axis, HIL_FIELD_load_torque_Nm, number / 5000); break;
+    case 3: hil_axis_spi(c, axis, 0xFFFC); break;
+    case 4: hil_axis_set(c, axis, HIL_FIELD_print_yw, (double)random_below(seed, 2)); break;
+    case 5: hil_axis_output(c, axis, (float)number, 100); break;
+    case 6: hil_axis_set(c, axis, HIL_FIELD_r, NUMBERS[random_below(seed, 4)]); break;
+    case 7: hil_axis_set(c, axis, HIL_FIELD_PA, random_below(seed, 3) ? 1.8 : NUMBERS[random_below(seed, 4)]); break;
+    case 8: hil_axis_set(c, axis, HIL_FIELD_uMAX, random_below(seed, 3) ? 115 : 2e9); break;
+    case 9: hil_axis_power_up(c, axis); break;
+    case 10: CHECK_INT(hil_axis_drive(c, axis, 1, &edges), 0); break;
+    case 11: CHECK_INT(hil_axis_watch(c, axis, random_below(seed, 3) * 333333, 64), 0); break;
+    default: hil_axis_set(c, axis, HIL_FIELD_r, number); break;
+    }
+    if (random_below(seed, 3)) hil_axis_loop(c, axis, 1);
+    if (random_below(seed, 3)) hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+}
+
+static void check_same(hil_core *batched, hil_core *alone)
+{
+    hil_event one, other;
+    for (int i = 0; i < AXES; i++) {
+        hil_snapshot a, b;
+        hil_axis_snapshot(batched, i, &a);
+        hil_axis_snapshot(alone, i, &b);
+        CHECK(!memcmp(&a, &b, sizeof a));
+        while (hil_group_take_event(alone, i, &one)) {
+            CHECK_INT(hil_group_take_event(batched, i, &other), 1);
+            CHECK(one.at_ns == other.at_ns && one.value == other.value);
+        }
+        CHECK_INT(hil_group_take_event(batched, i, &other), 0);
+        while (hil_axis_take_samples(alone, i, &a, 1)) {
+            CHECK_INT(hil_axis_take_samples(batched, i, &b, 1), 1);
+            CHECK(!memcmp(&a, &b, sizeof a));
+        }
+        CHECK_INT(hil_axis_take_samples(batched, i, &b, 1), 0);
+    }
+}
+
+static void lanes_are_as_axes_alone(void)
+{
+    int groups[AXES];
+    for (int i = 0; i < AXES; i++) groups[i] = i;
+    for (uint64_t round = 1; round <= 6; round++) {
+        hil_core *batched = new_core(AXES), *alone = new_core(AXES);
+        open_axes(batched, round);
+        open_axes(alone, round);
+        uint64_t plan = round, a = 3, b = 3;
+        int64_t now_ns = 0;
+        for (int i = 0; i < AXES; i++) { /* steps at times of their own */
+            now_ns += random_below(&plan, 100000);
+            for (int k = 0; k < AXES; k++) {
+                hil_group_advance(batched, k, now_ns);
+                hil_group_advance(alone, k, now_ns);
+            }
+            hil_axis_loop(batched, i, 1);
+            hil_axis_loop(alone, i, 1);
+        }
+        for (int turn = 0; turn < 400; turn++) {
+            now_ns += random_below(&plan, 3000000);
+            batch_advance(batched, groups, AXES, now_ns);
+            for (int i = 0; i < AXES; i++) hil_group_advance(alone, i, now_ns);
+            check_same(batched, alone);
+            int axis = (int)random_below(&plan, AXES);
+            if (turn % 3) continue;
+            disturb(batched, axis, &a);
+            disturb(alone, axis, &b);
+        }
+        hil_core_free(batched);
+        hil_core_free(alone);
+    }
+}
+
+/* Both kinds of code for lanes, whichever this processor would choose. */
+static void narrow_and_wide_are_the_same(void)
+{
+    hil_core *c = new_core(2 * SEATS);
+    lane narrow[SEATS], wide[SEATS];
+    for (int kind = 0; kind < 2; kind++) {
+        for (int i = 0; i < 2 * SEATS; i++) {
+            uint64_t seed = (uint64_t)(i % SEATS) + 1;
+            hil_axis_params p = random_params(&seed, kind);
+            p.load.pendulum_Nm = 0;
+            int axis = hil_axis_open(c, open_group(c, 0), &p);
+            identity_table(hil_axis_table(c, axis));
+            hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+            hil_axis_set(c, axis, HIL_FIELD_r, 40 * (i % SEATS));
+            hil_axis_loop(c, axis, 1);
+            hil_group_advance(c, axis, step_ns(2));
+            (i < SEATS ? narrow : wide)[i % SEATS] = (lane){&c->axes[axis], 0};
+        }
+        int has_wide = 0;
+#ifdef __x86_64__
+        has_wide = __builtin_cpu_supports("avx2");
+#endif
+        for (int turn = 0; turn < 200 && has_wide; turn++) {
+            (kind ? full_batch_any : simple_batch_any)(c, narrow, SEATS, 7);
+#ifdef __x86_64__
+            (kind ? full_batch_avx2 : simple_batch_avx2)(c, wide, SEATS, 7);
+#endif
+            for (int i = 0; i < SEATS; i++) {
+                hil_axis *a = narrow[i].axis, *b = wide[i].axis;
+                CHECK(!memcmp(&a->law, &b->law, sizeof a->law));
+                CHECK(!memcmp(&a->full.moving, &b->full.moving, sizeof a->full.moving));
+                CHECK(!memcmp(&a->plant.moving, &b->plant.moving, sizeof a->plant.moving));
+                CHECK_INT(a->next_step_ns, b->next_step_ns);
+            }
+        }
+        hil_core_free(c);
+        c = new_core(2 * SEATS);
+    }
+    hil_core_free(c);
+}
+
+void batch_tests(void)
+{
+    RUN(lanes_are_as_axes_alone);
+    RUN(narrow_and_wide_are_the_same);
+}
