@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx
 
-.PHONY: demo test test-native test-wheel lint soak bench clean
+.PHONY: demo test test-native test-wheel lint soak fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -36,6 +36,10 @@ test-wheel:
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
+
+# A million random dialogues with the SAC, some forty minutes; the suite has 10,000. FUZZ_SEED=n for others.
+fuzz: $(VENV)/.dev
+	HIL_FUZZ_CASES=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q -s device_profiles/sac/tests/test_sac_fuzz.py
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
 bench: $(VENV)/.dev

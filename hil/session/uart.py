@@ -33,7 +33,8 @@ class DeviceUart:
         self._sent = sent
         self._in_flight: deque[tuple[int, int]] = deque()
         self._rx_free_ns = 0
-        self._tx_free_ns = 0
+        self.tx_free_ns = 0
+        """When the last byte that was written so far has gone out; without a baud 0."""
         self.clear()
 
     def clear(self) -> None:
@@ -61,15 +62,15 @@ class DeviceUart:
         if self.baud is None:
             self._sent(self.now_ns, data)
             return
-        start_ns = max(self.now_ns, self._tx_free_ns)
-        self._tx_free_ns = start_ns + character_ns(len(data), self.baud)
+        start_ns = max(self.now_ns, self.tx_free_ns)
+        self.tx_free_ns = start_ns + character_ns(len(data), self.baud)
         self._sent(SimTimeNs(start_ns), data)
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """When all but a transmit buffer of what was written has gone out."""
         if self.baud is None:
             return now_ns
-        return SimTimeNs(max(now_ns, self._tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
+        return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""
