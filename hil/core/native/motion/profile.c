@@ -46,7 +46,7 @@ void profile_decel(motion *m)
         ramp_harmonic(&m->decel, f_of(m), 100 * (int64_t)m->setup.slow_rpm + (steps - 1) * dec, -dec);
 }
 
-/* a * total / (a + d) without overflow: the ramps of a slow acceleration may have 2^60 steps. */
+/* a * total / (a + d) without overflow: the ramps of a slow acceleration may have 2^62 steps. */
 static int64_t share(int64_t part, int64_t total, int64_t of) { return (int64_t)((__int128)part * total / of); }
 
 void profile_begin(motion *m, int64_t from_rpm)

@@ -20,7 +20,7 @@ int64_t ramp_linear_steps(int64_t rpm, int64_t acc_hundredths, int64_t steps_per
     if (is_none(acc_hundredths)) return 0;
     double v = (double)rpm * 2 * PI / 60, alpha = 2 * PI / (double)steps_per_rev;
     double steps = v * v / (2 * alpha * ((double)acc_hundredths / 100));
-    return steps < 0x1p60 ? (int64_t)steps : INT64_C(1) << 60;
+    return steps < 0x1p62 ? (int64_t)steps : INT64_C(1) << 62;
 }
 
 void ramp_harmonic(ramp *r, int64_t f, int64_t start_v100, int64_t slope100)
@@ -55,7 +55,6 @@ void ramp_reverse(ramp *r, int64_t length, ramp_list *list)
 {
     r->list = list;
     r->index = length;
-    if (length > RAMP_FAR) length = RAMP_FAR;
     list->spacing = length / RAMP_MARKS + 1;
     list->window = length;
     double c = r->c;
@@ -64,16 +63,12 @@ void ramp_reverse(ramp *r, int64_t length, ramp_list *list)
         if (i == mark * list->spacing) list->marks[mark++] = c;
         c = after(c, ++n);
     }
-    list->far = c;
 }
 
 static double reversed_value(ramp *r)
 {
     ramp_list *list = r->list;
     int64_t at = --r->index;
-    /* The product of (4n - 1) / (4n + 1) over n from a + 1 to b goes to sqrt((2a + 1) / (2b + 1)). */
-    if (at >= RAMP_FAR)
-        return list->far * sqrt((double)(2 * (r->n + RAMP_FAR) + 1) / (double)(2 * (r->n + at) + 1));
     if (at < list->window) {
         int64_t mark = at / list->spacing, i = mark * list->spacing;
         list->window = at - RAMP_MARKS + 1 > i ? at - RAMP_MARKS + 1 : i;

@@ -8,14 +8,12 @@
 #include <stdint.h>
 
 #define RAMP_MARKS 1024
-#define RAMP_FAR (INT64_C(1) << 22)
 
 /* A linear ramp downwards is the upward one's list, last value first: some of its values, from which the ones
-   between are computed again, a window at a time. Memory is bounded, and no value differs. From RAMP_FAR on the
-   recurrence's closed form stands in for it, equal to 1e-13: a ramp can have 2^48 steps. */
+   between are computed again, a window at a time. Memory is bounded, and no value differs. */
 typedef struct ramp_list {
     int64_t spacing, window; /* values between two marks; index of the window's first value */
-    double marks[RAMP_MARKS], values[RAMP_MARKS], far; /* far: value number RAMP_FAR */
+    double marks[RAMP_MARKS], values[RAMP_MARKS];
 } ramp_list;
 
 typedef struct ramp {

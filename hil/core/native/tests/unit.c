@@ -10,7 +10,6 @@ void groups_tests(void);
 void batch_tests(void);
 void source_tests(void);
 void watchdog_tests(void);
-void ramp_tests(void);
 
 int main(int argc, char **argv)
 {
@@ -22,6 +21,5 @@ int main(int argc, char **argv)
     batch_tests();
     source_tests();
     watchdog_tests();
-    ramp_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }
