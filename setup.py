@@ -60,7 +60,7 @@ setup(
                 "-O3",
                 "-ffp-contract=off",
                 "-fvisibility=hidden",
-                "-fno-strict-aliasing",  # gcc 12 dropped stores of a law that moved between lanes and its axis
+                "-fno-strict-aliasing",  # gcc 12 dropped stores of a law that had moved in a lane
                 "-Wno-psabi",  # no vector is handed to a function that is not inlined
                 "-pthread",
             ],

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hil.compose.find import PROFILES
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
-from hil.core import AxisPlan, Core, Load
+from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
 from hil.vocab.firmware import Board, Firmware
@@ -82,10 +82,7 @@ def add_device(
     seed: int,
 ) -> Device:
     """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts."""
-    load = config.load.parts() if config.load else Load()
-    group, axis = bench.open_group(
-        AxisPlan(config.axis_parameters(profile), profile.law, config.plant, load, seed)
-    )
+    group, axis = bench.open_group(config.axis_plan(profile, seed))
     device = Device(
         name,
         profile.name,

@@ -14,7 +14,7 @@ from hil.config.explain import findings_of, nearest, shown, unknown_key
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
 from hil.config.yaml_text import document_from_yaml
-from hil.core import FULL_PARAMETERS
+from hil.core import FULL_PARAMETERS, Core
 
 DEFAULT_PORT = "pty"
 SUPPLY = "supply_V"
@@ -72,9 +72,22 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     except ValidationError as error:
         findings += findings_of(error, BenchConfig, (), document)
     findings += _clashes(ports, runtime_dir)
+    if config is not None and not findings:
+        findings += _too_stiff(config, catalogue)
     if config is None or findings:
         raise document.error(findings)
     return config
+
+
+def _too_stiff(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
+    """Motors that the core would not open."""
+    core = Core(len(config.devices))
+    for name, device in config.devices.items():
+        try:
+            core.open_axis(core.native.group_open(0), device.axis_plan(catalogue.profiles[device.profile], 0))
+        except ValueError as error:
+            what, _, remedy = str(error).partition(": ")
+            yield Finding(("devices", name, "axis"), what, remedy)
 
 
 class _Device:

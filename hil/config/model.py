@@ -18,6 +18,7 @@ from pydantic_core import PydanticCustomError
 from hil.config.catalogue import ProfileInfo
 from hil.config.explain import NAME_PATTERN, suggestion
 from hil.config.load import LoadConfig
+from hil.core import AxisPlan, Load
 
 BUILT_IN_TABLES = ("stored", "identity", "empty")
 _TABLE_FILE_PATTERN = "[./]"
@@ -149,6 +150,11 @@ class DeviceConfig(_Model):
         """All the axis's parameters: the profile's for this plant, with this device's own in their place."""
         defaults = {name: parameter.default(self.plant) for name, parameter in profile.axis.items()}
         return defaults | dict(self.axis)
+
+    def axis_plan(self, profile: ProfileInfo, seed: int) -> AxisPlan:
+        """What the core opens this device's axis with."""
+        load = self.load.parts() if self.load else Load()
+        return AxisPlan(self.axis_parameters(profile), profile.law, self.plant, load, seed)
 
     def register_values(self, profile: ProfileInfo) -> dict[str, int]:
         """All the registers at power-up: the profile's, with this device's own in their place."""

@@ -343,8 +343,8 @@ cdef class NativeCore:
     def motion_do(self, int axis, int call, int64_t x, int64_t y):
         hil_motion_do(self.core, axis, call, x, y)
 
-    def record_edges(self, int axis, bint on):
-        hil_axis_record_edges(self.core, axis, on)
+    def record_edges(self, int axis, int outputs):
+        hil_axis_record_edges(self.core, axis, outputs)
 
     def take_edges(self, int axis):
         cdef hil_edge edges[256]

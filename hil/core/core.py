@@ -1,7 +1,7 @@
 """A core and its axes, with names instead of numbers."""
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
 
@@ -11,14 +11,14 @@ from hil.vocab.firmware import CoreEvent
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.time import SimTimeNs
 
-EVENT_KINDS = {1: "step_response", 2: "enable"}
+EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended"}
 """Names of ``hil_event_kind`` in ``native/hil_core.h``."""
 
 PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
 """Inputs of a servo: the board's names, and what the step/dir interface uses them for."""
 STEPPER_PINS = {"sync": 0, "Estop": 1, "RST": 2, "EnA": 3, "EnB": 4}
 """Inputs of a stepper's controller."""
-OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3}
+OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3": 6}
 """Its outputs."""
 
 
@@ -51,7 +51,8 @@ closed loop, or the SAC's motion engine."""
     _RELEASE_SYNC,
     _GAP,
     _THROTTLE,
-) = range(13)  # hil_motion_call
+    _REPORT,
+) = range(14)  # hil_motion_call
 
 SEED_MASK = (1 << 64) - 1
 
@@ -274,9 +275,12 @@ class CoreMotion(CoreAxis):
     def encoder_mode(self, is_throttle: bool) -> None:
         self._do(_THROTTLE, is_throttle)
 
-    def record_edges(self, on: bool) -> None:
-        """Keep the edges of the outputs from now on, for ``take_edges``; for virtual time."""
-        self._native.record_edges(self.id, on)
+    def report(self, on: bool) -> None:
+        self._do(_REPORT, on)
+
+    def record_edges(self, on: bool, outputs: Iterable[str] = OUTPUTS) -> None:
+        """Keep the edges of these outputs from now on, for ``take_edges``, or of none; for virtual time."""
+        self._native.record_edges(self.id, sum(1 << OUTPUTS[name] for name in outputs) if on else 0)
 
     def take_edges(self) -> list[tuple[int, str, int]]:
         """(at_ns, output, level) since the last call."""

@@ -7,6 +7,7 @@ from operator import itemgetter
 from typing import Protocol
 
 from hil.core import CoreAxis, CoreMotion
+from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
 from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
@@ -149,7 +150,8 @@ class Device:
         self.notes.clear()
         self.axis.power_up()
         for field, value in self._power_up.items():
-            self.axis.set(field, value)
+            if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
+                self.axis.set(field, value)
         self.uart.clear()
         self._runtime = Runtime(self._program(), self.uart, self._commit, self.uart.print_returns)
         self._runtime.due_ns = self.uart.now_ns

@@ -74,7 +74,8 @@ class Motion(Protocol):
         """The queue's entry waits to be run after those that wait already."""
 
     def run_once(self, slot: int) -> None:
-        """Preempt with a queue entry or with ``ONE_SHOT_SLOT``; what was interrupted resumes with its next entry."""
+        """Preempt with a queue entry or with ``ONE_SHOT_SLOT``; what was interrupted resumes with its next
+        entry."""
 
     def run_continuous(self) -> None:
         """Preempt with ``CONTINUOUS_SLOT``."""
@@ -89,7 +90,8 @@ class Motion(Protocol):
         """End all: at once (None), or with this deceleration. Drops pending commands, loops, holds, waits."""
 
     def next(self, is_graceful: bool) -> None:
-        """``n`` (with its own deceleration) and ``N`` (at once): end the current command, go on with the next."""
+        """``n`` (with its own deceleration) and ``N`` (at once): end the current command, go on with the
+        next."""
 
     def finish(self) -> None:
         """``l`` alone: the universal terminator with grace."""
@@ -119,6 +121,10 @@ class Motion(Protocol):
 
     def encoder_mode(self, is_throttle: bool) -> None:
         """``$n``: follow or throttle."""
+
+    def report(self, on: bool) -> None:
+        """Tell the firmware of commands: events ``command_begun`` (value: its slot) and ``command_ended`` come to its
+        ``interrupt``, at the times at which OP SA rises and falls. Off after a power-up."""
 
     def get(self, field: str) -> float:
         """A field of the axis by its name in the core's table: ``motion_state``, ``rpm``, ``period_us``,

@@ -1,19 +1,21 @@
 """A model of the SAC's motion, written from its manual for clarity: the judge of the native engine.
 
-It plans each command as a list of the durations of its pulses, in half-microseconds, and plays the list. It imports
-nothing of the project. Numbers are the board's: periods are whole microseconds, rounded down.
+It plans each command as a list of the durations of its pulses, in half-microseconds, and plays the list.
+It imports nothing of the project. Numbers are the board's: periods are whole microseconds, rounded down.
 
 Choices, where the manual leaves it open:
 
-- A command that comes in STANDBY has its first pulse at once; one that waited while another ran has it one period
-  after the last pulse if the other ended without a ramp down and it has neither start wait nor sync, else 16 us later.
-- A command is cut by another, or begins to ramp down by s or n, at the end of the present pulse's period. In a ramp
-  the speed in play is then F // period of the present step; in CRUISE it is the command's.
+- A command that comes in STANDBY has its first pulse at once; one that waited while another ran has it one
+  period after the last pulse if the other ended without a ramp down and it has neither start wait nor
+  sync, else 16 us later.
+- A command is cut by another, or begins to ramp down by s or n, at the end of the present pulse's period.
+  In a ramp the speed in play is then F // period of the present step; in CRUISE it is the command's.
 - Durations within a linear ramp come from the recurrence in double precision, each rounded down when used.
 """
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 LOAD = 32  # half-us
@@ -100,7 +102,7 @@ def pulses_of_step(period_us: int, exponent: int) -> list[int]:
     """Durations of a step's pulses."""
     twice = 2 * max(period_us, 2 << exponent)  # no pulse is shorter than 2 us
     ends = [(i * twice) >> exponent for i in range(2**exponent + 1)]
-    return [b - a for a, b in zip(ends, ends[1:], strict=False)]
+    return [b - a for a, b in pairwise(ends)]
 
 
 @dataclass
@@ -115,25 +117,28 @@ def flat(periods: list[int], phase: str, exponent: int) -> list[Pulse]:
 
 
 def plan(c: Command, from_rpm: int, setup: Setup) -> tuple[list[Pulse], bool]:
-    """The command's pulses, and whether it ends with a ramp down. A continuous one ends its plan in CRUISE."""
+    """The command's pulses, and whether it ends with a ramp down. A continuous one ends its plan in
+    CRUISE."""
     j = setup.exponent
-    up = flat(acceleration(c, from_rpm, setup), "ACCEL", j)
+    up = acceleration(c, from_rpm, setup)
     if c.continuous:
-        return up, False
-    down = flat(deceleration(c, c.rpm, c.dec, setup), "DECEL", j)
+        return flat(up, "ACCEL", j), False
+    down = deceleration(c, c.rpm, c.dec, setup)
     unit = 1 if c.in_pulses else 2**j
-    total, a, d = c.steps, len(up) // unit, len(down) // unit
+    total, a, d = c.steps, (len(up) << j) // unit, (len(down) << j) // unit
     if a + d > total:
         a, d = a * total // (a + d), d * total // (a + d)
         if d >= 1:
             d = total - a
         else:
             a = total
-        return up[: a * unit] + (down[-d * unit :] if d else []), d > 0
+        accelerating = flat(up[: (a * unit >> j) + 1], "ACCEL", j)[: a * unit]
+        decelerating = flat(down[-((d * unit >> j) + 1) :], "DECEL", j)[-d * unit :] if d else []
+        return accelerating + decelerating, d > 0
     cruise_pulses = (total - a - d) * unit + c.extra
     step = pulses_of_step(c.cycle, j)
     cruise = [Pulse(step[i % 2**j], c.cycle, "CRUISE") for i in range(cruise_pulses)]
-    return up + cruise + down, d > 0
+    return flat(up, "ACCEL", j) + cruise + flat(down, "DECEL", j), d > 0
 
 
 @dataclass
@@ -276,9 +281,9 @@ class Model:
     def _do_finish(self, now: int, _: None) -> None:
         self.waiting.clear()
         self.once = self.once_at = None
-        if self.state != "run":
-            self._cut(now)
-        elif self.command and self.command.continuous and not self._ramp_down(self.command.dec):
+        if self.state != "run" or (
+            self.command and self.command.continuous and not self._ramp_down(self.command.dec)
+        ):
             self._cut(now)
 
     def _do_gap(self, now: int, on: bool) -> None:

@@ -6,12 +6,14 @@
 #include "core.h"
 #include "motion/profile.h"
 
+enum { KIND_ANY, KIND_SERVO, KIND_STEPPER };
+
 const hil_field_info hil_field_table[HIL_FIELDS] = {
 #define RO 0
 #define RW 1
-#define BOTH 0
-#define SERVO 1
-#define STEPPER 2
+#define BOTH KIND_ANY
+#define SERVO KIND_SERVO
+#define STEPPER KIND_STEPPER
 #define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, kind},
 #include "fields.def"
 #undef X
@@ -59,8 +61,15 @@ static int raw_at(const hil_axis *a, int64_t t_ns)
 
 /* ---- the plant, whichever it is ---- */
 
+void axis_run_plant(hil_axis *a, int64_t t_ns)
+{
+    if (a->is_full) full_advance(&a->full, t_ns);
+    else plant_advance(&a->plant, t_ns);
+}
+
 void axis_make_node(hil_axis *a, int64_t t_ns)
 {
+    if (a->stepper) stepper_plant(a, t_ns);
     if (a->is_full) full_node(&a->full, t_ns);
     else plant_node(&a->plant, t_ns);
 }
@@ -139,12 +148,14 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
     for (int64_t next_ns; (next_ns = axis_next_ns(a)) <= t_ns && next_ns < HIL_FOREVER;) {
         if (a->source.next_ns == next_ns) source_edge(c, a, axis);
         else if (a->loop_on && a->next_step_ns == next_ns) control_step(c, a, axis);
-        else if (a->stepper && stepper_next_ns(a) == next_ns) stepper_event(c, a);
-        else watch_sample(a);
+        else if (a->stepper && stepper_next_ns(a) == next_ns) {
+            int64_t until_ns = a->source.next_ns <= t_ns ? a->source.next_ns - 1 : t_ns;
+            stepper_event(c, a, a->watch.next_ns < until_ns ? a->watch.next_ns : until_ns);
+        } else watch_sample(a);
     }
     if (a->loop_on) return; /* the plant's next node is the next control step's: who looks before steps a copy */
-    if (a->is_full) full_advance(&a->full, t_ns);
-    else plant_advance(&a->plant, t_ns);
+    if (a->stepper) stepper_plant(a, t_ns);
+    else axis_run_plant(a, t_ns);
 }
 
 /* ---- the firmware's and the daemon's face ---- */
@@ -187,6 +198,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
         a->open = 0;
         return -1;
     }
+    if (a->stepper && !a->is_full) plant_halve(&a->plant);
     hil_axis_power_up(c, axis);
     axis_publish(a, now_ns);
     return axis;
@@ -309,9 +321,11 @@ static const motion *motion_of(const hil_axis *a)
 static int64_t motion_rpm(const motion *m) { return m->state ? profile_rpm(m) : 0; }
 static int64_t motion_period_us(const motion *m) { return m->state ? m->period_us : 0; }
 static int motion_loop_kind(const motion *m) { return m->array.is_on ? 2 : m->loop.is_on; }
+static int64_t motion_passes(const motion *m) { return m->array.is_on ? m->array.passes : m->loop.passes; }
 
 static void fill_view(hil_axis *a, int64_t now_ns)
 {
+    if (a->stepper) stepper_plant(a, now_ns);
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
         a->view.rev = f.moving.state.rev;
@@ -369,7 +383,7 @@ double hil_axis_get(hil_core *c, int axis, hil_field field)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lost_steps)) fill_view(a, now_ns);
+    if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lag_steps)) fill_view(a, now_ns);
     switch (field) {
 #define X(name, type, kind, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
 #include "fields.def"
@@ -409,15 +423,15 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
+    if (field >= HIL_FIELDS || hil_field_table[field].kind == (a->stepper ? KIND_SERVO : KIND_STEPPER)) return -1;
     switch (field) {
     case HIL_FIELD_load_torque_Nm:
         axis_make_node(a, now_ns);
         if (a->is_full) full_set_load(&a->full, value);
         else plant_set_load(&a->plant, value);
         return 0;
-    case HIL_FIELD_clock_Hz:
-        if (!a->stepper) return -1;
-        motion_clock(&a->stepper->motion, (int64_t)fmax(value, -1), (now_ns + 499) / 500);
+    case HIL_FIELD_clock_Hz: /* beyond 1 THz nothing changes: no pulse is shorter than 2 us */
+        motion_clock(&a->stepper->motion, (int64_t)fmin(fmax(value, -1), 1e12), (now_ns + 499) / 500);
         return 0;
     case HIL_FIELD_diaagc: a->encoder.diaagc = to_i32(value); return 0;
     case HIL_FIELD_errfl: a->encoder.errfl = to_i32(value); return 0;

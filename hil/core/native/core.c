@@ -115,6 +115,7 @@ static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
 {
     if (g->first_axis < 0) return 1;
     const hil_axis *a = &c->axes[g->first_axis];
+    if (a->stepper && a->stepper->is_reported) return 0;
     return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
 }
 

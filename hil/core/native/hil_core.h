@@ -52,6 +52,8 @@ extern const hil_field_info hil_field_table[HIL_FIELDS];
 typedef enum hil_event_kind {
     HIL_EVENT_STEP_RESPONSE = 1, /* value: yw * 1024, the number that 'j' prints before truncation */
     HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
+    HIL_EVENT_COMMAND_BEGUN = 3, /* of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot */
+    HIL_EVENT_COMMAND_ENDED = 4, /* and fell */
 } hil_event_kind;
 
 typedef struct hil_event {
@@ -180,20 +182,22 @@ typedef enum hil_motion_call {
     HIL_MOTION_RELEASE_SYNC,
     HIL_MOTION_GAP,         /* 1: on */
     HIL_MOTION_THROTTLE,    /* 1: the encoder changes the speed */
+    HIL_MOTION_REPORT,      /* 1: commands' beginnings and ends are events; off after a power-up */
 } hil_motion_call;
 void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y);
 
-/* Edges of the outputs from now on (1) or no more (0): clk, dir, OP_SA, OP_SB. For virtual time: the list grows
-   in whichever thread advances. */
+/* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever
+   thread advances. */
 typedef struct hil_edge {
     int64_t at_ns;
     int32_t pin, level;
 } hil_edge;
-enum { HIL_OUT_CLK, HIL_OUT_DIR, HIL_OUT_OP_SA, HIL_OUT_OP_SB, HIL_OUTPUTS };
+enum { HIL_OUT_CLK, HIL_OUT_DIR, HIL_OUT_OP_SA, HIL_OUT_OP_SB, HIL_OUT_MS1, HIL_OUT_MS2, HIL_OUT_MS3, HIL_OUTPUTS };
 enum { HIL_IN_SYNC, HIL_IN_ESTOP, HIL_IN_RST, HIL_IN_ENA, HIL_IN_ENB }; /* hil_axis_pin of a stepper */
-void hil_axis_record_edges(hil_core *c, int axis, int on);
+void hil_axis_record_edges(hil_core *c, int axis, int outputs);
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
-/* A wire from an output of one axis to an input of another of the same group. -1: too many. */
+/* A wire from an output of one axis to an input of another of the same group: from now on the input has the
+   output's level, its edges at the same ns. -1: too many, or an axis without outputs. */
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
 
 /* Samples: a snapshot at every multiple of interval_ns, after all that happens at that time. The ring keeps the

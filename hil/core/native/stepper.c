@@ -31,12 +31,17 @@ static double commanded_rev(const hil_axis *a)
 
 double stepper_commanded_deg(const hil_axis *a) { return a->stepper ? commanded_rev(a) * 360 : 0; }
 
-double stepper_lost_steps(const hil_axis *a)
+double stepper_lag_steps(const hil_axis *a)
 {
     return a->stepper ? (commanded_rev(a) - a->view.rev) * 4 * a->stepper->teeth : 0;
 }
 
+/* A rotor that has lost its step rests a whole number of teeth away. */
+double stepper_lost_steps(const hil_axis *a) { return 4 * nearbyint(stepper_lag_steps(a) / 4); }
+
 int stepper_rst(const hil_axis *a) { return a->stepper && !a->stepper->rst_is_low; }
+int stepper_out(const hil_axis *a, int pin) { return a->stepper ? a->stepper->levels[pin] : 0; }
+int stepper_mode_pins(const hil_axis *a) { return a->stepper ? a->stepper->motion.setup.mode_pins & 7 : 0; }
 
 /* Currents whose pull has its rest where the driver's position is; the torque's law is in plant/simple.h. */
 static void apply_currents(hil_axis *a)
@@ -44,34 +49,57 @@ static void apply_currents(hil_axis *a)
     double s, c, amps = a->stepper->phase_current_A;
     sincos_turns(a->stepper->teeth * commanded_rev(a), &s, &c);
     axis_set_currents(a, -amps * s, amps * c);
+    a->stepper->is_turned = 0;
+}
+
+static int64_t next_node_ns(const hil_axis *a)
+{
+    return a->is_full ? a->full.node_ns + a->full.step_ns : a->plant.node_ns + a->plant.step_ns;
+}
+
+/* Currents change at the plant's own nodes, the first one after the pulse: what a pulse costs does not depend on
+   the plant, and the plant's motion not on who looked when. docs/decisions/0010-motion-engine.md */
+void stepper_plant(hil_axis *a, int64_t t_ns)
+{
+    int64_t node_ns = next_node_ns(a);
+    if (node_ns > t_ns) return;
+    if (a->stepper->is_turned) {
+        axis_run_plant(a, node_ns);
+        apply_currents(a);
+    }
+    axis_run_plant(a, t_ns);
 }
 
 static void turn(hil_axis *a, int64_t at_ns)
 {
     stepper *s = a->stepper;
+    stepper_plant(a, at_ns);
     int step = MICROSTEPS >> driver_exponent(s->driver, s->motion.setup.mode_pins);
     s->position += s->motion.dir_level == s->motion.setup.is_cw_high ? step : -step;
-    axis_make_node(a, at_ns);
-    apply_currents(a);
+    s->is_turned = 1;
 }
 
 /* ---- outputs ---- */
+
+static void record(stepper *s, int pin, int level, int64_t at_ns)
+{
+    if (s->edges_len == s->edges_room) {
+        int room = s->edges_room ? 2 * s->edges_room : 1024;
+        hil_edge *grown = realloc(s->edges, (size_t)room * sizeof *grown);
+        if (!grown) return;
+        s->edges = grown;
+        s->edges_room = room;
+    }
+    s->edges[s->edges_len++] = (hil_edge){.at_ns = at_ns, .pin = pin, .level = level};
+}
 
 static void out(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
 {
     stepper *s = a->stepper;
     if (s->levels[pin] == level) return;
     s->levels[pin] = level;
-    if (s->is_recorded) {
-        if (s->edges_len == s->edges_room) {
-            int room = s->edges_room ? 2 * s->edges_room : 1024;
-            hil_edge *grown = realloc(s->edges, (size_t)room * sizeof *grown);
-            if (!grown) return;
-            s->edges = grown;
-            s->edges_room = room;
-        }
-        s->edges[s->edges_len++] = (hil_edge){.at_ns = at_ns, .pin = pin, .level = level};
-    }
+    if (!(s->watched & 1 << pin)) return;
+    if (s->recorded & 1 << pin) record(s, pin, level, at_ns);
     for (int i = 0; i < s->n_wires; i++) {
         const stepper_wire *w = &s->wires[i];
         if (w->out == pin) axis_pin(c, w->to_axis, w->to_pin, level, at_ns);
@@ -85,16 +113,34 @@ static void outputs(hil_core *c, hil_axis *a, int64_t at_ns)
     out(c, a, HIL_OUT_DIR, m->dir_level, at_ns);
     out(c, a, HIL_OUT_OP_SA, m->op_sa && (m->setup.ops & 32), at_ns);
     out(c, a, HIL_OUT_OP_SB, !m->op_sa && (m->setup.ops & 4), at_ns);
+    for (int i = 0; i < 3; i++) out(c, a, HIL_OUT_MS1 + i, m->setup.mode_pins >> i & 1, at_ns);
 }
 
 static void rise(hil_core *c, hil_axis *a, int64_t at_ns)
 {
     stepper *s = a->stepper;
-    if (s->levels[HIL_OUT_CLK]) out(c, a, HIL_OUT_CLK, 0, at_ns);
-    out(c, a, HIL_OUT_CLK, 1, at_ns);
-    s->fall_ns = s->is_wired || s->is_recorded ? at_ns + s->motion.fall_after * HALF_US : HIL_FOREVER;
-    if (s->fall_ns == HIL_FOREVER) s->levels[HIL_OUT_CLK] = 0;
+    if (s->watched & 1 << HIL_OUT_CLK) {
+        out(c, a, HIL_OUT_CLK, 0, at_ns);
+        out(c, a, HIL_OUT_CLK, 1, at_ns);
+        s->fall_ns = at_ns + s->motion.fall_after * HALF_US;
+    }
     turn(a, at_ns);
+}
+
+typedef struct counts {
+    int64_t begun, ended;
+} counts;
+
+static counts counts_of(const motion *m) { return (counts){m->begun, m->ended}; }
+
+/* After anything but a pulse: tells what began or ended since, and brings the outputs up to date. */
+static void settle(hil_core *c, hil_axis *a, counts was, int64_t at_ns)
+{
+    const motion *m = &a->stepper->motion;
+    int axis = (int)(a - c->axes);
+    if (a->stepper->is_reported && m->ended != was.ended) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_ENDED, 0);
+    if (a->stepper->is_reported && m->begun != was.begun) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_BEGUN, m->slot);
+    outputs(c, a, at_ns);
 }
 
 int64_t stepper_next_ns(const hil_axis *a)
@@ -103,22 +149,32 @@ int64_t stepper_next_ns(const hil_axis *a)
     return a->stepper->fall_ns < next_ns ? a->stepper->fall_ns : next_ns;
 }
 
-void stepper_event(hil_core *c, hil_axis *a)
+void stepper_event(hil_core *c, hil_axis *a, int64_t until_ns)
 {
     stepper *s = a->stepper;
-    int64_t next_ns = to_ns(motion_next(&s->motion));
-    if (s->fall_ns <= next_ns) {
-        int64_t at_ns = s->fall_ns;
-        s->fall_ns = HIL_FOREVER;
-        out(c, a, HIL_OUT_CLK, 0, at_ns);
-        return;
+    motion *m = &s->motion;
+    for (;;) {
+        int64_t next_ns = to_ns(motion_next(m)), at_ns = s->fall_ns <= next_ns ? s->fall_ns : next_ns;
+        if (at_ns > until_ns || at_ns == HIL_FOREVER) return;
+        if (s->fall_ns <= next_ns) {
+            s->fall_ns = HIL_FOREVER;
+            out(c, a, HIL_OUT_CLK, 0, at_ns);
+            continue;
+        }
+        counts was = counts_of(m);
+        if (motion_run(m)) rise(c, a, at_ns);
+        else settle(c, a, was, at_ns);
     }
-    int is_pulse = motion_run(&s->motion);
-    if (!is_pulse || s->levels[HIL_OUT_OP_SA] != s->motion.op_sa) outputs(c, a, next_ns);
-    if (is_pulse) rise(c, a, next_ns);
 }
 
 /* ---- inputs ---- */
+
+static void single(hil_core *c, hil_axis *a, int is_ccw, int64_t at_ns)
+{
+    if (!motion_single(&a->stepper->motion, is_ccw, half_us_after(at_ns))) return;
+    outputs(c, a, at_ns);
+    rise(c, a, at_ns);
+}
 
 /* One pulse a full quadrature cycle; A before B is clockwise. */
 static void turn_encoder(hil_core *c, hil_axis *a, int ena, int enb, int64_t at_ns)
@@ -134,14 +190,10 @@ static void turn_encoder(hil_core *c, hil_axis *a, int ena, int enb, int64_t at_
     int is_ccw = s->quadrature < 0;
     s->quadrature = 0;
     motion *m = &s->motion;
-    int64_t now = half_us_after(at_ns);
-    if (!m->is_throttle) {
-        if (!motion_single(m, is_ccw, now)) return;
-        outputs(c, a, at_ns);
-        rise(c, a, at_ns);
-    } else if (m->slot == MOTION_CONTINUOUS_SLOT && (!is_ccw || m->now.rpm > 1)) {
+    if (!m->is_throttle) single(c, a, is_ccw, at_ns);
+    else if (m->slot == MOTION_CONTINUOUS_SLOT && (!is_ccw || m->now.rpm > 1)) {
         uint32_t rpm = m->now.rpm + (is_ccw ? -1u : 1u);
-        motion_retarget(m, rpm, (uint32_t)(60000000 / m->setup.steps_per_rev / rpm), now);
+        motion_retarget(m, rpm, (uint32_t)(60000000 / m->setup.steps_per_rev) / (rpm ? rpm : 1), half_us_after(at_ns));
     }
 }
 
@@ -150,6 +202,7 @@ void stepper_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     stepper *s = a->stepper;
     motion *m = &s->motion;
     int64_t now = half_us_after(at_ns);
+    counts was = counts_of(m);
     switch (pin) {
     case HIL_IN_SYNC:
         if (m->sync_level && !level) motion_release_sync(m, now);
@@ -163,7 +216,7 @@ void stepper_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     case HIL_IN_ENB: turn_encoder(c, a, s->ena, level, at_ns); break;
     default: s->rst_is_low = !level; /* read by the firmware at a cold start */
     }
-    outputs(c, a, at_ns);
+    settle(c, a, was, at_ns);
 }
 
 /* ---- the firmware's face ---- */
@@ -194,7 +247,8 @@ void stepper_close(hil_axis *a)
 
 void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns)
 {
-    motion *m = &a->stepper->motion;
+    stepper *s = a->stepper;
+    motion *m = &s->motion;
     int64_t clock_Hz = m->clock_Hz;
     int32_t sync = m->sync_level, estop = m->estop_level;
     motion_setup setup = m->setup;
@@ -202,6 +256,9 @@ void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     m->clock_Hz = clock_Hz;
     m->sync_level = sync;
     m->estop_level = estop;
+    s->is_reported = 0;
+    s->fall_ns = HIL_FOREVER;
+    out(c, a, HIL_OUT_CLK, 0, now_ns);
     outputs(c, a, now_ns);
     axis_make_node(a, now_ns);
     apply_currents(a);
@@ -211,9 +268,12 @@ static stepper *of(hil_core *c, int axis) { return c->axes[axis].stepper; }
 
 void hil_motion_setup(hil_core *c, int axis, const motion_setup *setup)
 {
-    int64_t now_ns = hil_group_now(c, c->axes[axis].group);
-    motion_configure(&of(c, axis)->motion, setup, half_us_after(now_ns));
-    outputs(c, &c->axes[axis], now_ns);
+    hil_axis *a = &c->axes[axis];
+    motion *m = &a->stepper->motion;
+    int64_t now_ns = hil_group_now(c, a->group);
+    counts was = counts_of(m);
+    motion_configure(m, setup, half_us_after(now_ns));
+    settle(c, a, was, now_ns);
 }
 
 void hil_motion_write(hil_core *c, int axis, int slot, const motion_entry *entry) { of(c, axis)->motion.entries[slot] = *entry; }
@@ -229,15 +289,12 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
     hil_axis *a = &c->axes[axis];
     motion *m = &a->stepper->motion;
     int64_t now_ns = hil_group_now(c, a->group), now = half_us_after(now_ns);
+    counts was = counts_of(m);
     switch (call) {
     case HIL_MOTION_ENQUEUE: motion_enqueue(m, (int)x, now); break;
     case HIL_MOTION_ONCE: motion_once(m, (int)x, now); break;
     case HIL_MOTION_RETARGET: motion_retarget(m, (uint32_t)x, (uint32_t)y, now); break;
-    case HIL_MOTION_PULSE:
-        if (!motion_single(m, (int)x, now)) break;
-        outputs(c, a, now_ns);
-        rise(c, a, now_ns);
-        break;
+    case HIL_MOTION_PULSE: single(c, a, (int)x, now_ns); break;
     case HIL_MOTION_STOP:
         if (x < 0) motion_stop(m, now);
         else motion_stop_gracefully(m, (int32_t)x, now);
@@ -250,24 +307,37 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
     case HIL_MOTION_RELEASE_SYNC: motion_release_sync(m, now); break;
     case HIL_MOTION_GAP: m->is_gap_on = x != 0; break;
     case HIL_MOTION_THROTTLE: m->is_throttle = x != 0; break;
+    case HIL_MOTION_REPORT: a->stepper->is_reported = x != 0; break;
     }
-    outputs(c, a, now_ns);
+    settle(c, a, was, now_ns);
 }
 
-void hil_axis_record_edges(hil_core *c, int axis, int on)
+/* ---- who looks at the outputs ---- */
+
+static void attend(stepper *s)
 {
-    of(c, axis)->is_recorded = on;
-    of(c, axis)->edges_len = 0;
+    s->watched = s->recorded;
+    for (int i = 0; i < s->n_wires; i++) s->watched |= 1 << s->wires[i].out;
+    if (s->watched & 1 << HIL_OUT_CLK) return;
+    s->levels[HIL_OUT_CLK] = 0;
+    s->fall_ns = HIL_FOREVER;
+}
+
+void hil_axis_record_edges(hil_core *c, int axis, int outputs)
+{
+    stepper *s = of(c, axis);
+    s->recorded = outputs;
+    s->edges_first = s->edges_len = 0;
+    attend(s);
 }
 
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
 {
     stepper *s = of(c, axis);
-    int n = s->edges_len < max ? s->edges_len : max;
-    if (n == 0) return 0;
-    memcpy(out, s->edges, (size_t)n * sizeof *out);
-    memmove(s->edges, s->edges + n, (size_t)(s->edges_len - n) * sizeof *out);
-    s->edges_len -= n;
+    int left = s->edges_len - s->edges_first, n = left < max ? left : max;
+    if (n > 0) memcpy(out, s->edges + s->edges_first, (size_t)n * sizeof *out);
+    s->edges_first += n;
+    if (s->edges_first == s->edges_len) s->edges_first = s->edges_len = 0;
     return n;
 }
 
@@ -276,6 +346,7 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
     stepper *s = of(c, from_axis);
     if (!s || s->n_wires == STEPPER_WIRES) return -1;
     s->wires[s->n_wires++] = (stepper_wire){.out = from_pin, .to_axis = to_axis, .to_pin = to_pin};
-    s->is_wired = 1;
+    attend(s);
+    axis_pin(c, to_axis, to_pin, s->levels[from_pin], hil_group_now(c, c->axes[to_axis].group));
     return 0;
 }

@@ -24,16 +24,30 @@ int64_t motion_next(const motion *m)
     return !is_running(m) && m->preempt_at < m->next ? m->preempt_at : m->next;
 }
 
+static int32_t between(int32_t x, int32_t least, int32_t most) { return x < least ? least : x > most ? most : x; }
+
+/* What the EEPROM may hold, made such that it can run. */
+static motion_setup usable(const motion_setup *setup)
+{
+    motion_setup s = *setup;
+    s.steps_per_rev = between(s.steps_per_rev, 1, 60000000);
+    s.slow_rpm = between(s.slow_rpm, 0, INT32_MAX);
+    s.microstep_exponent = between(s.microstep_exponent, 0, 7);
+    s.pulse_us = between(s.pulse_us, 0, INT32_MAX);
+    s.is_cw_high = s.is_cw_high != 0;
+    return s;
+}
+
 void motion_init(motion *m, const motion_setup *setup)
 {
     memset(m, 0, sizeof *m);
-    m->setup = *setup;
+    m->setup = usable(setup);
     m->clock_Hz = -1;
     m->preempt_slot = -1;
     m->is_gap_on = 1;
-    m->in_play_rpm = setup->slow_rpm;
+    m->in_play_rpm = m->setup.slow_rpm;
     m->sync_level = m->estop_level = 1; /* pulled up */
-    m->dir_level = setup->is_cw_high;
+    m->dir_level = m->setup.is_cw_high;
     m->preempt_at = MOTION_NEVER;
     rest(m);
 }
@@ -41,8 +55,8 @@ void motion_init(motion *m, const motion_setup *setup)
 void motion_configure(motion *m, const motion_setup *setup, int64_t now)
 {
     motion_stop(m, now);
-    m->setup = *setup;
-    m->in_play_rpm = setup->slow_rpm;
+    m->setup = usable(setup);
+    m->in_play_rpm = m->setup.slow_rpm;
 }
 
 /* ---- which command comes next ---- */
@@ -97,7 +111,7 @@ static void load(motion *m, int slot, int64_t base)
 {
     m->slot = slot;
     m->now = m->entries[slot];
-    m->state = MOTION_STANDBY;
+    if (m->now.is_sync || m->now.wait_us > 0) m->state = MOTION_STANDBY; /* else STOP lasts until it is loaded */
     m->is_held = m->now.is_sync;
     m->held_base = base;
     m->what = m->is_held ? WHAT_NOTHING : WHAT_START;
@@ -143,7 +157,7 @@ static int64_t real_period(motion *m, int64_t period)
         m->rest = (int64_t)(scaled % m->clock_Hz);
     }
     period += correction;
-    return correction < 0 && period < 4 ? 4 : period;
+    return period < 4 ? 4 : period;
 }
 
 static int is_clock_dead(const motion *m) { return !m->setup.is_clock_internal && m->clock_Hz == 0; }
@@ -164,8 +178,9 @@ static void pulse(motion *m, int64_t now)
         m->period_us = profile_period(m, m->now.cycle_us);
         if (m->cruise_left > 0) m->cruise_left--;
     } else {
-        if (m->state != MOTION_DECEL) {
-            m->state = MOTION_DECEL;
+        m->state = MOTION_DECEL;
+        if (!m->is_decel_set) {
+            m->is_decel_set = 1;
             /* Anchored at its end: a ramp of pulses begins within a step. */
             m->pulse = (int32_t)(-m->decel_left & ((1 << j) - 1));
             profile_decel(m);
@@ -191,6 +206,7 @@ static void start(motion *m, int64_t now)
     m->dir_level = m->now.is_ccw ? !m->setup.is_cw_high : m->setup.is_cw_high;
     m->pulse = 0;
     m->rest = 0;
+    m->period_us = 0;
     m->state = MOTION_ACCEL;
     profile_begin(m, from_rpm);
     m->what = WHAT_PULSE;
@@ -273,7 +289,7 @@ void motion_once(motion *m, int slot, int64_t now)
 void motion_retarget(motion *m, uint32_t rpm, uint32_t cycle_us, int64_t now)
 {
     (void)now;
-    if (!is_running(m) || m->slot != MOTION_CONTINUOUS_SLOT || m->state == MOTION_DECEL) return;
+    if (!is_running(m) || m->slot != MOTION_CONTINUOUS_SLOT || m->cruise_left >= 0) return; /* >= 0: it stops already */
     int64_t from_rpm = profile_rpm(m);
     m->now.rpm = rpm;
     m->now.cycle_us = cycle_us;
@@ -319,7 +335,7 @@ void motion_stop(motion *m, int64_t now)
 static int decelerate(motion *m, int32_t dec_hundredths)
 {
     if (!is_running(m) || dec_hundredths <= 0 || dec_hundredths >= NO_RAMP) return 0;
-    if (m->state == MOTION_DECEL && m->accel_left == 0 && m->cruise_left == 0) return 1;
+    if (m->state == MOTION_DECEL) return 1;
     m->now.dec_hundredths = dec_hundredths;
     return profile_stop(m, profile_rpm(m));
 }

@@ -51,6 +51,7 @@ typedef struct motion {
     motion_entry now; /* the command in `slot`, as it was when it was loaded */
     int64_t accel_left, cruise_left, decel_left; /* pulses; cruise_left -1: without end */
     int64_t decel_steps;
+    int32_t is_decel_set; /* `decel` is the ramp of these */
     ramp accel, decel;
     ramp_list list; /* of the one that is reversed now */
     int64_t period_us;   /* of the present step */

@@ -1,6 +1,6 @@
 #include "profile.h"
 
-static int64_t f_of(const motion *m) { return 60000000 / (m->setup.steps_per_rev > 0 ? m->setup.steps_per_rev : 1); }
+static int64_t f_of(const motion *m) { return 60000000 / m->setup.steps_per_rev; }
 
 static int64_t n_of(const motion *m, int64_t rpm, int64_t acc) { return ramp_linear_steps(rpm, acc, m->setup.steps_per_rev); }
 
@@ -54,6 +54,7 @@ void profile_begin(motion *m, int64_t from_rpm)
     int j = m->setup.microstep_exponent, is_endless = m->slot == MOTION_CONTINUOUS_SLOT;
     int64_t a = bounded(accel_ramp(m, from_rpm, m->now.rpm));
     m->accel_left = m->cruise_left = m->decel_left = m->decel_steps = 0;
+    m->is_decel_set = 0;
     if (is_endless) {
         m->accel_left = a << j;
         m->cruise_left = -1;
@@ -85,7 +86,7 @@ int profile_stop(motion *m, int64_t from_rpm)
     m->accel_left = m->cruise_left = 0;
     m->decel_left = d << m->setup.microstep_exponent;
     m->decel_steps = d;
-    m->state = MOTION_STOP; /* so that the first of its pulses begins the ramp */
+    m->is_decel_set = 0;
     return d > 0;
 }
 

@@ -51,24 +51,33 @@ void ramp_linear_from(ramp *r, int64_t first_us, int64_t n1)
 
 static double after(double c, int64_t n) { return c - 2 * c / (double)(4 * n + 1); }
 
+/* c_n is proportional to Gamma(n + 3/4) / Gamma(n + 5/4) = (1 - 1 / (64 w^2) + ...) / sqrt(w), w = n + 1/2. */
+static double scaled(double c, double w, double to_w)
+{
+    return c * sqrt(w / to_w) * ((1 - 1 / (64 * to_w * to_w)) / (1 - 1 / (64 * w * w)));
+}
+
 void ramp_reverse(ramp *r, int64_t length, ramp_list *list)
 {
+    int64_t exact = length < RAMP_EXACT ? length : RAMP_EXACT, n = r->n;
     r->list = list;
     r->index = length;
-    list->spacing = length / RAMP_MARKS + 1;
-    list->window = length;
+    list->spacing = exact / RAMP_MARKS + 1;
+    list->window = exact;
     double c = r->c;
-    int64_t n = r->n;
-    for (int64_t i = 0, mark = 0; i < length; i++) {
+    for (int64_t i = 0, mark = 0; i < exact; i++) {
         if (i == mark * list->spacing) list->marks[mark++] = c;
         c = after(c, ++n);
     }
+    list->far_c = c;
+    list->far_w = (double)n + 0.5;
 }
 
 static double reversed_value(ramp *r)
 {
     ramp_list *list = r->list;
     int64_t at = --r->index;
+    if (at >= RAMP_EXACT) return scaled(list->far_c, list->far_w, (double)(r->n + at) + 0.5);
     if (at < list->window) {
         int64_t mark = at / list->spacing, i = mark * list->spacing;
         list->window = at - RAMP_MARKS + 1 > i ? at - RAMP_MARKS + 1 : i;

@@ -8,12 +8,16 @@
 #include <stdint.h>
 
 #define RAMP_MARKS 1024
+#define RAMP_EXACT 131072
 
-/* A linear ramp downwards is the upward one's list, last value first: some of its values, from which the ones
-   between are computed again, a window at a time. Memory is bounded, and no value differs. */
+/* A linear ramp downwards is the upward one's list, last value first. Of its first RAMP_EXACT values some are kept,
+   from which the ones between are computed again, a window at a time: no value differs. The ones after, which no
+   motor ever reaches, come from the recurrence's closed form, to a few parts in 1e16: an absurd ramp costs no more
+   time and memory than a long one. */
 typedef struct ramp_list {
     int64_t spacing, window; /* values between two marks; index of the window's first value */
     double marks[RAMP_MARKS], values[RAMP_MARKS];
+    double far_c, far_w; /* value RAMP_EXACT, and its place in the closed form */
 } ramp_list;
 
 typedef struct ramp {

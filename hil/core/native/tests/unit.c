@@ -9,6 +9,7 @@ void axis_tests(void);
 void groups_tests(void);
 void batch_tests(void);
 void source_tests(void);
+void motion_tests(void);
 void watchdog_tests(void);
 
 int main(int argc, char **argv)
@@ -20,6 +21,7 @@ int main(int argc, char **argv)
     groups_tests();
     batch_tests();
     source_tests();
+    motion_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }
