@@ -37,9 +37,11 @@ test-wheel:
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
 
-# A million random dialogues with the SAC, some forty minutes; the suite has 10,000. FUZZ_SEED=n for others.
+# A million random dialogues with the SAC, and 10,000 series of commands against the model of its motion: an hour.
+# The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
-	HIL_FUZZ_CASES=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q -s device_profiles/sac/tests/test_sac_fuzz.py
+	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
+	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
 bench: $(VENV)/.dev

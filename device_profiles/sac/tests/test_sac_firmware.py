@@ -158,7 +158,7 @@ def test_another_baud_holds_from_the_reset_on_and_rst_brings_38400_back(sac: Ter
     echo = [(at_ns, data) for at_ns, data in sac.port.read_timed() if at_ns >= begin_ns]
     assert b"".join(data for _, data in echo) == b"v150\r\nSAC>"
     assert echo[0][0] - begin_ns == pytest.approx(10**10 / 9600, abs=2)
-    sac.device.pin("RST", 0)
+    sac.device.pin("RST").set(0)
     sac.device.reset()
     sac.run(1200)
     assert typed_at(sac, 38400).endswith("SAC>")

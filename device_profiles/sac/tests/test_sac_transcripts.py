@@ -45,7 +45,7 @@ def answers(transcript: dict[str, Any], bytewise: bool = False) -> list[dict[str
             case {"reset": True}:
                 device.reset()
             case {"pin": [name, level]}:
-                device.pin(name, level)
+                device.pin(name).set(level)
         bench.run(ms=step["for_ms"])
         now = step | {"answer": port.read().decode("latin-1").split("\r\n")}
         if "pulses" in step:
