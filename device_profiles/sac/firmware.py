@@ -1,31 +1,41 @@
-"""The SAC's program: its command line, session and memory. The motion itself is the core's.
+"""The SAC's program: power-up, command line, memory and system commands. The motion itself is the core's.
 
-Sources: the SAC user manual, Appendix C and the chapters Command Detail, Configure and System Commands.
-Where it leaves something open, ``README.md`` of this folder lists what was decided.
+Sources: the SAC user manual, Appendix C and the chapters Command Detail, Configure and System Commands. Where
+it leaves something open, ``README.md`` of this folder lists what was decided.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from device_profiles.sac import screens
-from device_profiles.sac.eeprom import BY_LETTER, CUSTOM, Eeprom, EepromError
-from device_profiles.sac.line import Attributes, Text, Velocity, from_cycle, read_attributes, read_steps
+from device_profiles.sac.eeprom import Eeprom, EepromError
+from device_profiles.sac.line import Attributes, Text
+from device_profiles.sac.moves import Moves
+from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, change
+from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Terminal
-from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Main, Request
-from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, QUEUE_LEN, MotionEntry
-from hil.vocab.time import NS_PER_MS
+from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
+from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
-"""Between the version and the first prompt; a byte in it restores the factory's settings (manual,
-bail-out)."""
+"""From the version to the first prompt; a byte in it restores the factory's settings (manual, bail-out)."""
+BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
+"""What the UART's divider can do at 16 MHz (ATmega328P data sheet); decision: beyond is as at the end."""
 MEMORY, ASIDE = "eeprom", "eeprom_damaged"
-"""Sections of the board's memory: the EEPROM, and one that could not be read."""
-RST_FACT = "rst"
+"""Sections of the board's memory: the EEPROM, and what could not be read when it was one."""
 
 Steps = Generator[Request, Any, None]
+
+
+class Command(NamedTuple):
+    """What a line's first letter starts; ``run`` gets the rest of the line."""
+
+    letters: str
+    about: str
+    run: Callable[["Sac", Text], Steps | None]
 
 
 class Sac:
@@ -34,45 +44,89 @@ class Sac:
     def __init__(self, board: Board) -> None:
         if board.motion is None:
             raise TypeError("a SAC needs a board that makes step pulses (law: sac)")
-        self.motion = board.motion
+        self._motion = board.motion
         self._uart = board.uart
         self._nvm = board.nvm
-        self.terminal = Terminal(board.uart)
-        self.eeprom = Eeprom()
-        self.session = Session(self.eeprom.parameters)
-        self._undo: tuple[int, MotionEntry] | None = None
-        self._saved: bytes | None = None
-        self._mode: Callable[[Text], bool] | None = None
+        self._note = board.note
+        self._terminal = Terminal(board.uart, self._now)
+        self._eeprom = Eeprom()
+        self._session = Session(self._eeprom.parameters)
+        self._baud = FACTORY_BAUD
+        self.queue = QueueMemory(board.motion, self._session)
+        self.moves = Moves(board.motion, self._session, self.queue)
+        self._mode: Callable[[Text], Steps | None] | None = None
 
     def main(self) -> Main:
         yield from self._load()
-        self._uart.write(f"SAC {VERSION}\r\n".encode())
-        wants_factory = yield ByteAvailable(COLD_START_NS)
-        if wants_factory or self.motion.get("pin_rst") == 0:
-            while self._uart.read() >= 0:
-                pass
-            self.eeprom = Eeprom()
+        self._set_baud()
+        if (yield from self._wants_factory()):
+            self._eeprom = Eeprom()
             yield from self._save()
-        self._reset()
-        self._seed(self.eeprom.queue)
-        if self.eeprom.parameters.autorun > 0:
-            self.motion.loop_start(1)
-            self.motion.loop_finish(self.eeprom.parameters.autorun)
-        if not self.session.is_bricked:
-            self.terminal.prompt()
+        yield from self.reset()
+        self.queue.seed(self._eeprom.queue)
+        if self._eeprom.parameters.autorun > 0:
+            self._motion.loop_start(1)
+            self._motion.loop_finish(self._eeprom.parameters.autorun)
         while True:
-            if self.session.is_bricked:
-                yield from self._silence()
-            line = yield from self.terminal.read_line(self._single_pulse)
-            yield from self._execute(line.partition(" ")[0])
-            if not self.session.is_bricked:
-                self.terminal.prompt()
+            if self._session.is_bricked:
+                yield from self._brick()
+            self._terminal.prompt()
+            line = yield from self._terminal.read_line(self._single_pulse)
+            yield from self._execute(Text(line.partition(" ")[0])) or ()
 
     def interrupt(self, event: CoreEvent) -> None:
         """Nothing that the core reports concerns the terminal."""
 
-    def _silence(self) -> Steps:
-        """The other port is the terminal now, and nothing is there (manual, network: a bricked unit)."""
+    def _now(self) -> SimTimeNs:
+        return SimTimeNs(int(self._motion.get("at_ns")))
+
+    # ---- power-up and reset ----
+
+    def _wants_factory(self) -> Generator[Request, Any, bool]:
+        """The cold start's second. A terminal on the other port is not heard here; RST always is."""
+        wants_it = self._is_rst_low()
+        is_heard = wants_it or not self._eeprom.parameters.is_network_swapped
+        if is_heard:
+            self._terminal.println([f"SAC {VERSION}"])
+        end_ns = self._now() + COLD_START_NS
+        while (left_ns := end_ns - self._now()) > 0:
+            if (yield ByteAvailable(left_ns)):
+                self._uart.read()
+                wants_it |= is_heard
+        return wants_it or self._is_rst_low()
+
+    def _is_rst_low(self) -> bool:
+        return self._motion.get("pin_rst") == 0
+
+    def reset(self) -> Steps:
+        """What a cold start and ``$R`` do: the EEPROM's parameters come into force. The queue stays."""
+        parameters = self._eeprom.copy().parameters
+        self._session.restart(parameters)
+        self._motion.setup(parameters.setup())
+        self._motion.gap(self._session.is_gap_on)
+        self._motion.encoder_mode(self._session.is_throttle)
+        is_too_fast = parameters.software_baud > SOFTWARE_BAUD_LIMIT
+        self._note("sw", "the software port is above 38400 baud" if is_too_fast else None)
+        if self._wanted_baud() != self._baud:
+            yield Delay(
+                NS_PER_S * 10 * 66 // self._baud
+            )  # a full transmit buffer and two characters on the way
+            self._set_baud()
+
+    def _wanted_baud(self) -> int:
+        return min(max(self._eeprom.parameters.hardware_baud, BAUD_MINIMUM), BAUD_MAXIMUM)
+
+    def _set_baud(self) -> None:
+        self._baud = self._wanted_baud()
+        # The factory's speed is the line's own, which the configuration may have set to another.
+        self._uart.set_baud(None if self._baud == FACTORY_BAUD else self._baud)
+
+    def _brick(self) -> Steps:
+        """Parameter E is 1: the other port is the terminal now, and nothing is there.
+
+        A hard reset helps: RST low at a cold start (manual, network).
+        """
+        self._note("terminal", "E is 1: no terminal here; pull RST low and reset the device")
         while True:
             yield ByteAvailable()
             self._uart.read()
@@ -84,335 +138,182 @@ class Sac:
         if stored is None:
             return
         try:
-            self.eeprom = Eeprom.unpacked(stored)
-        except EepromError:
-            yield Commit(ASIDE, stored)
-            yield from self._save()
+            self._eeprom = Eeprom.unpacked(stored)
+        except EepromError as error:
+            aside = next(name for n in range(1, 1000) if (name := f"{ASIDE}-{n}") not in self._nvm)
+            self._note("eeprom", f"EEPROM: {error}; it was kept as {aside}, the factory's settings hold")
+            if (yield Commit(aside, stored)):
+                yield from self._save()
 
     def _save(self) -> Steps:
-        yield Commit(MEMORY, self.eeprom.packed())
-
-    def _reset(self) -> None:
-        """What a cold start and ``$R`` do: the EEPROM's parameters come into force."""
-        parameters = self.eeprom.copy().parameters
-        self.session.restart(parameters)
-        self.motion.setup(parameters.setup())
-        self.motion.gap(self.session.is_gap_on)
-        self.motion.encoder_mode(self.session.is_throttle)
-
-    def _seed(self, entries: list[MotionEntry] | None) -> None:
-        default = self.session.parameters.default_entry()
-        for position in range(1, QUEUE_LEN + 1):
-            self.motion.write_entry(position, entries[position - 1] if entries else default)
+        """Make the EEPROM durable. Where that fails the old content is what a read-back shows."""
+        if not (yield Commit(MEMORY, self._eeprom.packed())):
+            stored = self._nvm.get(MEMORY)
+            self._eeprom = Eeprom.unpacked(stored) if stored else Eeprom()
 
     # ---- the command line ----
 
     def _single_pulse(self, byte: int) -> bool:
+        """``+`` and ``-`` need no line end (manual, communications)."""
         if byte not in b"+-" or self._mode is not None:
             return False
-        self.motion.pulse(byte == ord("-"))
+        self._motion.pulse(byte == ord("-"))
         return True
 
-    def _execute(self, line: str) -> Steps:
-        text = Text(line)
+    def _execute(self, text: Text) -> Steps | None:
+        """A line up to its first blank. One that begins with a number, ``\\`` or ``/`` is the network's."""
         if self._mode is not None:
-            if text.takes("xX") and not text.rest():
-                self._mode = None
-                return
-            if self._mode(text):
-                yield from self._save()
-            return
-        letter = text.take()
-        command = EXACT.get(letter) or COMMANDS.get(letter.lower())
-        if command is not None:
-            yield from command(self, text) or ()
-            if self.session.is_debug:
-                self.terminal.println("0 us")  # parsing takes no simulated time
+            return self._in_mode(text)
+        command = COMMANDS_BY_LETTER.get(text.take())
+        return None if command is None else self._run(command, text)
 
-    def _stop_at_once(self, text: Text) -> None:
-        self.motion.stop(None)
+    def _run(self, command: Command, text: Text) -> Steps:
+        yield from command.run(self, text) or ()
+        if self._session.is_debug:
+            self._terminal.println([f"{(self._now() - self._terminal.line_began_ns) // 1000} us"])
 
-    def _stop_gracefully(self, text: Text) -> None:
-        self.motion.stop(self.session.default.dec_hundredths)
+    def _in_mode(self, text: Text) -> Steps | None:
+        """A line of the configure screen or of a program mode."""
+        if text.takes("xX"):
+            self._mode = None
+            return None
+        return self._mode(text) if self._mode else None
 
-    def _next_at_once(self, text: Text) -> None:
-        self.motion.next(False)
+    # ---- line commands ----
 
-    def _next_gracefully(self, text: Text) -> None:
-        self.motion.next(True)
-
-    def _release(self, text: Text) -> None:
-        self.motion.release_sync()
-
-    def _move(self, text: Text) -> None:
-        said = Attributes()
-        read_steps(text, said)
-        attributes = self._attributes(text)
-        attributes.steps, attributes.is_ccw = said.steps, said.is_ccw
-        entry = self._entry(attributes)
-        if not said.steps:
-            self.motion.write_entry(CONTINUOUS_SLOT, replace(entry, steps=0))
-            self.motion.run_continuous()
-            return
-        if int(self.motion.get("pending")) < QUEUE_LEN:
-            position = self.session.next_position
-            self._write(position, entry)
-            self.session.next_position = position % QUEUE_LEN + 1
-            self.motion.enqueue(position)
-        self.session.default = replace(
-            entry,
-            steps=self.session.default.steps,
-            is_ccw=self.session.default.is_ccw,
-            is_sync=False,
-            wait_us=0,
-        )
-
-    def _attributes(self, text: Text, *, with_steps: bool = False) -> Attributes:
-        return read_attributes(text, self.session.parameters.steps_per_rev, with_steps=with_steps)
-
-    def _entry(self, said: Attributes) -> MotionEntry:
-        """A command as typed, on the session's defaults."""
-        default_dir = self.session.parameters.default_entry().is_ccw
-        if said.is_ccw is None:
-            said.is_ccw = default_dir
-        return said.apply(self.session.default, self.session.parameters.ramps())
-
-    def _write(self, position: int, entry: MotionEntry) -> None:
-        self._undo = (position, self.motion.entry(position))
-        self.motion.write_entry(position, entry)
-
-    def _acceleration(self, text: Text) -> None:
-        acc = text.hundredths()
-        self._default(Attributes(acc=-1 if acc is None else acc))
-
-    def _deceleration(self, text: Text) -> None:
-        dec = text.hundredths()
-        self._default(Attributes(dec=-1 if dec is None else dec))
-
-    def _default(self, said: Attributes) -> None:
-        self.session.default = said.apply(self.session.default, self.session.parameters.ramps())
-
-    def _velocity(self, text: Text) -> None:
+    def velocity(self, text: Text) -> None:
+        """``vd`` shows the speed of now (decision: RPM, TAB, period); all else sets it."""
         if text.takes("dD"):
-            rpm, period_us = int(self.motion.get("speed_rpm")), int(self.motion.get("period_us"))
-            self.terminal.println(f"{rpm}\t{period_us}")
+            shown = [f"{int(self._motion.get('speed_rpm'))}\t{int(self._motion.get('period_us'))}"]
+            self._terminal.println(shown)
             return
-        if not text.peek():
-            parameters = self.session.parameters
-            velocity: Velocity | None = from_cycle(parameters.cycle_us, parameters.steps_per_rev)
-        else:
-            velocity = self._attributes(Text("v" + text.rest())).velocity
-        if velocity:
-            self._default(Attributes(velocity=velocity))
-            self.motion.retarget(velocity.rpm, velocity.cycle_us)
+        self.moves.velocity(text)
 
-    def _loop(self, text: Text) -> None:
-        if not text.peek():
-            self.motion.finish()
-            return
-        which = text.peek().lower()
-        if which.isdigit():
-            self.motion.loop_array((text.number() or 0) % 65536)
-            return
-        text.take()
-        number = text.number() or 0
-        if which == "a":
-            self.motion.loop_start(1)
-            self.motion.loop_finish(QUEUE_LEN)
-        elif which == "s" and 1 <= number <= QUEUE_LEN:
-            self.motion.loop_start(number)
-        elif which == "f" and 1 <= number <= QUEUE_LEN:
-            self.motion.loop_finish(number)
-        elif which == "n":
-            self.motion.loop_passes(number % 65536)
+    def debug(self, text: Text) -> None:
+        self._session.is_debug = not self._session.is_debug
 
-    def _debug(self, text: Text) -> None:
-        self.session.is_debug = not self.session.is_debug
-
-    def _show(self, text: Text) -> None:
+    def show(self, text: Text) -> None:
+        """``cc`` and ``cf``."""
         if text.takes("cC"):
-            self.terminal.println(*screens.configuration(self.eeprom.parameters))
+            self._show_configuration()
         elif text.takes("fF"):
-            self.terminal.println(*self.session.lines())
+            self._terminal.println(self._session.lines())
 
-    def _gap(self, text: Text) -> None:
-        self.session.is_gap_on = not self.session.is_gap_on
-        self.motion.gap(self.session.is_gap_on)
+    def _show_configuration(self) -> None:
+        self._terminal.println(screens.configuration(self._eeprom.parameters))
 
-    def _undo_last(self, text: Text) -> None:
-        if self._undo:
-            position, entry = self._undo
-            self._write(position, entry)
+    def queue_command(self, text: Text) -> Steps | None:
+        """``q`` and what may follow it."""
+        if not text.peek():
+            self._terminal.println(self.queue.lines())
+        elif text.is_digit():
+            self.queue.edit(text)
+        elif text.takes("sS"):
+            self._eeprom.queue = self.queue.entries()
+            return self._save()
+        elif text.takes("rR"):
+            self.queue.restore(self._eeprom.queue)
+        elif text.takes("cC"):
+            self.queue.clear()
+        elif text.takes("pP"):
+            self._terminal.println(self.queue.lines())
+            self._mode = self.queue.edit
+        return None
 
-    # ---- queue and xRef ----
+    def undo(self, text: Text) -> None:
+        self.queue.undo()
 
-    def _list_queue(self) -> None:
-        first = 0 if self.session.is_debug else 1
-        entries = {position: self.motion.entry(position) for position in range(first, QUEUE_LEN + 1)}
-        running = int(self.motion.get("queue_position"))
-        at = running if 1 <= running <= QUEUE_LEN else self.session.next_position
-        self.terminal.println(*screens.queue(entries, at))
-
-    def _queue(self, text: Text) -> Steps:
-        letter = text.peek().lower()
-        if not letter:
-            self._list_queue()
-        elif letter.isdigit():
-            self._edit(text)
-        elif letter == "s":
-            self.eeprom.queue = [self.motion.entry(position) for position in range(1, QUEUE_LEN + 1)]
-            yield from self._save()
-        elif letter == "r":
-            self._seed(self.eeprom.queue)
-        elif letter == "c":
-            seed = self.session.parameters.default_entry()
-            entry = replace(
-                self.session.default,
-                steps=seed.steps,
-                is_ccw=seed.is_ccw,
-                extra_pulses=0,
-                is_sync=False,
-                wait_us=0,
-            )
-            for position in range(1, QUEUE_LEN + 1):
-                self.motion.write_entry(position, entry)
-        elif letter == "p":
-            self._list_queue()
-            self._mode = self._edit
-
-    def _edit(self, text: Text) -> bool:
-        position = text.number()
-        if position is not None and 1 <= position <= QUEUE_LEN:
-            said = self._attributes(text, with_steps=True)
-            self._write(position, said.apply(self.motion.entry(position), self.session.parameters.ramps()))
-        return False
-
-    def _xref(self, text: Text) -> None:
-        letter = text.peek().lower()
-        if letter == "d":
-            self.terminal.println(*screens.xref(self.motion.xref()))
-        elif letter == "p":
+    def xref(self, text: Text) -> None:
+        """``x`` and what may follow it."""
+        if text.takes("dD"):
+            self._terminal.println(self.queue.xref_lines())
+        elif text.takes("pP"):
             self._mode = self._edit_xref
-        elif letter == "l":
-            text.take()
-            self.motion.loop_array((text.number() or 0) % 65536)
-        elif letter == "m":
-            text.take()
-            said = Attributes()
-            read_steps(text, said)
-            attributes = self._attributes(text)
-            attributes.steps, attributes.is_ccw = said.steps, said.is_ccw
-            entry = self._entry(attributes)
-            if said.steps:
-                self.motion.write_entry(ONE_SHOT_SLOT, entry)
-                self.motion.run_once(ONE_SHOT_SLOT)
-            else:
-                self.motion.write_entry(CONTINUOUS_SLOT, replace(entry, steps=0))
-                self.motion.run_continuous()
-        elif (position := text.number()) is not None and 1 <= position <= QUEUE_LEN:
-            self.motion.run_once(position)
+        elif text.takes("lL"):
+            self.moves.loop_array(text)
+        elif text.takes("mM"):
+            self.moves.one_shot(text)
+        else:
+            self.moves.recall(text)
 
-    def _edit_xref(self, text: Text) -> bool:
-        index = text.number()
-        text.takes(",")
-        position = text.number()
-        if index is not None and position is not None and index <= QUEUE_LEN and position <= QUEUE_LEN:
-            self.motion.write_xref(index, 0 if index == QUEUE_LEN else position)
-        self.terminal.println(*screens.xref(self.motion.xref()))
-        return False
+    def _edit_xref(self, text: Text) -> None:
+        if self.queue.edit_xref(text):
+            self._terminal.println(self.queue.xref_lines())
 
     # ---- system commands ----
 
-    def _system(self, text: Text) -> Steps:
-        self.motion.stop(None)
-        letter = text.take()
-        session, number = self.session, None if letter == "C" else text.number()
-        if letter == "C":
-            yield from self._configure(text)
-        elif letter == "E":
-            stored = self._nvm.get(MEMORY, self.eeprom.packed())
-            if session.is_debug:
-                self.terminal.println(*screens.dump(stored))
-            else:
-                self.terminal.println(*screens.configuration(self.eeprom.parameters))
-        elif letter == "R":
-            self._reset()
-        elif letter in "FPU" and letter:
-            is_pulses = {"F": False, "P": True, "U": not session.default.is_pulses}[letter]
-            session.default = replace(session.default, is_pulses=is_pulses)
-        elif letter == "H":
-            session.is_crc_on = number != 0
-        elif letter == "K":
-            session.is_ack_on = number != 0
-        elif letter == "L" and number is not None:
-            self._default(Attributes(is_linear=number != 0))
-        elif letter == "O" and number is not None:
-            session.is_soft_ops_on = number != 0
-        elif letter == "n":
-            session.is_throttle = not session.is_throttle
-            self.motion.encoder_mode(session.is_throttle)
+    def system(self, text: Text) -> Steps | None:
+        """``$``: any of them ends all activity first; letters as they are written here."""
+        self._motion.stop(None)
+        session = self._session
+        match text.take():
+            case "C":
+                return self._configure(text)
+            case "E":
+                self._show_eeprom()
+            case "R":
+                return self.reset()
+            case "F":
+                self._set_pulses(False)
+            case "P":
+                self._set_pulses(True)
+            case "U":
+                self._set_pulses(not session.default.is_pulses)
+            case "H":
+                session.is_crc_on = text.number() != 0
+            case "K":
+                session.is_ack_on = text.number() != 0
+            case "L" if (number := text.number()) is not None:
+                session.say(Attributes(is_linear=number != 0))
+            case "O" if (number := text.number()) is not None:
+                session.is_soft_ops_on = number != 0
+            case "n":
+                session.is_throttle = not session.is_throttle
+                self._motion.encoder_mode(session.is_throttle)
+        return None
 
-    def _configure(self, text: Text) -> Steps:
+    def _set_pulses(self, is_pulses: bool) -> None:
+        self._session.default = replace(self._session.default, is_pulses=is_pulses)
+
+    def _show_eeprom(self) -> None:
+        lines: Iterable[str] = screens.configuration(self._eeprom.parameters)
+        if self._session.is_debug:
+            lines = screens.dump(self._nvm.get(MEMORY, self._eeprom.packed()))
+        self._terminal.println(lines)
+
+    def _configure(self, text: Text) -> Steps | None:
+        """``$C`` with a letter and a value sets it. Alone: the screen, drawn again after each edit."""
         if text.peek():
-            if self._change(text):
-                yield from self._save()
-            return
-        self.terminal.println(*screens.configuration(self.eeprom.parameters))
+            return self._save() if change(self._eeprom.parameters, text) else None
+        self._show_configuration()
+        self._mode = self._edit_configuration
+        return None
 
-        def edit(line: Text) -> bool:
-            changed = self._change(line)
-            self.terminal.println(*screens.configuration(self.eeprom.parameters))
-            return changed
-
-        self._mode = edit
-
-    def _change(self, text: Text) -> bool:
-        """Set a parameter in the EEPROM; answers whether anything was."""
-        letter = text.take()
-        parameters = self.eeprom.parameters
-        if letter == "u":
-            number = text.number()
-            if number is None:
-                return False
-            parameters.is_pulses = int(number != 0)
-            return True
-        if letter == "U":
-            exponent, pins = text.take(), text.take()
-            if not ("0" <= exponent <= "7" and "0" <= pins <= "7") or len(exponent + pins) != 2:
-                return False
-            parameters.pin_map[int(exponent)] = int(pins)
-            return True
-        parameter = BY_LETTER.get(letter)
-        value = parameter.read(text) if parameter else None
-        if parameter is None or value is None:
-            return False
-        if parameter.field == "driver_id" and value > CUSTOM:
-            value = CUSTOM
-        setattr(parameters, parameter.field, value)
-        return True
+    def _edit_configuration(self, text: Text) -> Steps:
+        if change(self._eeprom.parameters, text):
+            yield from self._save()
+            self._show_configuration()
 
 
-EXACT: dict[str, Callable[[Sac, Text], Steps | None]] = {
-    "S": Sac._stop_at_once,
-    "s": Sac._stop_gracefully,
-    "N": Sac._next_at_once,
-    "n": Sac._next_gracefully,
-    "y": Sac._release,
-    "$": Sac._system,
-}
-"""Commands whose letter's case matters."""
-
-COMMANDS: dict[str, Callable[[Sac, Text], Steps | None]] = {
-    "m": Sac._move,
-    "a": Sac._acceleration,
-    "d": Sac._deceleration,
-    "l": Sac._loop,
-    "v": Sac._velocity,
-    "b": Sac._debug,
-    "c": Sac._show,
-    "g": Sac._gap,
-    "q": Sac._queue,
-    "x": Sac._xref,
-    "z": Sac._undo_last,
-}
-"""The others, by their small letters."""
+COMMANDS = (
+    Command("mM", "motion command", lambda sac, text: sac.moves.queued(text)),
+    Command("aA", "acceleration of the session", lambda sac, text: sac.moves.acceleration(text)),
+    Command("dD", "deceleration of the session", lambda sac, text: sac.moves.deceleration(text)),
+    Command("vV", "velocity of the session, vd: of now", Sac.velocity),
+    Command("lL", "loops; alone: end with grace", lambda sac, text: sac.moves.loop(text)),
+    Command("xX", "run an entry or a one-shot at once; xRef array", Sac.xref),
+    Command("S", "stop at once", lambda sac, text: sac.moves.stop_at_once(text)),
+    Command("s", "stop with the session's deceleration", lambda sac, text: sac.moves.stop_gracefully(text)),
+    Command("N", "next command, at once", lambda sac, text: sac.moves.next_at_once(text)),
+    Command(
+        "n", "next command, with this one's deceleration", lambda sac, text: sac.moves.next_gracefully(text)
+    ),
+    Command("y", "release the sync", lambda sac, text: sac.moves.release(text)),
+    Command("qQ", "queue: list, edit, save, restore, clear, program", Sac.queue_command),
+    Command("zZ", "undo the last change of the queue", Sac.undo),
+    Command("gG", "GAP testing on or off", lambda sac, text: sac.moves.toggle_gap(text)),
+    Command("cC", "cc: configuration, cf: session", Sac.show),
+    Command("bB", "debug on or off", Sac.debug),
+    Command("$", "system commands", Sac.system),
+)
+COMMANDS_BY_LETTER = {letter: command for command in COMMANDS for letter in command.letters}

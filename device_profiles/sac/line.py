@@ -1,6 +1,6 @@
 """Reads what is typed at a SAC: numbers, and the attributes of a motion command."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from hil.vocab.motion import MotionEntry
 
@@ -35,27 +35,32 @@ class Text:
             return True
         return False
 
+    def is_digit(self) -> bool:
+        """Whether a digit comes next."""
+        return self.peek() != "" and self.peek() in "0123456789"
+
     def number(self) -> int | None:
         """Digits, as the board's 32 bits hold them; None where there are none."""
-        digits = ""
-        while self.peek().isascii() and self.peek().isdigit():
-            digits += self.take()
+        digits = self._digits()
         return int(digits) % WORD if digits else None
 
     def hundredths(self) -> int | None:
         """A number with two decimals up to 100, whole from there on; further digits are cut."""
         whole = self.number()
-        decimals = ""
-        if self.takes("."):
-            while self.peek().isascii() and self.peek().isdigit():
-                decimals += self.take()
-            whole = whole or 0
-        elif whole is None:
+        has_point = self.takes(".")
+        if whole is None and not has_point:
             return None
-        assert whole is not None
+        decimals = self._digits() if has_point else ""
+        whole = whole or 0
         if whole >= 100:
-            return min(whole, 999) * 100
+            return min(whole * 100, NO_RAMP)
         return whole * 100 + int((decimals + "00")[:2])
+
+    def _digits(self) -> str:
+        digits = ""
+        while self.is_digit():
+            digits += self.take()
+        return digits
 
     def rest(self) -> str:
         """All that is left."""
@@ -100,7 +105,6 @@ class Attributes:
     is_sync: bool | None = None
     wait_us: int | None = None
     is_pulses: bool | None = None
-    unknown: str = field(default="", compare=False)
 
     def apply(self, entry: MotionEntry, defaults: "RampDefaults") -> MotionEntry:
         """The entry with what was said. A change of ramp brings that ramp's defaults first."""
@@ -188,6 +192,4 @@ def read_attributes(text: Text, steps_per_rev: int, *, with_steps: bool = False)
                 said.is_pulses = True
             case "s":
                 said.is_sync = text.number() != 0 if with_steps else True
-            case _:
-                said.unknown += letter
     return said

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from device_profiles.sac.eeprom import LEFT, RIGHT, Parameter, Parameters
+from device_profiles.sac.parameters import LEFT, RIGHT, Parameter, Parameters
 from hil.vocab.motion import MotionEntry
 
 _RULE = "=" * 70
@@ -25,19 +25,18 @@ def queue(entries: Mapping[int, MotionEntry], at: int) -> Iterator[str]:
 def configuration(parameters: Parameters) -> Iterator[str]:
     """Lines of the configure screen."""
     yield "Config:"
-    for row, (left, right) in enumerate(zip(LEFT, RIGHT, strict=True)):
+    for left, right in zip(LEFT, RIGHT, strict=True):
         line = "D" if left is None else ""
         if left:
             line = _column(line, 0, left, parameters)
         if right:
             line = _column(_to(line, 24), 24, right, parameters)
-        assert line, row
         yield line
 
 
 def _column(line: str, start: int, parameter: Parameter, parameters: Parameters) -> str:
-    line += f"{parameter.letter} {parameter.name}"
-    return _to(line, start + 16) + parameter.show(parameters, getattr(parameters, parameter.field))
+    line = _to(f"{line}{parameter.letter} {parameter.name}", start + 16)
+    return line + parameter.show(parameters, getattr(parameters, parameter.field))
 
 
 def _to(line: str, column: int) -> str:

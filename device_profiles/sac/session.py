@@ -3,27 +3,25 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from device_profiles.sac.eeprom import Parameters
+from device_profiles.sac.line import Attributes
+from device_profiles.sac.parameters import Parameters
 from hil.vocab.motion import MotionEntry
 
 
 class Session:
-    """Defaults and flags, and where the next command is stored."""
+    """Parameters in force, defaults of the next command, and flags."""
 
     default: MotionEntry
     """Attributes of the next command where its line says nothing."""
 
     def __init__(self, parameters: Parameters) -> None:
-        self.next_position = 1
-        self.is_debug = False
-        self.is_gap_on = True
-        self.is_throttle = False
         self.restart(parameters)
 
     def restart(self, parameters: Parameters) -> None:
-        """What a reset brings; the queue and its position stay."""
+        """What a cold start and ``$R`` bring (decision: debug, GAP testing and encoder mode too)."""
         self.parameters = parameters
         self.default = replace(parameters.default_entry(), steps=0)
+        self.is_debug = False
         self.is_gap_on = True
         self.is_throttle = False
         self.is_soft_ops_on = bool(parameters.soft_ops)
@@ -35,8 +33,23 @@ class Session:
         """The terminal is at the other port (parameter E)."""
         return bool(self.parameters.is_network_swapped)
 
+    def say(self, said: Attributes) -> None:
+        """A unary command: it changes the defaults."""
+        self.default = said.apply(self.default, self.parameters.ramps())
+
+    def command(self, said: Attributes) -> MotionEntry:
+        """A motion command as typed, on the defaults; direction, wait and sync are never taken from them."""
+        if said.is_ccw is None:
+            said.is_ccw = self.parameters.default_entry().is_ccw
+        return said.apply(self.default, self.parameters.ramps())
+
+    def keep(self, entry: MotionEntry) -> None:
+        """A queued command's attributes become the defaults, all but steps, direction, wait and sync."""
+        kept = self.default
+        self.default = replace(entry, steps=kept.steps, is_ccw=kept.is_ccw, is_sync=False, wait_us=0)
+
     def lines(self) -> Iterator[str]:
-        """What ``cf`` shows: a name and a value a line."""
+        """What ``cf`` shows: a name and a value a line (decision)."""
         e = self.default
         yield f"v\t{e.rpm}"
         yield f"vc\t{e.cycle_us}"

@@ -179,7 +179,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "unheard_bytes": stats.unheard_bytes,
             "backlog_bytes": session.port.backlog(),
             "overrun_bytes": device.uart.overrun_bytes,
-            "note": daemon.notes.get(name),
+            "note": "; ".join([*filter(None, [daemon.notes.get(name)]), *device.notes.values()]) or None,
             "flash": daemon.store.failures.get(name, "ok"),
             "port_failure": session.port_failure,
             "snapshot": device.axis.published().as_dict(),

@@ -51,6 +51,8 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.notes: dict[str, str] = {}
+        """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
@@ -145,6 +147,7 @@ class Device:
 
     def _start(self) -> None:
         self._committing = None
+        self.notes.clear()
         self.axis.power_up()
         for field, value in self._power_up.items():
             if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
@@ -155,10 +158,15 @@ class Device:
 
     def _program(self) -> Main:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
-        self._firmware = self._make_firmware(
-            Board(self.uart, self.axis, self.nvm, self._motion(), self._facts)
-        )
+        board = Board(self.uart, self.axis, self.nvm, self._motion(), self._facts, self._note)
+        self._firmware = self._make_firmware(board)
         yield from self._firmware.main()
+
+    def _note(self, about: str, text: str | None) -> None:
+        if text is None:
+            self.notes.pop(about, None)
+        else:
+            self.notes[about] = text
 
     def _motion(self) -> Motion | None:
         return self.axis if isinstance(self.axis, CoreMotion) else None

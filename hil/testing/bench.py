@@ -60,6 +60,11 @@ class PortFace:
         self._unread.clear()
         return joined
 
+    @property
+    def line_free_ns(self) -> SimTimeNs:
+        """When the last byte that the device has sent so far is on the line; without a baud 0."""
+        return SimTimeNs(self._device.uart.tx_free_ns)
+
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; called by the bench."""
         self._unread.append((at_ns, data))
@@ -160,6 +165,11 @@ class DeviceFace:
     def failed(self) -> str | None:
         """Why the device has stopped, or None."""
         return self._device.failed
+
+    @property
+    def notes(self) -> Mapping[str, str]:
+        """What its firmware has an operator know, by what it is about; ``hil status`` shows it."""
+        return self._device.notes
 
     @property
     def nvm(self) -> Mapping[str, bytes]:
