@@ -113,6 +113,24 @@ static void a_wire_moves_a_servos_set_point_with_each_rise(void)
     hil_core_free(c);
 }
 
+/* OP SB to its own Estop: a command ends in the nanosecond in which it begins. */
+static void a_board_may_be_wired_to_itself(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    CHECK_INT(hil_wire(c, 0, HIL_OUT_OP_SB, 0, HIL_IN_ESTOP), 0);
+    hil_axis_record_edges(c, 0, 1 << HIL_OUT_OP_SB | 1 << HIL_OUT_CLK);
+    start(c);
+    hil_group_advance(c, 0, 10000000);
+    hil_edge edges[4];
+    CHECK_INT(hil_axis_take_edges(c, 0, edges, 4), 2);
+    CHECK_INT(edges[0].level, 0);
+    CHECK_INT(edges[1].level, 1);
+    CHECK_INT(edges[1].at_ns, 0);
+    CHECK_INT(get(c, 0, HIL_FIELD_motion_state), MOTION_STANDBY);
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 0);
+    hil_core_free(c);
+}
+
 static void commands_are_told_when_they_are_asked_for(void)
 {
     motion_entry e = {.steps = 2, .rpm = 5, .cycle_us = 1000};
@@ -195,6 +213,7 @@ void stepper_tests(void)
     RUN(looking_changes_nothing);
     RUN(edges_have_their_widths);
     RUN(a_wire_moves_a_servos_set_point_with_each_rise);
+    RUN(a_board_may_be_wired_to_itself);
     RUN(commands_are_told_when_they_are_asked_for);
     RUN(estop_and_sync_act_on_their_falling_edges);
     RUN(an_idle_motor_follows_the_encoder);
