@@ -21,7 +21,9 @@ def running(core: Core, plant: str) -> tuple[int, CoreMotion]:
     profile = find_catalogue().profiles["sac"]
     parameters = {name: parameter.default(plant) for name, parameter in profile.axis.items()}
     group = core.native.group_open(0)
-    axis = core.open_axis(group, AxisPlan(parameters, profile.law, "full" if plant == "full" else "simple"))
+    axis = core.open_axis(
+        group, AxisPlan(parameters, "full" if plant == "full" else "simple", law=profile.law)
+    )
     assert isinstance(axis, CoreMotion)
     axis.setup(MotionSetup(200, 10, EXPONENT, 1, 8, 0, True, 1_000_000, False, 36, MS_PINS))
     rpm = 300_000 // PERIOD_US

@@ -154,7 +154,7 @@ class DeviceConfig(_Model):
     def axis_plan(self, profile: ProfileInfo, seed: int) -> AxisPlan:
         """What the core opens this device's axis with."""
         load = self.load.parts() if self.load else Load()
-        return AxisPlan(self.axis_parameters(profile), profile.law, self.plant, load, seed)
+        return AxisPlan(self.axis_parameters(profile), self.plant, load, seed, profile.law)
 
     def register_values(self, profile: ProfileInfo) -> dict[str, int]:
         """All the registers at power-up: the profile's, with this device's own in their place."""

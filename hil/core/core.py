@@ -124,10 +124,10 @@ class AxisPlan:
     ``FULL_PARAMETERS``, its load, and where its randomness starts."""
 
     parameters: Mapping[str, float]
-    law: str = "mechaduino"
     plant: Literal["simple", "full"] = "simple"
     load: Load = Load()
     seed: int = 0
+    law: str = "mechaduino"
 
 
 def entry_of(values: Mapping[str, int]) -> MotionEntry:

@@ -110,7 +110,7 @@ class Engine:
     def __init__(self, setup: Setup) -> None:
         self.core = Core(1)
         self.group = self.core.native.group_open(0)
-        axis = self.core.open_axis(self.group, AxisPlan(MOTOR, "sac"))
+        axis = self.core.open_axis(self.group, AxisPlan(MOTOR, law="sac"))
         assert isinstance(axis, CoreMotion)
         self.axis = axis
         self.axis.setup(
