@@ -1,11 +1,12 @@
 """Wires between the devices' pins, checked against what each kind of board has."""
 
+from collections import Counter
 from collections.abc import Mapping
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
-from hil.core import AXIS_PINS, CLOCK_IN, CLOCK_OUT
+from hil.core import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
 
 
 def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Finding]:
@@ -13,6 +14,7 @@ def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Fin
     profile is known."""
     findings: list[Finding] = []
     driven: dict[tuple[str, object], int] = {}
+    begun: Counter[str] = Counter()
     wires = wires if isinstance(wires, list) else []
     for index, wire in enumerate(wires):
         if not isinstance(wire, dict) or not all(isinstance(wire.get(end), str) for end in ("from", "to")):
@@ -23,11 +25,15 @@ def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Fin
         findings += found
         if found:
             continue
-        (_, output), (device, pin) = (wire[end].split(".", 1) for end in ("from", "to"))
+        (source, output), (device, pin) = (wire[end].split(".", 1) for end in ("from", "to"))
         if (output == CLOCK_OUT) != (pin == CLOCK_IN):
             remedy = f"wire {CLOCK_OUT} to {CLOCK_IN}, and other outputs to other inputs"
             findings.append(Finding(path, f"{shown(output)} and {shown(pin)} do not fit", remedy))
             continue
+        begun[source] += output != CLOCK_OUT
+        if begun[source] == MAX_WIRES + 1:
+            message = f"{source} has {MAX_WIRES} wires already"
+            findings.append(Finding((*path, "from"), message, "begin this one at another device"))
         inputs = AXIS_PINS[devices[device].law].inputs
         driver = driven.setdefault((device, inputs.get(pin, pin)), index)
         if driver != index:

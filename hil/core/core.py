@@ -23,6 +23,9 @@ OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3"
 CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
 """A stepper controller's clock output and its input for one: frequencies and not edges."""
 
+MAX_WIRES = 16
+"""From one board's outputs; ``STEPPER_WIRES`` in ``native/stepper.h``."""
+
 
 class Pins(NamedTuple):
     """A kind of board's pins by name; two names of one number are the same pin."""

@@ -135,3 +135,11 @@ def test_a_wire_without_an_end_is_refused() -> None:
     with pytest.raises(ConfigError) as caught:
         Bench(bench_of([{"from": "s1.clk"}], s1="sac"))
     assert "missing" in caught.value.problems[0].message
+
+
+def test_as_many_wires_from_one_board_as_the_core_has_room_for() -> None:
+    names = [f"t{n}" for n in range(17)]
+    wires = [{"from": "s1.clk", "to": f"{name}.sync"} for name in names]
+    Bench(bench_of(wires[:16], s1="sac", **dict.fromkeys(names, "sac")))
+    with pytest.raises(ConfigError, match="s1 has 16 wires already"):
+        Bench(bench_of(wires, s1="sac", **dict.fromkeys(names, "sac")))

@@ -10,6 +10,7 @@ void groups_tests(void);
 void batch_tests(void);
 void source_tests(void);
 void motion_tests(void);
+void stepper_tests(void);
 void watchdog_tests(void);
 
 int main(int argc, char **argv)
@@ -22,6 +23,7 @@ int main(int argc, char **argv)
     batch_tests();
     source_tests();
     motion_tests();
+    stepper_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }
