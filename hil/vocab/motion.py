@@ -123,8 +123,8 @@ class Motion(Protocol):
         """``$n``: follow or throttle."""
 
     def report(self, on: bool) -> None:
-        """Tell the firmware of commands: events ``command_begun`` (value: its slot) and ``command_ended`` come
-        to its ``interrupt``, at the times at which OP SA rises and falls. Off after a power-up."""
+        """Tell the firmware of commands: events ``command_begun`` (value: its slot) and ``command_ended``
+        come to its ``interrupt``, at the times at which OP SA rises and falls. Off after a power-up."""
 
     def get(self, field: str) -> float:
         """A field of the axis by its name in the core's table: ``motion_state``, ``rpm``, ``period_us``,
