@@ -161,12 +161,39 @@ class DeviceConfig(_Model):
         return dict(profile.registers) | dict(self.registers)
 
 
+class WireConfig(_Model):
+    """A wire from an output to an input."""
+
+    from_: str = Field(alias="from", description="A device and one of its outputs, as in `s1.clk`.")
+    to: str = Field(description="A device and one of its inputs, as in `m1.step`.")
+
+    @property
+    def output(self) -> tuple[str, str]:
+        """Device and pin."""
+        device, _, pin = self.from_.partition(".")
+        return device, pin
+
+    @property
+    def input(self) -> tuple[str, str]:
+        """Device and pin."""
+        device, _, pin = self.to.partition(".")
+        return device, pin
+
+
 class BenchConfig(_Model):
     """A daemon's whole set-up."""
 
     bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
     devices: Mapping[Name, DeviceConfig] = Field(
         min_length=1, description="The boards, each under a name of its own (same form as the bench's)."
+    )
+    wires: list[WireConfig] = Field(
+        default=[],
+        description=(
+            "Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to: m1.step}`; an"
+            " edge reaches the other board at the same nanosecond. Devices joined by wires share one"
+            " simulated time."
+        ),
     )
     rate_hz: int = Field(
         default=1000,

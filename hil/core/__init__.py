@@ -4,11 +4,27 @@ Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session 
 native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
 """
 
-from hil.core.core import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan, Core, CoreAxis, CoreMotion, Load
+from hil.core.core import (
+    AXIS_PARAMETERS,
+    AXIS_PINS,
+    CLOCK_IN,
+    CLOCK_OUT,
+    CLOCK_OUT_HZ,
+    FULL_PARAMETERS,
+    AxisPlan,
+    Core,
+    CoreAxis,
+    CoreMotion,
+    Load,
+)
 from hil.core.fields import FIELDS, Field, Snapshot
 
 __all__ = [
     "AXIS_PARAMETERS",
+    "AXIS_PINS",
+    "CLOCK_IN",
+    "CLOCK_OUT",
+    "CLOCK_OUT_HZ",
     "FIELDS",
     "FULL_PARAMETERS",
     "AxisPlan",

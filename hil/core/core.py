@@ -3,7 +3,7 @@
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from hil.core._native import NativeCore
 from hil.core.fields import INDEX, SERVO, STEPPER, Snapshot
@@ -20,7 +20,19 @@ STEPPER_PINS = {"sync": 0, "Estop": 1, "RST": 2, "EnA": 3, "EnB": 4}
 """Inputs of a stepper's controller."""
 OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3": 6}
 """Its outputs."""
+CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
+"""A stepper controller's clock output and its input for one: frequencies and not edges."""
 
+
+class Pins(NamedTuple):
+    """A kind of board's pins by name; two names of one number are the same pin."""
+
+    inputs: Mapping[str, int]
+    outputs: Mapping[str, int]
+
+
+AXIS_PINS = {"mechaduino": Pins(PINS, {}), "sac": Pins(STEPPER_PINS, OUTPUTS)}
+"""The pins that wires can join, by law."""
 
 _MOTOR = (
     "inertia_kg_m2",
@@ -310,6 +322,18 @@ class Core:
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
         axis = self.native.axis_open(group, plan.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
         return CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
+
+    def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:
+        """Join an output to an input of the same group, each an axis and its pin by name.
+
+        Raises:
+            MemoryError: the output's axis has 16 wires already.
+        """
+        (from_axis, name), (to_axis, input_name) = output, to
+        if name == CLOCK_OUT:
+            to_axis.set("clock_Hz", CLOCK_OUT_HZ)
+            return
+        self.native.wire(from_axis.id, OUTPUTS[name], to_axis.id, to_axis.pins[input_name])
 
     def take_events(self, group: int) -> list[CoreEvent]:
         """What interrupts of this group did since the last call, in time's order."""

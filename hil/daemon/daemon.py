@@ -210,7 +210,7 @@ class Daemon:
 
     def config_as_dict(self) -> dict[str, Any]:
         """The configuration as a dict that ``hil.config.from_dict`` takes."""
-        dumped: dict[str, Any] = self.config.model_dump(mode="json")
+        dumped: dict[str, Any] = self.config.model_dump(mode="json", by_alias=True)
         for device in dumped["devices"].values():
             device["port"] = "memory"
         return dumped
