@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx
 
-.PHONY: demo test test-native test-wheel lint soak bench clean
+.PHONY: demo test test-native test-wheel lint soak fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -36,6 +36,12 @@ test-wheel:
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
+
+# A million random dialogues with the SAC, and 10,000 series of commands against the model of its motion: an hour.
+# The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
+fuzz: $(VENV)/.dev
+	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
+	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
 bench: $(VENV)/.dev

@@ -53,8 +53,8 @@ def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
-    place.serve(config(speed=20, devices={"m1": {"flash": {"table": "empty"}}})).ready()
-    assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=2)
+    place.serve(config(speed=4, devices={"m1": {"flash": {"table": "empty"}}})).ready()
+    assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=1)
     assert "no device 'm2'" in place.hil("plot", "m2", code=1)
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
     assert "write 50000 or more" in place.hil("plot", "m1", "--interval", "0.001", code=1)

@@ -1,12 +1,12 @@
 """Devices, axes and firmware for a validated configuration."""
 
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 
 from hil.compose.find import PROFILES
-from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
+from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, WireConfig
 from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
@@ -80,9 +80,12 @@ def add_device(
     sections: Mapping[str, bytes],
     store: Store,
     seed: int,
+    partner: str | None = None,
 ) -> Device:
-    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts."""
-    group, axis = bench.open_group(config.axis_plan(profile, seed))
+    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
+    ``partner``: a device that wires join it with."""
+    plan = config.axis_plan(profile, seed)
+    group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
     device = Device(
         name,
         profile.name,
@@ -99,6 +102,17 @@ def add_device(
     return device
 
 
+def partners(devices: Iterable[str], wires: Iterable[WireConfig]) -> dict[str, str]:
+    """For each device that wires join with others, over whatever way, the first of them."""
+    first = {name: name for name in devices}
+    order = {name: place for place, name in enumerate(first)}
+    for wire in wires:
+        joined = {first[wire.output[0]], first[wire.input[0]]}
+        head = min(joined, key=order.__getitem__)
+        first = {name: head if to in joined else to for name, to in first.items()}
+    return {name: to for name, to in first.items() if name != to}
+
+
 def bench_runtime(
     config: BenchConfig,
     catalogue: Catalogue,
@@ -111,9 +125,15 @@ def bench_runtime(
     that a reload can add some.
     """
     bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
+    joined = partners(config.devices, config.wires)
     for index, (name, device) in enumerate(config.devices.items()):
         profile = catalogue.profiles[device.profile]
         # Far apart, so that bench 0's second device is not bench 1's first.
         seed = config.seed + (index << 32)
-        add_device(bench, name, device, profile, memories.get(name, {}), store, seed)
+        partner = joined.get(name)
+        add_device(bench, name, device, profile, memories.get(name, {}), store, seed, partner)
+    for wire in config.wires:
+        (source, output), (target, input_name) = wire.output, wire.input
+        axes = {name: bench.devices[name].axis for name in (source, target)}
+        bench.core.wire((axes[source], output), (axes[target], input_name))
     return bench

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hil.config.document import Finding
 from hil.config.explain import findings_of, suggestion
 from hil.config.yaml_text import document_from_yaml
-from hil.core import AXIS_PARAMETERS, FULL_PARAMETERS, LAWS
+from hil.core import AXIS_PARAMETERS, FULL_PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,12 @@ class ProfileInfo:
     """``module:class``; the module is in the profile's folder."""
     usb: Literal["native"] | None = None
     """``native``: the board's own processor is on the USB, without a UART in between."""
+    baud: int | None = None
+    """Of its UART, unless a device says otherwise; None: bytes take no time."""
+    greeting: str = ""
+    """What the line for trying a port sends."""
+    ready_after_s: float = 0.0
+    """When the board answers after its power-up."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,9 @@ class _ProfileText(_Text):
     law: str
     plant: Literal["simple", "full"]
     usb: Literal["native"] | None = None
+    baud: int | None = None
+    greeting: str = ""
+    ready_after_s: float = 0.0
     hardware: dict[str, _HardwareText] = Field(min_length=1)
     default_hardware: str
     axis: dict[str, _AxisText]
@@ -149,17 +158,22 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
         folder=folder,
         firmware=read.firmware,
         usb=read.usb,
+        baud=read.baud,
+        greeting=read.greeting,
+        ready_after_s=read.ready_after_s,
     )
     if info.name != folder.name:
         findings.append(Finding(("name",), "this is not its folder's name", f'write "{folder.name}"'))
     if info.default_hardware not in info.hardware:
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
-    if info.law not in LAWS:
-        findings.append(Finding(("law",), "there is no such control law", suggestion(info.law, LAWS)))
+    if info.law not in AXIS_PARAMETERS:
+        findings.append(
+            Finding(("law",), "there is no such control law", suggestion(info.law, AXIS_PARAMETERS))
+        )
     findings += [
         Finding(("axis",), f"{name} is missing", "write it with its value, unit, about and source")
-        for name in AXIS_PARAMETERS + FULL_PARAMETERS * (info.plant == "full")
+        for name in AXIS_PARAMETERS.get(info.law, ()) + FULL_PARAMETERS * (info.plant == "full")
         if name not in info.axis
     ]
     for name, parameter in info.axis.items():

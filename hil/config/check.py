@@ -13,6 +13,7 @@ from hil.config.document import Document, Finding, KeyPath, document_from_mappin
 from hil.config.explain import findings_of, nearest, shown, unknown_key
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
+from hil.config.wires import wire_findings
 from hil.config.yaml_text import document_from_yaml
 from hil.core import FULL_PARAMETERS, Core
 
@@ -56,6 +57,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     value: Any = document.value
     runtime_dir: object = None
     ports: dict[str, PortConfig] = {}
+    profiles: dict[str, ProfileInfo] = {}
     if isinstance(value, dict) and isinstance(value.get("devices"), dict):
         devices = dict(value["devices"])
         for name, raw in devices.items():
@@ -65,6 +67,8 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
                 findings += device.findings
                 if device.port is not None:
                     ports[name] = device.port
+                if device.profile is not None:
+                    profiles[name] = device.profile
         value = {**value, "devices": devices}
         runtime_dir = value.get("runtime_dir")
     try:
@@ -72,6 +76,8 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     except ValidationError as error:
         findings += findings_of(error, BenchConfig, (), document)
     findings += _clashes(ports, runtime_dir)
+    if profiles and len(profiles) == len(value["devices"]):
+        findings += wire_findings(value.get("wires"), profiles)
     if config is not None and not findings:
         findings += _too_stiff(config, catalogue)
     if config is None or findings:
@@ -100,6 +106,7 @@ class _Device:
         self.catalogue = catalogue
         self.findings: list[Finding] = []
         self.port: PortConfig | None = None
+        self.profile: ProfileInfo | None = None
 
     def completed(self) -> dict[str, Any]:
         """The mapping with the defaults that the catalogue gives."""
@@ -108,10 +115,11 @@ class _Device:
         # After a finding the value no longer matters, but it must not raise a second one.
         result["port"] = self.port or PortConfig(kind="", options=_NoOptions())
         result.setdefault("hardware", "")
-        profile = self._profile()
+        profile = self.profile = self._profile()
         if profile is not None:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
+            result.setdefault("baud", profile.baud)
             self._axis(profile)
             self._plant(result["plant"], profile)
             self._load(result, profile)

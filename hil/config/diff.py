@@ -24,8 +24,8 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
     """The changes in the order in which to make them: the core, removals, then the new file's order."""
     changes: list[Change] = []
     core = _why(
-        _flat(old.model_dump(mode="json", exclude={"devices"})),
-        _flat(new.model_dump(mode="json", exclude={"devices"})),
+        _flat(old.model_dump(mode="json", by_alias=True, exclude={"devices"})),
+        _flat(new.model_dump(mode="json", by_alias=True, exclude={"devices"})),
     )
     if core:
         changes.append(Change(None, "restart", core))

@@ -154,11 +154,30 @@ class DeviceConfig(_Model):
     def axis_plan(self, profile: ProfileInfo, seed: int) -> AxisPlan:
         """What the core opens this device's axis with."""
         load = self.load.parts() if self.load else Load()
-        return AxisPlan(self.axis_parameters(profile), self.plant, load, seed)
+        return AxisPlan(self.axis_parameters(profile), self.plant, load, seed, profile.law)
 
     def register_values(self, profile: ProfileInfo) -> dict[str, int]:
         """All the registers at power-up: the profile's, with this device's own in their place."""
         return dict(profile.registers) | dict(self.registers)
+
+
+class WireConfig(_Model):
+    """A wire from an output to an input."""
+
+    from_: str = Field(alias="from", description="A device and one of its outputs, as in `s1.clk`.")
+    to: str = Field(description="A device and one of its inputs, as in `m1.step`.")
+
+    @property
+    def output(self) -> tuple[str, str]:
+        """Device and pin."""
+        device, _, pin = self.from_.partition(".")
+        return device, pin
+
+    @property
+    def input(self) -> tuple[str, str]:
+        """Device and pin."""
+        device, _, pin = self.to.partition(".")
+        return device, pin
 
 
 class BenchConfig(_Model):
@@ -167,6 +186,14 @@ class BenchConfig(_Model):
     bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
     devices: Mapping[Name, DeviceConfig] = Field(
         min_length=1, description="The boards, each under a name of its own (same form as the bench's)."
+    )
+    wires: list[WireConfig] = Field(
+        default=[],
+        description=(
+            "Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to: m1.step}`; an"
+            " edge reaches the other board at the same nanosecond. Devices joined by wires share one"
+            " simulated time."
+        ),
     )
     rate_hz: int = Field(
         default=1000,

@@ -4,17 +4,35 @@ Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session 
 native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
 """
 
-from hil.core.core import AXIS_PARAMETERS, FULL_PARAMETERS, LAWS, AxisPlan, Core, CoreAxis, Load
+from hil.core.core import (
+    AXIS_PARAMETERS,
+    AXIS_PINS,
+    CLOCK_IN,
+    CLOCK_OUT,
+    CLOCK_OUT_HZ,
+    FULL_PARAMETERS,
+    MAX_WIRES,
+    AxisPlan,
+    Core,
+    CoreAxis,
+    CoreMotion,
+    Load,
+)
 from hil.core.fields import FIELDS, Field, Snapshot
 
 __all__ = [
     "AXIS_PARAMETERS",
+    "AXIS_PINS",
+    "CLOCK_IN",
+    "CLOCK_OUT",
+    "CLOCK_OUT_HZ",
     "FIELDS",
     "FULL_PARAMETERS",
-    "LAWS",
+    "MAX_WIRES",
     "AxisPlan",
     "Core",
     "CoreAxis",
+    "CoreMotion",
     "Field",
     "Load",
     "Snapshot",

@@ -2,7 +2,7 @@
 """The binding of the native core. Thin: ids and numbers in, numbers out; see native/hil_core.h for
 what each call means and who may make it. `hil.core` is the face for the rest of the project."""
 
-from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint64_t
+from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint32_t, uint64_t
 from libc.stdlib cimport free, malloc
 from libc.string cimport memcpy, memset
 
@@ -19,6 +19,7 @@ cdef extern from "native/hil_core.h" nogil:
         const char *meaning
         size_t offset
         int writable
+        int kind
     const hil_field_info hil_field_table[]
     ctypedef struct hil_event:
         int64_t at_ns
@@ -50,7 +51,48 @@ cdef extern from "native/hil_core.h" nogil:
         double min_deg
         double max_deg
         int32_t end_stops
+    ctypedef struct motion_entry:
+        uint32_t steps
+        uint32_t rpm
+        uint32_t cycle_us
+        uint32_t wait_us
+        int32_t acc_hundredths
+        int32_t dec_hundredths
+        uint8_t is_ccw
+        uint8_t is_linear
+        uint8_t extra_pulses
+        uint8_t is_sync
+        uint8_t is_pulses
+    ctypedef struct motion_setup:
+        int32_t steps_per_rev
+        int32_t slow_rpm
+        int32_t microstep_exponent
+        int32_t pulse_us
+        int32_t interrupt_overhead_us
+        int32_t clock_correction_us
+        int32_t is_clock_internal
+        int32_t is_cw_high
+        int32_t ops
+        int32_t mode_pins
+        int64_t external_clock_Hz
+    ctypedef int hil_motion_call
+    ctypedef struct hil_edge:
+        int64_t at_ns
+        int32_t pin
+        int32_t level
+    void hil_motion_setup(hil_core *, int, const motion_setup *)
+    void hil_motion_write(hil_core *, int, int, const motion_entry *)
+    void hil_motion_read(hil_core *, int, int, motion_entry *)
+    void hil_motion_xref_write(hil_core *, int, int, int)
+    int hil_motion_xref(hil_core *, int, int)
+    void hil_motion_do(hil_core *, int, hil_motion_call, int64_t, int64_t)
+    void hil_axis_record_edges(hil_core *, int, int)
+    int hil_axis_take_edges(hil_core *, int, hil_edge *, int)
+    int hil_wire(hil_core *, int, int, int, int)
     ctypedef struct hil_axis_params:
+        int32_t law
+        int32_t driver
+        double phase_current_A
         double inertia_kg_m2
         double viscous_Nm_s_per_rad
         double torque_constant_Nm_per_A
@@ -132,7 +174,7 @@ TABLE_LEN = HIL_TABLE_LEN
 
 FIELDS = tuple(
     (hil_field_table[i].name.decode(), hil_field_table[i].type.decode(), hil_field_table[i].unit.decode(),
-     bool(hil_field_table[i].writable), hil_field_table[i].meaning.decode())
+     bool(hil_field_table[i].writable), hil_field_table[i].meaning.decode(), hil_field_table[i].kind)
     for i in range(HIL_FIELDS)
 )
 
@@ -177,7 +219,7 @@ cdef class NativeCore:
     def group_close(self, int group):
         hil_group_close(self.core, group)
 
-    def axis_open(self, int group, dict motor, dict full, dict load, uint64_t seed):
+    def axis_open(self, int group, str law, dict motor, dict full, dict load, uint64_t seed):
         cdef hil_axis_params p
         memset(&p, 0, sizeof(p))
         p.inertia_kg_m2 = motor["inertia_kg_m2"]
@@ -187,6 +229,10 @@ cdef class NativeCore:
         p.start_deg = motor["start_deg"]
         p.load_torque_Nm = motor["load_torque_Nm"]
         p.rotor_teeth = int(motor["rotor_teeth"])
+        if law == "sac":
+            p.law = 1
+            p.driver = int(motor["driver"])
+            p.phase_current_A = motor["phase_current_A"]
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there
@@ -268,6 +314,52 @@ cdef class NativeCore:
                            else hil_axis_script_encoder(self.core, axis, 0, NULL, NULL, 0))
         if failed:
             raise MemoryError("no memory for the encoder's script")
+
+    def motion_setup(self, int axis, dict setup):
+        cdef motion_setup s = setup  # by name: every member has to be there
+        hil_motion_setup(self.core, axis, &s)
+
+    def motion_write(self, int axis, int slot, dict entry):
+        cdef motion_entry e = entry
+        if not 0 <= slot < 32:
+            raise IndexError(f"slot {slot}: there are 0 to 31")
+        hil_motion_write(self.core, axis, slot, &e)
+
+    def motion_read(self, int axis, int slot):
+        cdef motion_entry e
+        if not 0 <= slot < 32:
+            raise IndexError(f"slot {slot}: there are 0 to 31")
+        hil_motion_read(self.core, axis, slot, &e)
+        return e
+
+    def motion_xref_write(self, int axis, int index, int slot):
+        if not 0 <= index <= 30:
+            raise IndexError(f"index {index}: there are 0 to 30")
+        hil_motion_xref_write(self.core, axis, index, slot)
+
+    def motion_xref(self, int axis):
+        return tuple(hil_motion_xref(self.core, axis, i) for i in range(31))
+
+    def motion_do(self, int axis, int call, int64_t x, int64_t y):
+        hil_motion_do(self.core, axis, call, x, y)
+
+    def record_edges(self, int axis, int outputs):
+        hil_axis_record_edges(self.core, axis, outputs)
+
+    def take_edges(self, int axis):
+        cdef hil_edge edges[256]
+        cdef int n, i
+        taken = []
+        while True:
+            n = hil_axis_take_edges(self.core, axis, edges, 256)
+            for i in range(n):
+                taken.append((edges[i].at_ns, edges[i].pin, edges[i].level))
+            if n < 256:
+                return taken
+
+    def wire(self, int from_axis, int from_pin, int to_axis, int to_pin):
+        if hil_wire(self.core, from_axis, from_pin, to_axis, to_pin):
+            raise MemoryError("no more wires at this axis")
 
     def drive(self, int axis, list rows):
         cdef hil_edges *edges = <hil_edges *>malloc(max(len(rows), 1) * sizeof(hil_edges))

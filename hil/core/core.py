@@ -1,35 +1,73 @@
 """A core and its axes, with names instead of numbers."""
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from hil.core._native import NativeCore
-from hil.core.fields import INDEX, Snapshot
+from hil.core.fields import INDEX, SERVO, STEPPER, Snapshot
 from hil.vocab.firmware import CoreEvent
+from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.time import SimTimeNs
 
-EVENT_KINDS = {1: "step_response", 2: "enable"}
+EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended"}
 """Names of ``hil_event_kind`` in ``native/hil_core.h``."""
 
 PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
-"""Inputs of an axis: the board's names, and what the step/dir interface uses them for."""
+"""Inputs of a servo: the board's names, and what the step/dir interface uses them for."""
+STEPPER_PINS = {"sync": 0, "Estop": 1, "RST": 2, "EnA": 3, "EnB": 4}
+"""Inputs of a stepper's controller."""
+OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3": 6}
+"""Its outputs."""
+CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
+"""A stepper controller's clock output and its input for one: frequencies and not edges."""
+
+MAX_WIRES = 16
+"""From one board's outputs; ``STEPPER_WIRES`` in ``native/stepper.h``."""
 
 
-LAWS = ("mechaduino",)
-"""Control laws that a profile can name."""
+class Pins(NamedTuple):
+    """A kind of board's pins by name; two names of one number are the same pin."""
 
-AXIS_PARAMETERS = (
+    inputs: Mapping[str, int]
+    outputs: Mapping[str, int]
+
+
+AXIS_PINS = {"mechaduino": Pins(PINS, {}), "sac": Pins(STEPPER_PINS, OUTPUTS)}
+"""The pins that wires can join, by law."""
+
+_MOTOR = (
     "inertia_kg_m2",
     "viscous_Nm_s_per_rad",
     "torque_constant_Nm_per_A",
-    "sense_resistor_ohm",
     "start_deg",
     "load_torque_Nm",
     "rotor_teeth",
 )
-"""What a profile has to say about its motor, driver and load."""
+AXIS_PARAMETERS = {
+    "mechaduino": (*_MOTOR, "sense_resistor_ohm"),
+    "sac": (*_MOTOR, "phase_current_A", "driver"),
+}
+"""What a profile has to say about its motor, driver and load, by the law that it names: the Mechaduino's
+closed loop, or the SAC's motion engine."""
+
+(
+    _ENQUEUE,
+    _ONCE,
+    _RETARGET,
+    _PULSE,
+    _STOP,
+    _NEXT,
+    _FINISH,
+    _LOOP_BOUNDS,
+    _LOOP_PASSES,
+    _LOOP_ARRAY,
+    _RELEASE_SYNC,
+    _GAP,
+    _THROTTLE,
+    _REPORT,
+) = range(14)  # hil_motion_call
 
 SEED_MASK = (1 << 64) - 1
 
@@ -89,6 +127,13 @@ class AxisPlan:
     plant: Literal["simple", "full"] = "simple"
     load: Load = Load()
     seed: int = 0
+    law: str = "mechaduino"
+
+
+def entry_of(values: Mapping[str, int]) -> MotionEntry:
+    """An entry from the numbers that the core holds."""
+    flags = ("is_ccw", "is_linear", "is_sync", "is_pulses")
+    return MotionEntry(**{name: bool(v) if name in flags else v for name, v in values.items()})  # type: ignore[arg-type]
 
 
 class CoreAxis:
@@ -96,6 +141,10 @@ class CoreAxis:
 
     Every call acts at the group's present time and needs the caller to own the group.
     """
+
+    kind = SERVO
+    pins: Mapping[str, int] = PINS
+    """Names of its inputs."""
 
     def __init__(self, native: NativeCore, axis: int) -> None:
         self._native = native
@@ -132,9 +181,9 @@ class CoreAxis:
         self._native.power_up(self.id)
 
     def pin(self, name: str, level: int) -> None:
-        """Drive an input: D0 (direction: high is towards smaller counts), D1 (step, rising edge),
-        D2 (enable, active low), D3. Raises KeyError for another name."""
-        self._native.pin(self.id, PINS[name], level)
+        """Drive an input; of a servo D0 (direction: high is towards smaller counts), D1 (step, rising
+        edge), D2 (enable, active low), D3. Raises KeyError for another name."""
+        self._native.pin(self.id, self.pins[name], level)
 
     def script_encoder(self, points: Sequence[tuple[int, int]], linear: bool) -> None:
         """Encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""
@@ -155,7 +204,7 @@ class CoreAxis:
 
     def take_samples(self) -> list[Snapshot]:
         """The samples since the last call."""
-        return [Snapshot(values) for values in self._native.take_samples(self.id)]
+        return [Snapshot(values, self.kind) for values in self._native.take_samples(self.id)]
 
     def lost_samples(self) -> int:
         """How many samples found no room since ``watch``."""
@@ -163,11 +212,98 @@ class CoreAxis:
 
     def snapshot(self) -> Snapshot:
         """The state now."""
-        return Snapshot(self._native.snapshot(self.id))
+        return Snapshot(self._native.snapshot(self.id), self.kind)
 
     def published(self) -> Snapshot:
         """The state as of the last release, in real time of the last 20 ms; any thread, owner or not."""
-        return Snapshot(self._native.published(self.id))
+        return Snapshot(self._native.published(self.id), self.kind)
+
+
+class CoreMotion(CoreAxis):
+    """A stepper's axis: what a firmware sees is ``hil.vocab.motion.Motion``."""
+
+    kind = STEPPER
+    pins = STEPPER_PINS
+
+    def loop(self, on: bool) -> None:
+        """A stepper has no control loop; what stops one ends all motion."""
+        if not on:
+            self.stop(None)
+
+    def setup(self, setup: MotionSetup) -> None:
+        self._native.motion_setup(self.id, {name: int(value) for name, value in vars(setup).items()})
+
+    def entry(self, slot: int) -> MotionEntry:
+        return entry_of(self._native.motion_read(self.id, slot))
+
+    def write_entry(self, slot: int, entry: MotionEntry) -> None:
+        self._native.motion_write(self.id, slot, {name: int(value) for name, value in vars(entry).items()})
+
+    def enqueue(self, slot: int) -> None:
+        self._do(_ENQUEUE, slot)
+
+    def run_once(self, slot: int) -> None:
+        self._do(_ONCE, slot)
+
+    def run_continuous(self) -> None:
+        self._do(_ONCE, CONTINUOUS_SLOT)
+
+    def retarget(self, rpm: int, cycle_us: int) -> None:
+        self._do(_RETARGET, rpm, cycle_us)
+
+    def pulse(self, ccw: bool) -> None:
+        self._do(_PULSE, ccw)
+
+    def stop(self, dec_hundredths: int | None) -> None:
+        self._do(_STOP, -1 if dec_hundredths is None else dec_hundredths)
+
+    def next(self, is_graceful: bool) -> None:
+        self._do(_NEXT, is_graceful)
+
+    def finish(self) -> None:
+        self._do(_FINISH)
+
+    def loop_start(self, slot: int) -> None:
+        self._do(_LOOP_BOUNDS, slot, 0)
+
+    def loop_finish(self, slot: int) -> None:
+        self._do(_LOOP_BOUNDS, 0, slot)
+
+    def loop_passes(self, passes: int) -> None:
+        self._do(_LOOP_PASSES, passes)
+
+    def loop_array(self, passes: int) -> None:
+        self._do(_LOOP_ARRAY, passes)
+
+    def xref(self) -> tuple[int, ...]:
+        return self._native.motion_xref(self.id)
+
+    def write_xref(self, index: int, slot: int) -> None:
+        self._native.motion_xref_write(self.id, index, slot)
+
+    def release_sync(self) -> None:
+        self._do(_RELEASE_SYNC)
+
+    def gap(self, on: bool) -> None:
+        self._do(_GAP, on)
+
+    def encoder_mode(self, is_throttle: bool) -> None:
+        self._do(_THROTTLE, is_throttle)
+
+    def report(self, on: bool) -> None:
+        self._do(_REPORT, on)
+
+    def record_edges(self, on: bool, outputs: Iterable[str] = OUTPUTS) -> None:
+        """Keep the edges of these outputs from now on, for ``take_edges``, or of none; for virtual time."""
+        self._native.record_edges(self.id, sum(1 << OUTPUTS[name] for name in outputs) if on else 0)
+
+    def take_edges(self) -> list[tuple[int, str, int]]:
+        """(at_ns, output, level) since the last call."""
+        names = list(OUTPUTS)
+        return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
+
+    def _do(self, call: int, x: int = 0, y: int = 0) -> None:
+        self._native.motion_do(self.id, call, int(x), int(y))
 
 
 class Core:
@@ -183,12 +319,24 @@ class Core:
         Raises:
             ValueError: such a motor is too stiff to be integrated.
         """
-        motor = {name: plan.parameters[name] for name in AXIS_PARAMETERS}
+        motor = {"sense_resistor_ohm": 1.0} | {n: plan.parameters[n] for n in AXIS_PARAMETERS[plan.law]}
         full = None
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
-        axis = self.native.axis_open(group, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
-        return CoreAxis(self.native, axis)
+        axis = self.native.axis_open(group, plan.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
+        return CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
+
+    def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:
+        """Join an output to an input of the same group, each an axis and its pin by name.
+
+        Raises:
+            MemoryError: the output's axis has 16 wires already.
+        """
+        (from_axis, name), (to_axis, input_name) = output, to
+        if name == CLOCK_OUT:
+            to_axis.set("clock_Hz", CLOCK_OUT_HZ)
+            return
+        self.native.wire(from_axis.id, OUTPUTS[name], to_axis.id, to_axis.pins[input_name])
 
     def take_events(self, group: int) -> list[CoreEvent]:
         """What interrupts of this group did since the last call, in time's order."""

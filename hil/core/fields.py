@@ -15,29 +15,39 @@ class Field:
     unit: str
     writable: bool
     meaning: str
+    kind: int = 0
+    """The axes that have it: 0 any, 1 servos, 2 steppers."""
 
 
 FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
 INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
+SERVO, STEPPER = 1, 2
+OF_KIND: dict[int, dict[str, int]] = {
+    kind: {name: INDEX[name] for name, field in FIELDS.items() if field.kind in (0, kind)}
+    for kind in (SERVO, STEPPER)
+}
+"""Places in the table of the fields that a kind of axis has."""
 
 
 class Snapshot:
-    """The state of an axis at one simulated time: one attribute for each name in ``FIELDS``."""
+    """The state of an axis at one simulated time: one attribute for each name in ``FIELDS`` that its kind
+    of axis has."""
 
-    __slots__ = ("_values",)
+    __slots__ = ("_names", "_values")
 
-    def __init__(self, values: tuple[float, ...]) -> None:
+    def __init__(self, values: tuple[float, ...], kind: int = SERVO) -> None:
         self._values = values
+        self._names = OF_KIND[kind]
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self._values[INDEX[name]]
+            return self._values[self._names[name]]
         except KeyError:
-            raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(INDEX)}") from None
+            raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(self._names)}") from None
 
     def as_dict(self) -> dict[str, float]:
         """Every field by its name, in the table's order."""
-        return dict(zip(INDEX, self._values, strict=True))
+        return {name: self._values[index] for name, index in self._names.items()}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Snapshot) and repr(self._values) == repr(other._values)

@@ -98,13 +98,19 @@ def _say_started(daemon: "Daemon") -> None:
     )
     for name, session in daemon.sessions.items():
         address, device = session.port.address, daemon.config.devices[name]
+        profile = daemon.catalogue.profiles[device.profile]
         baud = device.baud or 115200
-        typer.echo(f"\n{name}: {device.profile} at {address}")
+        typer.echo(
+            f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
+        )
         if not address.startswith("socket://"):
             typer.echo(f"  picocom -b {baud} {address}")
         client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
-        typer.echo(f"  {sys.executable} -c \"import serial; s = {client}; s.write(b'p'); print(s.read(99))\"")
-    typer.echo("\nA board answers 4 s after its power-up. Ctrl-C ends the bench.")
+        greeting = profile.greeting.encode()
+        typer.echo(
+            f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
+        )
+    typer.echo("\nCtrl-C ends the bench.")
     sys.stdout.flush()
 
 

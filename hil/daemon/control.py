@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
-from hil.core.core import PINS, octaves
+from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
-from hil.telemetry import check_signals
+from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "unheard_bytes": stats.unheard_bytes,
             "backlog_bytes": session.port.backlog(),
             "overrun_bytes": device.uart.overrun_bytes,
-            "note": daemon.notes.get(name),
+            "note": "; ".join([*filter(None, [daemon.notes.get(name)]), *device.notes.values()]) or None,
             "flash": daemon.store.failures.get(name, "ok"),
             "port_failure": session.port_failure,
             "snapshot": device.axis.published().as_dict(),
@@ -217,8 +217,9 @@ def _reset(daemon: "Daemon", device: str) -> dict[str, int]:
 
 
 def _pin(daemon: "Daemon", device: str, pin: str, level: int) -> dict[str, int]:
-    if pin not in PINS or level not in (0, 1):
-        raise ControlError(f"pins are {', '.join(PINS)}; levels are 0 and 1")
+    pins = _device(daemon, device).axis.pins
+    if pin not in pins or level not in (0, 1):
+        raise ControlError(f"pins of {device} are {', '.join(pins)}; levels are 0 and 1")
     return _give(daemon, device, Pin(pin, level))
 
 
@@ -239,15 +240,18 @@ def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, i
     rows = tuple(
         Edges(int(at), str(pin), int(level), int(steps), int(long)) for at, pin, level, steps, long in train
     )
+    if "step" not in _device(daemon, device).axis.pins:
+        raise ControlError(f"{device} has no step input")
     if problem := train_problem(rows):
         raise ControlError(problem)
     return _give(daemon, device, Drive(rows)) | {"length_ns": train_length_ns(rows)}
 
 
-def _watch(daemon: "Daemon", device: str, signals: list[str], interval_ns: int) -> dict[str, int]:
-    _device(daemon, device)
+def _watch(daemon: "Daemon", device: str, signals: list[str], interval_ns: int) -> dict[str, Any]:
+    axis = _device(daemon, device).axis
     try:
-        return {"watch": daemon.watches.open(device, check_signals(signals), int(interval_ns))}
+        names = check_signals(signals or DEFAULT_SIGNALS[axis.kind], axis.kind)
+        return {"watch": daemon.watches.open(device, names, int(interval_ns)), "signals": names}
     except ValueError as error:
         raise ControlError(str(error)) from None
 
@@ -285,7 +289,9 @@ VERBS = {
     ),
     "reset": Verb(_reset, ("device",), "switch a device's power off and on; a failed device starts again"),
     "pin": Verb(
-        _pin, ("device", "pin", "level"), "drive an input: D0 dir, D1 step, D2 enable, D3; level 0 or 1"
+        _pin,
+        ("device", "pin", "level"),
+        "drive an input, of a Mechaduino D0 dir, D1 step, D2 enable, D3; level 0 or 1",
     ),
     "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
     "send": Verb(_send, ("device", "data"), "bytes to a device, as from a client; hexadecimal digits"),

@@ -50,6 +50,8 @@ class DaemonStore:
         self.bench: BenchRuntime | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
         self.failures: dict[str, str] = {}
+        self.answered: Callable[[Device], None] = lambda device: None
+        """Called after a firmware has run on an answer: what it sent has to go on its line."""
 
     def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
         self._counters[device.name] = self._counters.get(device.name, 0) + 1
@@ -68,6 +70,7 @@ class DaemonStore:
             log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
         if self.bench:
             self.bench.give(device, CommitDone(durable))
+            self.answered(device)
 
 
 def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
@@ -188,6 +191,7 @@ class Daemon:
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
+        store.answered = self._flush
         self._guard = guard = StepGuard()
         for device in self.bench.devices.values():
             device.guard = guard
@@ -206,7 +210,7 @@ class Daemon:
 
     def config_as_dict(self) -> dict[str, Any]:
         """The configuration as a dict that ``hil.config.from_dict`` takes."""
-        dumped: dict[str, Any] = self.config.model_dump(mode="json")
+        dumped: dict[str, Any] = self.config.model_dump(mode="json", by_alias=True)
         for device in dumped["devices"].values():
             device["port"] = "memory"
         return dumped
@@ -265,6 +269,10 @@ class Daemon:
             delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
             loop = asyncio.get_running_loop()
             self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
+
+    def _flush(self, device: Device) -> None:
+        if session := self.sessions.get(device.name):
+            session.flush()
 
     def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
         if self._log_file and not self._stop.is_set():

@@ -28,14 +28,18 @@ Output = Annotated[
     ),
 ]
 Signals = Annotated[
-    str, typer.Option("--signals", help="Fields of the axis, with commas between; the reference lists them.")
+    str,
+    typer.Option(
+        "--signals",
+        help="Fields of the axis, with commas between; the reference lists them. [default: the main ones]",
+    ),
 ]
 Interval = Annotated[float, typer.Option("--interval", help="Simulated milliseconds between samples.")]
 
 
 def plot(
     device: DeviceName,
-    signals: Signals = "r,yw,u",
+    signals: Signals = "",
     seconds: Annotated[float, typer.Option("--seconds", help="Simulated time to draw.", min=0.001)] = 2.0,
     interval_ms: Interval = 1.0,
     output: Output = None,
@@ -47,9 +51,9 @@ def plot(
     One panel for each unit. Ctrl-C draws what came until then.
     """
     _check_output(output)
-    names = tuple(name.strip() for name in signals.split(","))
-    recording = _recorded(names)
-    with _watching(bench, runtime_dir, device, names, interval_ms) as more:
+    wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
+    with _watching(bench, runtime_dir, device, wanted, interval_ms) as (names, more):
+        recording = _recorded(names)
         try:
             for rows in more:
                 recording.rows += rows
@@ -88,7 +92,7 @@ def step(
         answer = ask_bench(bench, runtime_dir, "send", device=device, data=text.encode().hex())
         return int(answer["effective_at_ns"])
 
-    with _watching(bench, runtime_dir, device, names, interval_ms) as more:
+    with _watching(bench, runtime_dir, device, names, interval_ms) as (_, more):
         sent_ns = send("xy")
         on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
         still_ns = recording.rows[on][0] + _SETTLE_NS
@@ -155,7 +159,7 @@ def drive(
         _played(ask_bench(bench, runtime_dir, "drive", device=device, train=rows), train)
         return
     recording = _recorded(("r", "yw", "e"))
-    with _watching(bench, runtime_dir, device, recording.signals, 1.0) as more:
+    with _watching(bench, runtime_dir, device, recording.signals, 1.0) as (_, more):
         answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
         _played(answer, train)
         end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
@@ -171,19 +175,16 @@ def _played(answer: dict[str, Any], train: Any) -> None:
 
 
 def _recorded(signals: tuple[str, ...]) -> Any:
-    from hil.telemetry import Recording, check_signals
+    from hil.telemetry import Recording
 
-    try:
-        return Recording(check_signals(signals))
-    except ValueError as error:
-        raise fail(f"hil: {error}", 2) from None
+    return Recording(signals)
 
 
 @contextmanager
 def _watching(
     bench: str | None, runtime_dir: Path | None, device: str, signals: tuple[str, ...], interval_ms: float
-) -> Iterator[Iterator[list[tuple[float, ...]]]]:
-    """Pieces of the watched signals, for ever; the watch ends with the block."""
+) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
+    """The watched signals and pieces of them, for ever; the watch ends with the block."""
     import time
 
     opened = ask_bench(
@@ -205,7 +206,7 @@ def _watching(
                 time.sleep(_POLL_S)
 
     try:
-        yield pieces()
+        yield tuple(opened["signals"]), pieces()
     finally:
         ask_bench(bench, runtime_dir, "unwatch", watch=opened["watch"])
 

@@ -43,7 +43,6 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
-        mode = chr(int(shot["mode"])) if shot["mode"] else "-"
         table.add_row(
             row["device"],
             str(row["clients"]),
@@ -52,11 +51,18 @@ def status_view(status: dict[str, Any]) -> RenderableType:
             str(row["dropped_bytes"]),
             f"{shot['position_deg']:.2f}",
             f"{shot['velocity_rpm']:.1f}",
-            mode + ("" if shot["loop_on"] else " off"),
+            _mode(shot),
             "stopped" if row["failed"] else "see below" if _state(row) else "ok",
         )
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     return Group(head, Text(), table, *_remarks(remarks))
+
+
+def _mode(shot: dict[str, Any]) -> str:
+    """What an axis is doing: a servo's mode and loop, a stepper's state."""
+    if "motion_state" in shot:
+        return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
+    return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
 
 
 def doctor_view(findings: list["Finding"]) -> RenderableType:

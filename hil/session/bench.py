@@ -48,6 +48,11 @@ class BenchRuntime:
         self._groups[group.id] = group
         return group, self.core.open_axis(group.id, plan)
 
+    def join_group(self, device: str, plan: AxisPlan) -> tuple[Group, CoreAxis]:
+        """An axis in another device's group, for a device that is wired to it."""
+        group = self._group_of[device]
+        return group, self.core.open_axis(group.id, plan)
+
     def add(self, group: Group, device: Device) -> None:
         """The device's firmware starts now."""
         group.devices.append(device)

@@ -6,11 +6,13 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Protocol
 
-from hil.core import CoreAxis
+from hil.core import CoreAxis, CoreMotion
+from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
 from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
+from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 
 
@@ -49,6 +51,8 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.notes: dict[str, str] = {}
+        """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
@@ -143,17 +147,29 @@ class Device:
 
     def _start(self) -> None:
         self._committing = None
+        self.notes.clear()
         self.axis.power_up()
         for field, value in self._power_up.items():
-            self.axis.set(field, value)
+            if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
+                self.axis.set(field, value)
         self.uart.clear()
         self._runtime = Runtime(self._program(), self.uart, self._commit, self.uart.print_returns)
         self._runtime.due_ns = self.uart.now_ns
 
     def _program(self) -> Main:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
-        self._firmware = self._make_firmware(Board(self.uart, self.axis, self.nvm, self._facts))
+        board = Board(self.uart, self.axis, self.nvm, self._motion(), self._facts, self._note)
+        self._firmware = self._make_firmware(board)
         yield from self._firmware.main()
+
+    def _note(self, about: str, text: str | None) -> None:
+        if text is None:
+            self.notes.pop(about, None)
+        else:
+            self.notes[about] = text
+
+    def _motion(self) -> Motion | None:
+        return self.axis if isinstance(self.axis, CoreMotion) else None
 
     def _empty_outbox(self) -> None:
         """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what

@@ -27,17 +27,25 @@ class DeviceUart:
 
     def __init__(self, baud: int | None, sent: Callable[[SimTimeNs, bytes], None]) -> None:
         self.baud = baud
+        self._power_up_baud = baud
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
         self._sent = sent
         self._in_flight: deque[tuple[int, int]] = deque()
         self._rx_free_ns = 0
-        self._tx_free_ns = 0
+        self.tx_free_ns = 0
+        """When the last byte that was written so far has gone out; without a baud 0."""
         self.clear()
 
     def clear(self) -> None:
         """As after power-up: nothing received. What is on the line stays there."""
+        self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+
+    def set_baud(self, baud: int | None) -> None:
+        """What is on the line already keeps its times."""
+        if self._power_up_baud is not None:
+            self.baud = baud or self._power_up_baud
 
     def available(self) -> int:
         return self._rx.available()
@@ -54,15 +62,15 @@ class DeviceUart:
         if self.baud is None:
             self._sent(self.now_ns, data)
             return
-        start_ns = max(self.now_ns, self._tx_free_ns)
-        self._tx_free_ns = start_ns + character_ns(len(data), self.baud)
+        start_ns = max(self.now_ns, self.tx_free_ns)
+        self.tx_free_ns = start_ns + character_ns(len(data), self.baud)
         self._sent(SimTimeNs(start_ns), data)
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """When all but a transmit buffer of what was written has gone out."""
         if self.baud is None:
             return now_ns
-        return SimTimeNs(max(now_ns, self._tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
+        return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""

@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from hil.core import FIELDS
+from hil.core.fields import OF_KIND, SERVO, STEPPER
 
-DEFAULT_SIGNALS = ("r", "yw", "u")
+DEFAULT_SIGNALS = {SERVO: ("r", "yw", "u"), STEPPER: ("speed_rpm", "commanded_deg", "position_deg")}
+"""What is drawn of a kind of axis unless one says otherwise."""
 
 
-def check_signals(signals: Sequence[str]) -> tuple[str, ...]:
-    """The signals, which are fields of an axis.
+def check_signals(signals: Sequence[str], kind: int = SERVO) -> tuple[str, ...]:
+    """The signals, which are fields of a kind of axis.
 
     Raises:
         ValueError: there is no such field; says which are like it.
@@ -18,8 +20,8 @@ def check_signals(signals: Sequence[str]) -> tuple[str, ...]:
     if not signals:
         raise ValueError("no signals; name at least one")
     for name in signals:
-        if name not in FIELDS or name == "at_ns":
-            near = get_close_matches(name, FIELDS, 3, 0.5)
+        if name not in OF_KIND[kind] or name == "at_ns":
+            near = get_close_matches(name, OF_KIND[kind], 3, 0.5)
             raise ValueError(
                 f"an axis has no signal {name!r}; "
                 + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")

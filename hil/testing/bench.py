@@ -9,7 +9,8 @@ from typing import Any, Literal
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
-from hil.core import Snapshot
+from hil.core import CoreMotion, Snapshot
+from hil.core.core import OUTPUTS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
@@ -59,6 +60,11 @@ class PortFace:
         self._unread.clear()
         return joined
 
+    @property
+    def line_free_ns(self) -> SimTimeNs:
+        """When the last byte that the device has sent so far is on the line; without a baud 0."""
+        return SimTimeNs(self._device.uart.tx_free_ns)
+
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; called by the bench."""
         self._unread.append((at_ns, data))
@@ -78,12 +84,14 @@ class AxisFace:
 
     def record(self, *signals: str, interval_ms: float = 1.0) -> Recording:
         """Fill a recording from now on with samples at every multiple of ``interval_ms``; ``signals`` are
-        fields of the axis, by default set-point, angle and effort.
+        fields of the axis, by default a servo's set-point, angle and effort, a stepper's speed and angles.
 
         Raises:
             ValueError: there is no such signal, or the interval is under 0.05 ms.
         """
-        return self._bench.record(self._device, check_signals(signals or DEFAULT_SIGNALS), ms(interval_ms))
+        kind = self._device.axis.kind
+        names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
+        return self._bench.record(self._device, names, ms(interval_ms))
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -118,17 +126,50 @@ class AxisFace:
         self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
 
 
+class PinFace:
+    """One pin of a board: an input that can be driven, or an output whose edges are kept from the bench's
+    start."""
+
+    def __init__(self, bench: "Bench", device: Device, name: str) -> None:
+        self._bench = bench
+        self._device = device
+        self._name = name.replace(" ", "_")
+        outputs = OUTPUTS if isinstance(device.axis, CoreMotion) else {}
+        if self._name not in device.axis.pins and self._name not in outputs:
+            raise KeyError(
+                f"{device.name} has no pin {name!r}; it has {', '.join([*device.axis.pins, *outputs])}"
+            )
+
+    def set(self, level: int) -> None:
+        """Drive an input, now."""
+        if self._name not in self._device.axis.pins:
+            raise ValueError(f"{self._name} of {self._device.name} is an output")
+        self._bench.give(self._device, Pin(self._name, level))
+
+    def edges(self) -> list[tuple[SimTimeNs, int]]:
+        """All edges of an output so far: (simulated time, level)."""
+        return [
+            (at_ns, level) for at_ns, name, level in self._bench.edges(self._device) if name == self._name
+        ]
+
+
 class DeviceFace:
     """The board itself, from outside: what an operator's hand or a fault can do to it."""
 
     def __init__(self, bench: "Bench", device: Device) -> None:
         self._bench = bench
         self._device = device
+        self._pins: dict[str, PinFace] = {}
 
     @property
     def failed(self) -> str | None:
         """Why the device has stopped, or None."""
         return self._device.failed
+
+    @property
+    def notes(self) -> Mapping[str, str]:
+        """What its firmware has an operator know, by what it is about; ``hil status`` shows it."""
+        return self._device.notes
 
     @property
     def nvm(self) -> Mapping[str, bytes]:
@@ -147,9 +188,17 @@ class DeviceFace:
             raise ValueError(f"{value:#x} does not fit a register's 15 bits")
         self._bench.give(self._device, SetField(name, value))
 
-    def pin(self, name: str, level: int) -> None:
-        """Drive an input: D0 (direction), D1 (step), D2 (enable, active low), D3."""
-        self._bench.give(self._device, Pin(name, level))
+    def pin(self, name: str, level: int | None = None) -> "PinFace":
+        """A pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
+        (enable, active low), D3; of a SAC sync, Estop, RST (active low), EnA, EnB.
+
+        Raises:
+            KeyError: the board has no such pin.
+        """
+        pin = self._pins.setdefault(name, PinFace(self._bench, self._device, name))
+        if level is not None:
+            pin.set(level)
+        return pin
 
     def drive(self, train: Sequence[Edges]) -> None:
         """Play a pulse train (``hil.wire.step_dir``) on the step/dir inputs from now on, instead of the one
@@ -184,6 +233,10 @@ class Bench:
         self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
         self._sampler = Sampler(self._runtime)
+        self._edges: dict[str, list[tuple[SimTimeNs, str, int]]] = {name: [] for name in devices}
+        for device in devices.values():
+            if isinstance(device.axis, CoreMotion):
+                device.axis.record_edges(True)
         self._recordings: list[tuple[Subscription, Recording]] = []
         self._runtime.listeners.append(lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data))
 
@@ -227,6 +280,13 @@ class Bench:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def edges(self, device: Device) -> list[tuple[SimTimeNs, str, int]]:
+        """What ``PinFace.edges`` calls: (simulated time, output, level)."""
+        kept = self._edges[device.name]
+        assert isinstance(device.axis, CoreMotion)
+        kept += [(SimTimeNs(at_ns), name, level) for at_ns, name, level in device.axis.take_edges()]
+        return kept
 
     def record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
         """What ``AxisFace.record`` calls."""

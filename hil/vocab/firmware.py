@@ -4,10 +4,11 @@ Firmware is a generator that yields one of the requests below and is resumed at 
 at which the request is met, with the request's answer as the value of the ``yield``.
 """
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from hil.vocab.motion import Motion
 from hil.vocab.time import SimTimeNs
 
 
@@ -68,6 +69,11 @@ class Uart(Protocol):
     def write(self, data: bytes) -> None:
         """Send bytes, now."""
 
+    def set_baud(self, baud: int | None) -> None:
+        """Another speed of the line from now on, in baud; None: what it has at power-up.
+
+        Nothing on a line without one (USB)."""
+
 
 class Axis(Protocol):
     """One axis as a firmware drives it, at the present simulated time."""
@@ -105,8 +111,12 @@ class Board:
     axis: Axis
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
+    motion: Motion | None = None
+    """The motion engine of a board that makes step pulses."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
+    note: Callable[[str, str | None], None] = lambda about, text: None
+    """What an operator should know and the board cannot print: (what about, a line); None: no longer."""
 
 
 class Firmware(Protocol):

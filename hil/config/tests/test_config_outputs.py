@@ -9,6 +9,7 @@ import yaml
 from jsonschema import Draft202012Validator
 from pydantic import BaseModel, Field
 
+from hil.compose import find_catalogue
 from hil.config import (
     BenchConfig,
     Catalogue,
@@ -76,9 +77,9 @@ def bench(**updates: object) -> BenchConfig:
 
 
 def test_the_schema_is_valid_and_takes_the_demo() -> None:
-    Draft202012Validator.check_schema(schema(CATALOGUE))
+    Draft202012Validator.check_schema(schema(find_catalogue()))
+    Draft202012Validator(schema(find_catalogue())).validate(yaml.safe_load(DEMO.read_text()))
     validator = Draft202012Validator(schema(CATALOGUE))
-    validator.validate(yaml.safe_load(DEMO.read_text()))
     validator.validate(BASE)
     validator.validate(changed(devices__m2__port__limits={"clients": 2}, devices__m1__port="pty"))
 

@@ -4,15 +4,24 @@
 #include <string.h>
 
 #include "core.h"
+#include "motion/profile.h"
+
+enum { KIND_ANY, KIND_SERVO, KIND_STEPPER };
 
 const hil_field_info hil_field_table[HIL_FIELDS] = {
 #define RO 0
 #define RW 1
-#define X(name, type, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access},
+#define BOTH KIND_ANY
+#define SERVO KIND_SERVO
+#define STEPPER KIND_STEPPER
+#define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, kind},
 #include "fields.def"
 #undef X
 #undef RO
 #undef RW
+#undef BOTH
+#undef SERVO
+#undef STEPPER
 };
 
 static int64_t floor_div(__int128 n, int64_t d)
@@ -52,13 +61,20 @@ static int raw_at(const hil_axis *a, int64_t t_ns)
 
 /* ---- the plant, whichever it is ---- */
 
-static void make_node(hil_axis *a, int64_t t_ns)
+void axis_run_plant(hil_axis *a, int64_t t_ns)
 {
+    if (a->is_full) full_advance(&a->full, t_ns);
+    else plant_advance(&a->plant, t_ns);
+}
+
+void axis_make_node(hil_axis *a, int64_t t_ns)
+{
+    if (a->stepper) stepper_plant(a, t_ns);
     if (a->is_full) full_node(&a->full, t_ns);
     else plant_node(&a->plant, t_ns);
 }
 
-static void set_currents(hil_axis *a, double a_A, double b_A)
+void axis_set_currents(hil_axis *a, double a_A, double b_A)
 {
     if (a->is_full) full_set_currents(&a->full, a_A, b_A);
     else plant_set_currents(&a->plant, a_A, b_A);
@@ -91,7 +107,7 @@ static void drive(hil_axis *a)
 {
     double a_A, b_A;
     axis_currents(a, &a_A, &b_A);
-    set_currents(a, a_A, b_A);
+    axis_set_currents(a, a_A, b_A);
 }
 
 static void set_loop(hil_axis *a, int on, int64_t now_ns)
@@ -107,7 +123,7 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
 static void control_step(hil_core *c, hil_axis *a, int axis)
 {
     int64_t at_ns = a->next_step_ns;
-    make_node(a, at_ns);
+    axis_make_node(a, at_ns);
     int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
               : a->is_full          ? full_raw(&a->full, at_ns)
                                     : shaft_raw(a->plant.moving.rev);
@@ -122,7 +138,9 @@ int64_t axis_next_ns(const hil_axis *a)
 {
     int64_t next_ns = a->loop_on ? a->next_step_ns : HIL_FOREVER;
     if (a->source.next_ns < next_ns) next_ns = a->source.next_ns;
-    return a->watch.next_ns < next_ns ? a->watch.next_ns : next_ns;
+    if (a->watch.next_ns < next_ns) next_ns = a->watch.next_ns;
+    int64_t stepper_ns = a->stepper ? stepper_next_ns(a) : HIL_FOREVER;
+    return stepper_ns < next_ns ? stepper_ns : next_ns;
 }
 
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
@@ -130,11 +148,14 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
     for (int64_t next_ns; (next_ns = axis_next_ns(a)) <= t_ns && next_ns < HIL_FOREVER;) {
         if (a->source.next_ns == next_ns) source_edge(c, a, axis);
         else if (a->loop_on && a->next_step_ns == next_ns) control_step(c, a, axis);
-        else watch_sample(a);
+        else if (a->stepper && stepper_next_ns(a) == next_ns) {
+            int64_t until_ns = a->source.next_ns <= t_ns ? a->source.next_ns - 1 : t_ns;
+            stepper_event(c, a, a->watch.next_ns < until_ns ? a->watch.next_ns : until_ns);
+        } else watch_sample(a);
     }
     if (a->loop_on) return; /* the plant's next node is the next control step's: who looks before steps a copy */
-    if (a->is_full) full_advance(&a->full, t_ns);
-    else plant_advance(&a->plant, t_ns);
+    if (a->stepper) stepper_plant(a, t_ns);
+    else axis_run_plant(a, t_ns);
 }
 
 /* ---- the firmware's and the daemon's face ---- */
@@ -155,6 +176,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     plant simple = {0};
     full full = {0};
     double amps_per_count = 3.3 / 255 / (10 * params->sense_resistor_ohm), max_current_A = 255 * amps_per_count;
+    if (params->law == HIL_LAW_SAC) max_current_A = params->phase_current_A;
     if (params->is_full ? full_init(&full, params, max_current_A, now_ns)
                         : plant_init(&simple, params->inertia_kg_m2, params->viscous_Nm_s_per_rad,
                                      params->torque_constant_Nm_per_A, params->rotor_teeth, max_current_A,
@@ -172,6 +194,11 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
     a->source.next_ns = a->watch.next_ns = HIL_FOREVER;
+    if (params->law == HIL_LAW_SAC && stepper_open(a, params)) {
+        a->open = 0;
+        return -1;
+    }
+    if (a->stepper && !a->is_full) plant_halve(&a->plant);
     hil_axis_power_up(c, axis);
     axis_publish(a, now_ns);
     return axis;
@@ -181,7 +208,11 @@ void hil_axis_power_up(hil_core *c, int axis)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    make_node(a, now_ns);
+    if (a->stepper) {
+        stepper_power_up(c, a, now_ns);
+        return;
+    }
+    axis_make_node(a, now_ns);
     mechaduino_power_up(&a->law);
     set_loop(a, 0, now_ns);
     a->control_steps = 0;
@@ -192,14 +223,14 @@ void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    make_node(a, now_ns);
+    axis_make_node(a, now_ns);
     mechaduino_output(&a->law, c->sine, theta_deg, effort);
     drive(a);
 }
 
 static void set_vref(hil_axis *a, int vref1, int vref2, int64_t at_ns)
 {
-    make_node(a, at_ns);
+    axis_make_node(a, at_ns);
     a->law.pins.vref1 = vref1;
     a->law.pins.vref2 = vref2;
     drive(a);
@@ -233,6 +264,10 @@ void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns)
 {
     hil_axis *a = &c->axes[axis];
     level = level != 0;
+    if (a->stepper) {
+        stepper_pin(c, a, pin, level, at_ns);
+        return;
+    }
     switch (pin) {
     case 0:
         a->pins.dir = level;
@@ -277,8 +312,20 @@ int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, 
     return 0;
 }
 
+static const motion *motion_of(const hil_axis *a)
+{
+    static const motion none = {.slot = -1};
+    return a->stepper ? &a->stepper->motion : &none;
+}
+
+static int64_t motion_rpm(const motion *m) { return m->state ? profile_rpm(m) : 0; }
+static int64_t motion_period_us(const motion *m) { return m->state ? m->period_us : 0; }
+static int motion_loop_kind(const motion *m) { return m->array.is_on ? 2 : m->loop.is_on; }
+static int64_t motion_passes(const motion *m) { return m->array.is_on ? m->array.passes : m->loop.passes; }
+
 static void fill_view(hil_axis *a, int64_t now_ns)
 {
+    if (a->stepper) stepper_plant(a, now_ns);
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
         a->view.rev = f.moving.state.rev;
@@ -306,7 +353,7 @@ void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
 {
     memset(out, 0, sizeof *out);
     fill_view(a, now_ns);
-#define X(name, type, access, unit, expression, meaning) out->name = expression;
+#define X(name, type, kind, access, unit, expression, meaning) out->name = expression;
 #include "fields.def"
 #undef X
 }
@@ -336,9 +383,9 @@ double hil_axis_get(hil_core *c, int axis, hil_field field)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
-    if (field <= HIL_FIELD_raw || field >= HIL_FIELD_voltage_a_V) fill_view(a, now_ns);
+    if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lag_steps)) fill_view(a, now_ns);
     switch (field) {
-#define X(name, type, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
+#define X(name, type, kind, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
 #include "fields.def"
 #undef X
     default: return NAN;
@@ -376,11 +423,15 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
 {
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
+    if (field >= HIL_FIELDS || hil_field_table[field].kind == (a->stepper ? KIND_SERVO : KIND_STEPPER)) return -1;
     switch (field) {
     case HIL_FIELD_load_torque_Nm:
-        make_node(a, now_ns);
+        axis_make_node(a, now_ns);
         if (a->is_full) full_set_load(&a->full, value);
         else plant_set_load(&a->plant, value);
+        return 0;
+    case HIL_FIELD_clock_Hz: /* beyond 1 THz nothing changes: no pulse is shorter than 2 us */
+        motion_clock(&a->stepper->motion, (int64_t)fmin(fmax(value, -1), 1e12), (now_ns + 499) / 500);
         return 0;
     case HIL_FIELD_diaagc: a->encoder.diaagc = to_i32(value); return 0;
     case HIL_FIELD_errfl: a->encoder.errfl = to_i32(value); return 0;

@@ -44,6 +44,7 @@ void hil_core_free(hil_core *c)
         free(c->axes[i].encoder.script_ns);
         free(c->axes[i].source.rows);
         free(c->axes[i].watch.ring);
+        stepper_close(&c->axes[i]);
     }
     close(c->event_fd);
     munmap(c, c->arena_len);
@@ -78,6 +79,7 @@ void hil_group_close(hil_core *c, int group)
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
         hil_axis_drive(c, i, 0, NULL);
         hil_axis_watch(c, i, 0, 0);
+        stepper_close(&c->axes[i]);
         c->axes[i].open = 0;
     }
     g->first_axis = -1;
@@ -113,6 +115,7 @@ static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
 {
     if (g->first_axis < 0) return 1;
     const hil_axis *a = &c->axes[g->first_axis];
+    if (a->stepper && a->stepper->is_reported) return 0;
     return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
 }
 

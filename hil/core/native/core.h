@@ -11,6 +11,7 @@
 #include "plant/simple.h"
 #include "rt/ring.h"
 #include "rt/seqlock.h"
+#include "stepper.h"
 
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
@@ -54,6 +55,7 @@ typedef struct hil_axis {
     int64_t control_steps;
     source source;
     watch watch;
+    stepper *stepper; /* NULL: a servo */
     struct {
         double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
         full_energy energy;
@@ -128,6 +130,26 @@ void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns);
 void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out);
 void source_edge(hil_core *c, hil_axis *a, int axis); /* the edge at next_ns */
 void watch_sample(hil_axis *a);                       /* the sample at next_ns */
+
+/* axis.c, for stepper.c */
+void axis_make_node(hil_axis *a, int64_t t_ns);
+void axis_run_plant(hil_axis *a, int64_t t_ns);
+void axis_set_currents(hil_axis *a, double a_A, double b_A);
+
+/* stepper.c */
+int stepper_open(hil_axis *a, const hil_axis_params *params); /* -1: no memory */
+void stepper_close(hil_axis *a);
+void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns);
+int64_t stepper_next_ns(const hil_axis *a);
+void stepper_event(hil_core *c, hil_axis *a, int64_t until_ns); /* all that its engine does up to and at until_ns */
+void stepper_plant(hil_axis *a, int64_t t_ns); /* the plant's whole steps up to t_ns */
+void stepper_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns);
+double stepper_commanded_deg(const hil_axis *a);
+double stepper_lag_steps(const hil_axis *a);
+double stepper_lost_steps(const hil_axis *a);
+int stepper_rst(const hil_axis *a);
+int stepper_out(const hil_axis *a, int pin);
+int stepper_mode_pins(const hil_axis *a);
 void axis_publish(hil_axis *a, int64_t now_ns);
 void group_publish(hil_core *c, int group);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);

@@ -13,6 +13,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "motion/motion.h"
+
 #define HIL_TABLE_LEN 16384
 /* Eight buckets an octave: bucket b < 8 counts values of b ns; the others those of
    [(8 + b % 8) << (b / 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42. */
@@ -27,13 +29,13 @@ typedef int32_t hil_i32;
 typedef int64_t hil_i64;
 
 typedef struct hil_snapshot {
-#define X(name, type, access, unit, expression, meaning) hil_##type name;
+#define X(name, type, kind, access, unit, expression, meaning) hil_##type name;
 #include "fields.def"
 #undef X
 } hil_snapshot;
 
 typedef enum hil_field {
-#define X(name, type, access, unit, expression, meaning) HIL_FIELD_##name,
+#define X(name, type, kind, access, unit, expression, meaning) HIL_FIELD_##name,
 #include "fields.def"
 #undef X
     HIL_FIELDS
@@ -42,7 +44,7 @@ typedef enum hil_field {
 typedef struct hil_field_info {
     const char *name, *type, *unit, *meaning;
     size_t offset; /* in hil_snapshot */
-    int writable;
+    int writable, kind; /* kind: 0 any axis's, 1 a servo's, 2 a stepper's */
 } hil_field_info;
 
 extern const hil_field_info hil_field_table[HIL_FIELDS];
@@ -50,6 +52,8 @@ extern const hil_field_info hil_field_table[HIL_FIELDS];
 typedef enum hil_event_kind {
     HIL_EVENT_STEP_RESPONSE = 1, /* value: yw * 1024, the number that 'j' prints before truncation */
     HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
+    HIL_EVENT_COMMAND_BEGUN = 3, /* of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot */
+    HIL_EVENT_COMMAND_ENDED = 4, /* and fell */
 } hil_event_kind;
 
 typedef struct hil_event {
@@ -84,7 +88,12 @@ typedef struct hil_edges {
 
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
+typedef enum hil_law { HIL_LAW_MECHADUINO, HIL_LAW_SAC } hil_law; /* a servo, a stepper */
+
 typedef struct hil_axis_params {
+    int32_t law;
+    int32_t driver; /* of a stepper: 0 A4988, 1 DRV8825 */
+    double phase_current_A; /* of a stepper: what the driver is set to */
     double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
     double sense_resistor_ohm, start_deg, load_torque_Nm;
     int32_t rotor_teeth;
@@ -151,6 +160,46 @@ int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, 
    each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.
    At one time a source's edge comes before the control step. -1: no memory. */
 int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
+/* ---- a stepper: the SAC's motion engine with driver and motor ---- */
+
+/* Slots: 0 continuous, 1 to 30 queue, 31 one-shot. What each does: motion/motion.h. */
+void hil_motion_setup(hil_core *c, int axis, const motion_setup *setup); /* ends all motion */
+void hil_motion_write(hil_core *c, int axis, int slot, const motion_entry *entry);
+void hil_motion_read(hil_core *c, int axis, int slot, motion_entry *out);
+void hil_motion_xref_write(hil_core *c, int axis, int index, int slot);
+int hil_motion_xref(hil_core *c, int axis, int index);
+typedef enum hil_motion_call {
+    HIL_MOTION_ENQUEUE,    /* slot */
+    HIL_MOTION_ONCE,       /* slot; 0: continuous */
+    HIL_MOTION_RETARGET,   /* rpm, cycle_us */
+    HIL_MOTION_PULSE,      /* 1: counter-clockwise */
+    HIL_MOTION_STOP,       /* dec in hundredths, -1: at once */
+    HIL_MOTION_NEXT,       /* 1: with grace */
+    HIL_MOTION_FINISH,
+    HIL_MOTION_LOOP_BOUNDS, /* start, finish; 0: leave it */
+    HIL_MOTION_LOOP_PASSES, /* passes, 0: for ever */
+    HIL_MOTION_LOOP_ARRAY,  /* passes, 0: for ever */
+    HIL_MOTION_RELEASE_SYNC,
+    HIL_MOTION_GAP,         /* 1: on */
+    HIL_MOTION_THROTTLE,    /* 1: the encoder changes the speed */
+    HIL_MOTION_REPORT,      /* 1: commands' beginnings and ends are events; off after a power-up */
+} hil_motion_call;
+void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y);
+
+/* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever
+   thread advances. */
+typedef struct hil_edge {
+    int64_t at_ns;
+    int32_t pin, level;
+} hil_edge;
+enum { HIL_OUT_CLK, HIL_OUT_DIR, HIL_OUT_OP_SA, HIL_OUT_OP_SB, HIL_OUT_MS1, HIL_OUT_MS2, HIL_OUT_MS3, HIL_OUTPUTS };
+enum { HIL_IN_SYNC, HIL_IN_ESTOP, HIL_IN_RST, HIL_IN_ENA, HIL_IN_ENB }; /* hil_axis_pin of a stepper */
+void hil_axis_record_edges(hil_core *c, int axis, int outputs);
+int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
+/* A wire from an output of one axis to an input of another of the same group: from now on the input has the
+   output's level, its edges at the same ns. -1: too many, or an axis without outputs. */
+int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
+
 /* Samples: a snapshot at every multiple of interval_ns, after all that happens at that time. The ring keeps the
    first `capacity` that nobody has taken and counts the others as lost. interval_ns = 0 ends it. -1: no memory. */
 int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity);

@@ -151,3 +151,29 @@ def test_clear_forgets_what_was_received_and_keeps_the_line() -> None:
     line.clear()
     assert line.available() == 0
     assert arrivals(line) == [(character_end_ns(2, 9600), ord("b"))]
+
+
+def test_another_baud_holds_from_now_on_and_until_the_power_goes() -> None:
+    sent: list[tuple[int, bytes]] = []
+    line = uart(9600, sent)
+    line.write(b"ab")
+    line.set_baud(300)
+    line.write(b"c")
+    line.write(b"d")
+    assert [at_ns for at_ns, _ in sent] == [
+        T0,
+        character_end_ns(2, 9600),
+        character_end_ns(1, 300, character_end_ns(2, 9600)),
+    ]
+    assert line.tx_free_ns == character_end_ns(1, 300, sent[-1][0])
+    line.set_baud(None)
+    assert line.baud == 9600
+    line.set_baud(300)
+    line.clear()
+    assert line.baud == 9600
+
+
+def test_a_usb_line_has_no_baud_to_set() -> None:
+    line = uart(None)
+    line.set_baud(9600)
+    assert line.baud is None

@@ -46,6 +46,12 @@ int plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, doub
     return 0;
 }
 
+void plant_halve(plant *p)
+{
+    p->step_ns /= 2;
+    p->whole = rate_of(p, p->step_ns);
+}
+
 void plant_advance(plant *p, int64_t t_ns)
 {
     while (t_ns - p->node_ns >= p->step_ns) {

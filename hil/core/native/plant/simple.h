@@ -36,6 +36,8 @@ typedef struct plant {
    PLANT_MAX_STEPS. */
 int plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, double torque_constant_Nm_per_A,
                int teeth, double max_current_A, double start_rev, double load_torque_Nm, int64_t now_ns);
+/* Steps of half the length from now on: for a motor whose currents change at the plant's own nodes. */
+void plant_halve(plant *p);
 /* Runs the whole steps up to t_ns; the node stays behind t_ns by less than a step. */
 void plant_advance(plant *p, int64_t t_ns);
 /* Makes t_ns a node: call it before a change of current or load, then plant_set_*. */

@@ -9,6 +9,8 @@ void axis_tests(void);
 void groups_tests(void);
 void batch_tests(void);
 void source_tests(void);
+void motion_tests(void);
+void stepper_tests(void);
 void watchdog_tests(void);
 
 int main(int argc, char **argv)
@@ -20,6 +22,8 @@ int main(int argc, char **argv)
     groups_tests();
     batch_tests();
     source_tests();
+    motion_tests();
+    stepper_tests();
     watchdog_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

@@ -1,0 +1,85 @@
+"""The SAC's EEPROM: parameters, driver pin maps and the saved queue, as 1024 bytes."""
+
+import struct
+import zlib
+from dataclasses import astuple, dataclass, field, replace
+
+from device_profiles.sac.parameters import Parameters
+from hil.vocab.motion import QUEUE_LEN, MotionEntry
+
+SIZE = 1024
+MAGIC, VERSION = b"SAC", 1
+
+_PARAMETERS = struct.Struct("<13B H 2I 4i 4B 2I B 8B")
+_ENTRY = struct.Struct("<4I 2i 5B")
+_HEAD = struct.Struct("<3sBI")
+
+
+class EepromError(Exception):
+    """The bytes are no EEPROM of a version that is known here."""
+
+
+@dataclass
+class Eeprom:
+    """All that survives without power."""
+
+    parameters: Parameters = field(default_factory=Parameters)
+    queue: list[MotionEntry] | None = None
+    """The queue's entries 1 to 30 as ``qs`` saved them; None: never."""
+
+    def packed(self) -> bytes:
+        """The memory's 1024 bytes; free ones are 0xFF, as an EEPROM has them."""
+        values = astuple(self.parameters)
+        body = _PARAMETERS.pack(*values[:-1], *values[-1]) + bytes([self.queue is not None])
+        for e in self.queue or []:
+            body += _ENTRY.pack(
+                *(e.steps, e.rpm, e.cycle_us, e.wait_us, e.acc_hundredths, e.dec_hundredths),
+                *(e.is_ccw, e.is_linear, e.extra_pulses, e.is_sync, e.is_pulses),
+            )
+        return (_HEAD.pack(MAGIC, VERSION, zlib.crc32(body)) + body).ljust(SIZE, b"\xff")
+
+    @classmethod
+    def unpacked(cls, data: bytes) -> "Eeprom":
+        """The reverse.
+
+        Raises:
+            EepromError: damaged, or of another version.
+        """
+        if len(data) != SIZE:
+            raise EepromError(f"{len(data)} bytes instead of {SIZE}")
+        magic, version, checksum = _HEAD.unpack_from(data)
+        if magic != MAGIC or version != VERSION:
+            raise EepromError("no EEPROM of this version")
+        start = _HEAD.size + _PARAMETERS.size
+        has_queue = data[start] == 1
+        end = start + 1 + has_queue * QUEUE_LEN * _ENTRY.size
+        if zlib.crc32(data[_HEAD.size : end]) != checksum:
+            raise EepromError("the checksum is wrong")
+        values = _PARAMETERS.unpack_from(data, _HEAD.size)
+        parameters = Parameters(*values[:-8])
+        parameters.pin_map = list(values[-8:])
+        eeprom = cls(parameters)
+        if has_queue:
+            rows = (_ENTRY.unpack_from(data, start + 1 + i * _ENTRY.size) for i in range(QUEUE_LEN))
+            eeprom.queue = [
+                MotionEntry(
+                    steps=steps,
+                    is_ccw=bool(ccw),
+                    rpm=rpm,
+                    cycle_us=cycle_us,
+                    acc_hundredths=acc,
+                    dec_hundredths=dec,
+                    is_linear=bool(linear),
+                    extra_pulses=extra,
+                    is_sync=bool(sync),
+                    wait_us=wait_us,
+                    is_pulses=bool(pulses),
+                )
+                for steps, rpm, cycle_us, wait_us, acc, dec, ccw, linear, extra, sync, pulses in rows
+            ]
+        return eeprom
+
+    def copy(self) -> "Eeprom":
+        """One that can be changed without changing this."""
+        queue = list(self.queue) if self.queue else None
+        return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)

@@ -1,0 +1,195 @@
+"""Reads what is typed at a SAC: numbers, and the attributes of a motion command."""
+
+from dataclasses import dataclass, replace
+
+from hil.vocab.motion import MotionEntry
+
+NO_RAMP = 99900
+"""Hundredths; from here on, and 0: no ramp (manual, Accel)."""
+WORD = 1 << 32
+MIN_CYCLE_US = 2
+"""A driver takes no shorter period (manual, slow speed)."""
+
+
+class Text:
+    """A line that is read from left to right."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+
+    def peek(self) -> str:
+        """The next character, "" at the end."""
+        return self._text[self._at : self._at + 1]
+
+    def take(self) -> str:
+        """The next character, and go on; "" at the end."""
+        character = self.peek()
+        self._at += 1
+        return character
+
+    def takes(self, letters: str) -> bool:
+        """Go on if the next character is one of these."""
+        if self.peek() and self.peek() in letters:
+            self._at += 1
+            return True
+        return False
+
+    def is_digit(self) -> bool:
+        """Whether a digit comes next."""
+        return self.peek() != "" and self.peek() in "0123456789"
+
+    def number(self) -> int | None:
+        """Digits, as the board's 32 bits hold them; None where there are none."""
+        digits = self._digits()
+        return int(digits) % WORD if digits else None
+
+    def hundredths(self) -> int | None:
+        """A number with two decimals up to 100, whole from there on; further digits are cut."""
+        whole = self.number()
+        has_point = self.takes(".")
+        if whole is None and not has_point:
+            return None
+        decimals = self._digits() if has_point else ""
+        whole = whole or 0
+        if whole >= 100:
+            return min(whole * 100, NO_RAMP)
+        return whole * 100 + int((decimals + "00")[:2])
+
+    def _digits(self) -> str:
+        digits = ""
+        while self.is_digit():
+            digits += self.take()
+        return digits
+
+    def rest(self) -> str:
+        """All that is left."""
+        return self._text[self._at :]
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """A target speed, as RPM or as the cycle of a full step; the other one follows."""
+
+    rpm: int
+    cycle_us: int
+
+
+def f_of(steps_per_rev: int) -> int:
+    """Microseconds of a full step at 1 RPM: 300,000 for 200 steps a turn."""
+    return 60_000_000 // max(steps_per_rev, 1)
+
+
+def from_rpm(rpm: int, steps_per_rev: int) -> Velocity:
+    """What ``v`` sets."""
+    return Velocity(rpm, max(f_of(steps_per_rev) // rpm, MIN_CYCLE_US))
+
+
+def from_cycle(cycle_us: int, steps_per_rev: int) -> Velocity:
+    """What ``vc`` sets."""
+    cycle_us = max(cycle_us, MIN_CYCLE_US)
+    return Velocity(f_of(steps_per_rev) // cycle_us, cycle_us)
+
+
+@dataclass
+class Attributes:
+    """What a line said of a motion command; None: nothing. ``acc`` and ``dec`` -1: the system's default."""
+
+    steps: int | None = None
+    is_ccw: bool | None = None
+    velocity: Velocity | None = None
+    acc: int | None = None
+    dec: int | None = None
+    is_linear: bool | None = None
+    extra_pulses: int | None = None
+    is_sync: bool | None = None
+    wait_us: int | None = None
+    is_pulses: bool | None = None
+
+    def apply(self, entry: MotionEntry, defaults: "RampDefaults") -> MotionEntry:
+        """The entry with what was said. A change of ramp brings that ramp's defaults first."""
+        is_linear = entry.is_linear if self.is_linear is None else self.is_linear
+        acc, dec = entry.acc_hundredths, entry.dec_hundredths
+        if is_linear != entry.is_linear:
+            acc, dec = defaults.of(is_linear)
+        default_acc, default_dec = defaults.of(is_linear)
+        if self.acc is not None:
+            acc = default_acc if self.acc < 0 else self.acc
+        if self.dec is not None:
+            dec = default_dec if self.dec < 0 else self.dec
+        changed = replace(
+            entry,
+            is_linear=is_linear,
+            acc_hundredths=acc,
+            dec_hundredths=dec,
+            **{
+                name: value
+                for name in ("steps", "is_ccw", "extra_pulses", "is_sync", "wait_us", "is_pulses")
+                if (value := getattr(self, name)) is not None
+            },
+        )
+        if self.velocity:
+            changed = replace(changed, rpm=self.velocity.rpm, cycle_us=self.velocity.cycle_us)
+        return changed
+
+
+@dataclass(frozen=True)
+class RampDefaults:
+    """The system's accelerations and decelerations, in hundredths."""
+
+    acc: int
+    dec: int
+    linear_acc: int
+    linear_dec: int
+
+    def of(self, is_linear: bool) -> tuple[int, int]:
+        """Acceleration and deceleration of a kind of ramp."""
+        return (self.linear_acc, self.linear_dec) if is_linear else (self.acc, self.dec)
+
+
+def read_steps(text: Text, said: Attributes) -> None:
+    """What follows an m: a sign, a number."""
+    minus = text.takes("-")
+    said.steps = text.number()
+    if minus:
+        said.is_ccw = True
+    elif said.steps is not None:
+        said.is_ccw = False
+
+
+def read_attributes(text: Text, steps_per_rev: int, *, with_steps: bool = False) -> Attributes:
+    """The attributes up to the line's end, in any order; letters that mean nothing are skipped.
+
+    ``with_steps``: an m among them sets the steps, and s0 clears the sync, as in a queue's edit.
+    """
+    said = Attributes()
+    while letter := text.take():
+        match letter.lower():
+            case "m" if with_steps:
+                read_steps(text, said)
+            case "v":
+                by_cycle = text.takes("cC")
+                if number := text.number():
+                    said.velocity = (from_cycle if by_cycle else from_rpm)(number, steps_per_rev)
+            case "a":
+                acc = text.hundredths()
+                said.acc = -1 if acc is None else acc
+            case "d":
+                dec = text.hundredths()
+                said.dec = -1 if dec is None else dec
+            case "l":
+                if (number := text.number()) is not None:
+                    said.is_linear = number != 0
+            case "u":
+                if (number := text.number()) is not None:
+                    said.extra_pulses = number % 256
+            case "t":
+                if (number := text.number()) is not None:
+                    said.wait_us = number
+            case "f":
+                said.is_pulses = False
+            case "p":
+                said.is_pulses = True
+            case "s":
+                said.is_sync = text.number() != 0 if with_steps else True
+    return said

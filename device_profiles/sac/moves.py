@@ -1,0 +1,120 @@
+"""The SAC's commands that move the motor or set how the next one will: a line in, calls of the engine out."""
+
+from dataclasses import replace
+
+from device_profiles.sac.line import Attributes, Text, from_cycle, read_attributes, read_steps
+from device_profiles.sac.queue_memory import POSITIONS, QueueMemory
+from device_profiles.sac.session import Session
+from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, QUEUE_LEN, Motion, MotionEntry
+
+PASSES = 1 << 16
+"""Loop counters are 16 bits (manual, loop)."""
+
+
+class Moves:
+    """Each method gets what follows its letter."""
+
+    def __init__(self, motion: Motion, session: Session, queue: QueueMemory) -> None:
+        self._motion = motion
+        self._session = session
+        self._queue = queue
+
+    # ---- motion commands ----
+
+    def queued(self, text: Text) -> None:
+        """``m``: at the queue's next position; without steps continuous."""
+        entry = self._entry(text)
+        if entry.steps == 0:
+            self._continuous(entry)
+        elif self._queue.add(entry):
+            self._session.keep(entry)
+
+    def one_shot(self, text: Text) -> None:
+        """``xm``: at once, and nothing is kept."""
+        entry = self._entry(text)
+        if entry.steps == 0:
+            self._continuous(entry)
+            return
+        self._motion.write_entry(ONE_SHOT_SLOT, entry)
+        self._motion.run_once(ONE_SHOT_SLOT)
+
+    def recall(self, text: Text) -> None:
+        """``xnn``: an entry of the queue, at once; 0 and 31 up are ignored."""
+        position = text.number()
+        if position is not None and position in POSITIONS:
+            self._motion.run_once(position)
+
+    def _continuous(self, entry: MotionEntry) -> None:
+        self._motion.write_entry(CONTINUOUS_SLOT, entry)
+        self._motion.run_continuous()
+
+    def _entry(self, text: Text) -> MotionEntry:
+        said = Attributes()
+        read_steps(text, said)
+        attributes = read_attributes(text, self._session.parameters.steps_per_rev)
+        return self._session.command(replace(attributes, steps=said.steps or 0, is_ccw=said.is_ccw))
+
+    # ---- unary commands ----
+
+    def acceleration(self, text: Text) -> None:
+        acc = text.hundredths()
+        self._session.say(Attributes(acc=-1 if acc is None else acc))
+
+    def deceleration(self, text: Text) -> None:
+        dec = text.hundredths()
+        self._session.say(Attributes(dec=-1 if dec is None else dec))
+
+    def velocity(self, text: Text) -> None:
+        """``v``: the system's default without a number; a continuous motion follows at once."""
+        parameters = self._session.parameters
+        if text.peek():
+            velocity = read_attributes(Text("v" + text.rest()), parameters.steps_per_rev).velocity
+        else:
+            velocity = from_cycle(parameters.cycle_us, parameters.steps_per_rev)
+        if velocity:
+            self._session.say(Attributes(velocity=velocity))
+            self._motion.retarget(velocity.rpm, velocity.cycle_us)
+
+    # ---- what ends and releases ----
+
+    def stop_at_once(self, text: Text) -> None:
+        self._motion.stop(None)
+
+    def stop_gracefully(self, text: Text) -> None:
+        self._motion.stop(self._session.default.dec_hundredths)
+
+    def next_at_once(self, text: Text) -> None:
+        self._motion.next(False)
+
+    def next_gracefully(self, text: Text) -> None:
+        self._motion.next(True)
+
+    def release(self, text: Text) -> None:
+        self._motion.release_sync()
+
+    def toggle_gap(self, text: Text) -> None:
+        self._session.is_gap_on = not self._session.is_gap_on
+        self._motion.gap(self._session.is_gap_on)
+
+    # ---- loops ----
+
+    def loop(self, text: Text) -> None:
+        """``l``: alone it ends a loop with grace, and any other motion (decision)."""
+        if not text.peek():
+            self._motion.finish()
+        elif text.is_digit():
+            self.loop_array(text)
+        elif text.takes("aA"):
+            self._motion.loop_start(1)
+            self._motion.loop_finish(QUEUE_LEN)
+        elif text.takes("nN"):
+            self._motion.loop_passes((text.number() or 0) % PASSES)
+        elif text.takes("sS"):
+            if (position := text.number()) is not None and position in POSITIONS:
+                self._motion.loop_start(position)
+        elif text.takes("fF") and (position := text.number()) is not None and position in POSITIONS:
+            self._motion.loop_finish(position)
+
+    def loop_array(self, text: Text) -> None:
+        """Passes of the xRef array; 0, and no number: for ever."""
+        self._motion.loop_array((text.number() or 0) % PASSES)

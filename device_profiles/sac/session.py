@@ -1,0 +1,67 @@
+"""A SAC's session: what holds until the next reset."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from device_profiles.sac.line import Attributes
+from device_profiles.sac.parameters import Parameters
+from hil.vocab.motion import MotionEntry
+
+
+class Session:
+    """Parameters in force, defaults of the next command, and flags."""
+
+    default: MotionEntry
+    """Attributes of the next command where its line says nothing."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.restart(parameters)
+
+    def restart(self, parameters: Parameters) -> None:
+        """What a cold start and ``$R`` bring (decision: debug, GAP testing and encoder mode too)."""
+        self.parameters = parameters
+        self.default = replace(parameters.default_entry(), steps=0)
+        self.is_debug = False
+        self.is_gap_on = True
+        self.is_throttle = False
+        self.is_soft_ops_on = bool(parameters.soft_ops)
+        self.is_ack_on = bool(parameters.ack)
+        self.is_crc_on = bool(parameters.crc)
+
+    @property
+    def is_bricked(self) -> bool:
+        """The terminal is at the other port (parameter E)."""
+        return bool(self.parameters.is_network_swapped)
+
+    def say(self, said: Attributes) -> None:
+        """A unary command: it changes the defaults."""
+        self.default = said.apply(self.default, self.parameters.ramps())
+
+    def command(self, said: Attributes) -> MotionEntry:
+        """A motion command as typed, on the defaults; direction, wait and sync are never taken from them."""
+        if said.is_ccw is None:
+            said.is_ccw = self.parameters.default_entry().is_ccw
+        return said.apply(self.default, self.parameters.ramps())
+
+    def keep(self, entry: MotionEntry) -> None:
+        """A queued command's attributes become the defaults, all but steps, direction, wait and sync."""
+        kept = self.default
+        self.default = replace(entry, steps=kept.steps, is_ccw=kept.is_ccw, is_sync=False, wait_us=0)
+
+    def lines(self) -> Iterator[str]:
+        """What ``cf`` shows: a name and a value a line (decision)."""
+        e = self.default
+        yield f"v\t{e.rpm}"
+        yield f"vc\t{e.cycle_us}"
+        yield f"acc\t{e.acc_hundredths / 100:.2f}"
+        yield f"dec\t{e.dec_hundredths / 100:.2f}"
+        yield f"ramp\t{int(e.is_linear)}"
+        yield f"dir\t{'CCW' if e.is_ccw else 'CW'}"
+        yield f"u\t{e.extra_pulses}"
+        yield f"full\t{int(not e.is_pulses)}"
+        yield f"GAP\t{int(self.is_gap_on)}"
+        yield f"soft_ops\t{int(self.is_soft_ops_on)}"
+        yield f"ACK\t{int(self.is_ack_on)}"
+        yield f"CRC\t{int(self.is_crc_on)}"
+        yield f"{'EnT' if self.is_throttle else 'EnF'}\t1"
+        yield f"debug\t{int(self.is_debug)}"

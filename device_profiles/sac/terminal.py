@@ -1,0 +1,59 @@
+"""The SAC's terminal: echo, line editing, prompt."""
+
+from collections.abc import Callable, Generator, Iterable
+from typing import Any
+
+from hil.vocab.firmware import ByteAvailable, Request, Uart
+from hil.vocab.time import SimTimeNs
+
+PROMPT = "SAC>"
+LINE_BYTES = 80
+"""The rest of a longer line is dropped (decision)."""
+_CR, _LF, _BS, _DEL = 13, 10, 8, 127
+_A_BYTE = ByteAvailable()
+
+
+class Terminal:
+    """Lines in and out; ``now`` tells the simulated time."""
+
+    def __init__(self, uart: Uart, now: Callable[[], SimTimeNs]) -> None:
+        self._uart = uart
+        self._now = now
+        self._after_cr = False
+        self.line_began_ns = SimTimeNs(0)
+        """When the first byte of the last line came."""
+
+    def println(self, lines: Iterable[str]) -> None:
+        """Lines, each with CR LF."""
+        self._uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
+
+    def prompt(self) -> None:
+        self._uart.write(PROMPT.encode())
+
+    def read_line(self, is_immediate: Callable[[int], bool]) -> Generator[Request, Any, str]:
+        """The next line without its end; what is typed is echoed.
+
+        ``is_immediate`` is asked for each first byte of an empty line: True, and it has been acted upon.
+        BS and DEL erase (decision).
+        """
+        line = bytearray()
+        while True:
+            yield _A_BYTE
+            byte = self._uart.read()
+            after_cr, self._after_cr = self._after_cr, byte == _CR
+            if byte == _LF and after_cr:
+                continue
+            if not line:
+                self.line_began_ns = self._now()
+            if byte in (_CR, _LF):
+                self._uart.write(b"\r\n")
+                return line.decode("latin-1")
+            if byte in (_BS, _DEL):
+                if line:
+                    line.pop()
+                    self._uart.write(b"\b \b")
+            elif not line and is_immediate(byte):
+                self._uart.write(bytes((byte,)))
+            elif len(line) < LINE_BYTES:
+                line.append(byte)
+                self._uart.write(bytes((byte,)))

@@ -1,0 +1,221 @@
+/* Stepper axes: pulses to pins, wires, driver and motor. */
+#include "fixture.h"
+
+/* device_profiles/sac/profile.yaml */
+static const hil_axis_params SAC = {
+    .law = HIL_LAW_SAC, .phase_current_A = 1, .inertia_kg_m2 = 5.4e-6, .viscous_Nm_s_per_rad = 0.0015,
+    .torque_constant_Nm_per_A = 0.155, .sense_resistor_ohm = 1, .rotor_teeth = 50,
+};
+static const motion_setup SETUP = {.steps_per_rev = 200, .slow_rpm = 10, .pulse_us = 30, .interrupt_overhead_us = 8,
+                                   .is_clock_internal = 1, .ops = 36, .external_clock_Hz = 1000000};
+static const motion_entry MOVE = {.steps = 400, .rpm = 300, .cycle_us = 1000, .acc_hundredths = 200, .dec_hundredths = 200};
+
+static hil_core *new_sac(const motion_entry *e)
+{
+    hil_core *c = new_core(2);
+    hil_axis_open(c, open_group(c, 0), &SAC);
+    hil_motion_setup(c, 0, &SETUP);
+    hil_motion_write(c, 0, 1, e);
+    return c;
+}
+
+static void start(hil_core *c) { hil_motion_do(c, 0, HIL_MOTION_ENQUEUE, 1, 0); }
+
+static int64_t get(hil_core *c, int axis, hil_field field) { return (int64_t)hil_axis_get(c, axis, field); }
+
+static void the_rotor_follows(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    start(c);
+    hil_group_advance(c, 0, INT64_C(5000000000));
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 400);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_position_deg), 720, 0.01);
+    CHECK_INT(get(c, 0, HIL_FIELD_lost_steps), 0);
+    CHECK_INT(get(c, 0, HIL_FIELD_motion_state), MOTION_STANDBY);
+    hil_core_free(c);
+}
+
+static void a_ramp_that_is_too_steep_loses_whole_teeth(void)
+{
+    motion_entry steep = MOVE;
+    steep.acc_hundredths = 99900;
+    steep.rpm = 1200;
+    steep.cycle_us = 250;
+    hil_core *c = new_sac(&steep);
+    start(c);
+    hil_group_advance(c, 0, INT64_C(5000000000));
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 400);
+    int64_t lost = get(c, 0, HIL_FIELD_lost_steps);
+    CHECK(lost >= 100);
+    CHECK_INT(lost % 4, 0);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_lag_steps), (double)lost, 0.01);
+    hil_core_free(c);
+}
+
+/* Whoever looks, and however time is cut: the same bits. */
+static void looking_changes_nothing(void)
+{
+    hil_snapshot whole, cut;
+    hil_core *c = new_sac(&MOVE);
+    start(c);
+    hil_group_advance(c, 0, 700000123);
+    hil_axis_snapshot(c, 0, &whole);
+    hil_core_free(c);
+    c = new_sac(&MOVE);
+    start(c);
+    uint64_t random = 5;
+    hil_axis_watch(c, 0, 777777, 4);
+    for (int64_t at_ns = 0; at_ns < 700000123;) {
+        at_ns += 1 + random_below(&random, 300000);
+        hil_group_advance(c, 0, at_ns < 700000123 ? at_ns : 700000123);
+        hil_axis_get(c, 0, HIL_FIELD_position_deg);
+    }
+    hil_axis_snapshot(c, 0, &cut);
+    CHECK(!memcmp(&whole, &cut, sizeof whole));
+    hil_core_free(c);
+}
+
+/* High for K, or for the period less 1 us. */
+static void edges_have_their_widths(void)
+{
+    static const uint32_t cycles[] = {1000, 20, 2};
+    for (int i = 0; i < 3; i++) {
+        motion_entry e = {.steps = 3, .rpm = 5, .cycle_us = cycles[i]};
+        hil_core *c = new_sac(&e);
+        hil_axis_record_edges(c, 0, 1 << HIL_OUT_CLK);
+        start(c);
+        hil_group_advance(c, 0, 10000000);
+        hil_edge edges[10];
+        CHECK_INT(hil_axis_take_edges(c, 0, edges, 10), 6);
+        int64_t width_ns = cycles[i] == 1000 ? 30000 : (cycles[i] - 1) * 1000;
+        for (int k = 0; k < 6; k++) {
+            CHECK_INT(edges[k].level, k % 2 == 0);
+            CHECK_INT(edges[k].at_ns, k / 2 * (int64_t)cycles[i] * 1000 + k % 2 * width_ns);
+        }
+        hil_core_free(c);
+    }
+}
+
+static void a_wire_moves_a_servos_set_point_with_each_rise(void)
+{
+    motion_entry e = {.steps = 5, .rpm = 5, .cycle_us = 1000};
+    hil_core *c = new_sac(&e);
+    hil_axis_open(c, 0, &MECHADUINO);
+    CHECK_INT(hil_wire(c, 0, HIL_OUT_CLK, 1, 1), 0);
+    CHECK_INT(hil_wire(c, 1, HIL_OUT_CLK, 0, 0), -1); /* a servo has no outputs */
+    start(c);
+    for (int i = 0; i < 5; i++) {
+        hil_group_advance(c, 0, i * INT64_C(1000000) - (i > 0));
+        if (i > 0) CHECK_NEAR(fabs(hil_axis_get(c, 1, HIL_FIELD_r)), i * 1.8 / 32, 1e-6);
+        hil_group_advance(c, 0, i * INT64_C(1000000) + (i == 0));
+        CHECK_NEAR(fabs(hil_axis_get(c, 1, HIL_FIELD_r)), (i + 1) * 1.8 / 32, 1e-6);
+    }
+    hil_core_free(c);
+}
+
+/* OP SB to its own Estop: a command ends in the nanosecond in which it begins. */
+static void a_board_may_be_wired_to_itself(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    CHECK_INT(hil_wire(c, 0, HIL_OUT_OP_SB, 0, HIL_IN_ESTOP), 0);
+    hil_axis_record_edges(c, 0, 1 << HIL_OUT_OP_SB | 1 << HIL_OUT_CLK);
+    start(c);
+    hil_group_advance(c, 0, 10000000);
+    hil_edge edges[4];
+    CHECK_INT(hil_axis_take_edges(c, 0, edges, 4), 2);
+    CHECK_INT(edges[0].level, 0);
+    CHECK_INT(edges[1].level, 1);
+    CHECK_INT(edges[1].at_ns, 0);
+    CHECK_INT(get(c, 0, HIL_FIELD_motion_state), MOTION_STANDBY);
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 0);
+    hil_core_free(c);
+}
+
+static void commands_are_told_when_they_are_asked_for(void)
+{
+    motion_entry e = {.steps = 2, .rpm = 5, .cycle_us = 1000};
+    hil_core *c = new_sac(&e);
+    hil_event event;
+    start(c);
+    hil_group_advance(c, 0, 10000000);
+    CHECK_INT(hil_group_take_event(c, 0, &event), 0);
+    hil_motion_do(c, 0, HIL_MOTION_REPORT, 1, 0);
+    start(c);
+    hil_group_advance(c, 0, 20000000);
+    CHECK_INT(hil_group_take_event(c, 0, &event), 1);
+    CHECK_INT(event.kind, HIL_EVENT_COMMAND_BEGUN);
+    CHECK_INT(event.at_ns, 10000000);
+    CHECK_NEAR(event.value, 1, 0);
+    CHECK_INT(hil_group_take_event(c, 0, &event), 1);
+    CHECK_INT(event.kind, HIL_EVENT_COMMAND_ENDED);
+    CHECK_INT(event.at_ns, 12000000);
+    CHECK_INT(hil_group_take_event(c, 0, &event), 0);
+    hil_core_free(c);
+}
+
+static void estop_and_sync_act_on_their_falling_edges(void)
+{
+    motion_entry e = {.steps = 1000, .rpm = 5, .cycle_us = 1000, .is_sync = 1};
+    hil_core *c = new_sac(&e);
+    start(c);
+    hil_group_advance(c, 0, 5000000);
+    CHECK_INT(get(c, 0, HIL_FIELD_is_held), 1);
+    hil_axis_pin(c, 0, HIL_IN_SYNC, 0);
+    hil_group_advance(c, 0, 9999999);
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 5);
+    hil_axis_pin(c, 0, HIL_IN_ESTOP, 0);
+    CHECK_INT(get(c, 0, HIL_FIELD_pin_op_sa), 0);
+    CHECK_INT(get(c, 0, HIL_FIELD_pin_op_sb), 1);
+    hil_group_advance(c, 0, 90000000);
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 5);
+    hil_core_free(c);
+}
+
+/* A before B is clockwise; one pulse a whole cycle. */
+static void an_idle_motor_follows_the_encoder(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    static const int cycle[4][2] = {{HIL_IN_ENA, 1}, {HIL_IN_ENB, 1}, {HIL_IN_ENA, 0}, {HIL_IN_ENB, 0}};
+    for (int i = 0; i < 12; i++) {
+        hil_group_advance(c, 0, (i + 1) * INT64_C(1000000));
+        hil_axis_pin(c, 0, cycle[i % 4][0], cycle[i % 4][1]);
+        CHECK_INT(get(c, 0, HIL_FIELD_pulses), (i + 1) / 4);
+    }
+    for (int i = 11; i >= 0; i--) hil_axis_pin(c, 0, cycle[i % 4][0], !cycle[i % 4][1]);
+    CHECK_INT(get(c, 0, HIL_FIELD_pulses), 0);
+    hil_core_free(c);
+}
+
+/* The driver makes of a pulse what its pins say, not what the engine believes. */
+static void the_drivers_step_follows_the_mode_pins(void)
+{
+    static const struct { int driver, pins; double deg; } rows[] = {
+        {0, 0, 1.8}, {0, 1, 0.9}, {0, 3, 0.225}, {0, 7, 0.1125}, {1, 3, 0.225}, {1, 5, 0.05625}, {1, 7, 0.05625}};
+    for (int i = 0; i < 7; i++) {
+        hil_axis_params params = SAC;
+        params.driver = rows[i].driver;
+        hil_core *c = new_core(1);
+        hil_axis_open(c, open_group(c, 0), &params);
+        motion_setup s = SETUP;
+        s.mode_pins = rows[i].pins;
+        hil_motion_setup(c, 0, &s);
+        hil_motion_do(c, 0, HIL_MOTION_PULSE, 1, 0);
+        hil_motion_do(c, 0, HIL_MOTION_PULSE, 1, 0);
+        CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_commanded_deg), -2 * rows[i].deg, 1e-9);
+        hil_core_free(c);
+    }
+}
+
+void stepper_tests(void)
+{
+    RUN(the_rotor_follows);
+    RUN(a_ramp_that_is_too_steep_loses_whole_teeth);
+    RUN(looking_changes_nothing);
+    RUN(edges_have_their_widths);
+    RUN(a_wire_moves_a_servos_set_point_with_each_rise);
+    RUN(a_board_may_be_wired_to_itself);
+    RUN(commands_are_told_when_they_are_asked_for);
+    RUN(estop_and_sync_act_on_their_falling_edges);
+    RUN(an_idle_motor_follows_the_encoder);
+    RUN(the_drivers_step_follows_the_mode_pins);
+}

@@ -1,0 +1,131 @@
+"""A pulse-generating motion engine as a firmware drives it: the contract between a step/dir controller's
+command interpreter and its interrupts.
+
+The engine holds the queue and runs it; the interpreter parses, keeps defaults, and shows. Everything acts
+at the present simulated time.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+QUEUE_LEN = 30
+CONTINUOUS_SLOT, ONE_SHOT_SLOT = 0, QUEUE_LEN + 1
+"""Slots of the engine's memory that are no queue positions."""
+
+
+@dataclass(frozen=True)
+class MotionEntry:
+    """One motion command with every attribute resolved. Numbers are as the board holds them."""
+
+    steps: int
+    """Unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
+    is_ccw: bool
+    rpm: int
+    cycle_us: int
+    """Period of a full step at cruise; what counts for the cruise."""
+    acc_hundredths: int
+    dec_hundredths: int
+    is_linear: bool
+    extra_pulses: int
+    """``u``: 0 to 255."""
+    is_sync: bool
+    """Held until the sync is released."""
+    wait_us: int
+    """``t``: start wait."""
+    is_pulses: bool
+    """``steps`` counts pulses and not full steps."""
+
+
+@dataclass(frozen=True)
+class MotionSetup:
+    """What the engine takes over at a cold start and at ``$R``."""
+
+    steps_per_rev: int
+    slow_rpm: int
+    microstep_exponent: int
+    pulse_us: int
+    interrupt_overhead_us: int
+    """``ihd``."""
+    clock_correction_us: int
+    """``xclk``, the number."""
+    is_clock_internal: bool
+    external_clock_Hz: int
+    """``xfreq``: the frequency that the external clock is taken to have."""
+    is_cw_high: bool
+    """Level of the direction pin for clockwise."""
+    ops: int
+    """Bit 5 enables OP SA, bit 2 OP SB."""
+    mode_pins: int
+    """MS3 MS2 MS1 as three bits."""
+
+
+class Motion(Protocol):
+    """The engine. Slots are 0 (continuous), 1 to 30 (queue), 31 (one-shot)."""
+
+    def setup(self, setup: MotionSetup) -> None:
+        """Take over parameters; ends all motion."""
+
+    def entry(self, slot: int) -> MotionEntry: ...
+
+    def write_entry(self, slot: int, entry: MotionEntry) -> None:
+        """Change a slot; a running command keeps what it began with."""
+
+    def enqueue(self, slot: int) -> None:
+        """The queue's entry waits to be run after those that wait already."""
+
+    def run_once(self, slot: int) -> None:
+        """Preempt with a queue entry or with ``ONE_SHOT_SLOT``; what was interrupted resumes with its next
+        entry."""
+
+    def run_continuous(self) -> None:
+        """Preempt with ``CONTINUOUS_SLOT``."""
+
+    def retarget(self, rpm: int, cycle_us: int) -> None:
+        """``v``/``vc`` during continuous motion; nothing otherwise."""
+
+    def pulse(self, ccw: bool) -> None:
+        """``+`` and ``-``: a single pulse; only in STANDBY, else nothing."""
+
+    def stop(self, dec_hundredths: int | None) -> None:
+        """End all: at once (None), or with this deceleration. Drops pending commands, loops, holds, waits."""
+
+    def next(self, is_graceful: bool) -> None:
+        """``n`` (with its own deceleration) and ``N`` (at once): end the current command, go on with the
+        next."""
+
+    def finish(self) -> None:
+        """``l`` alone: the universal terminator with grace."""
+
+    def loop_start(self, slot: int) -> None:
+        """``ls``."""
+
+    def loop_finish(self, slot: int) -> None:
+        """``lf``."""
+
+    def loop_passes(self, passes: int) -> None:
+        """``ln``; 0 for ever."""
+
+    def loop_array(self, passes: int) -> None:
+        """``lnn``: run the xRef array; 0 for ever."""
+
+    def xref(self) -> tuple[int, ...]:
+        """The 31 entries of the xRef array."""
+
+    def write_xref(self, index: int, slot: int) -> None: ...
+
+    def release_sync(self) -> None:
+        """``y``."""
+
+    def gap(self, on: bool) -> None:
+        """``g``: GAP testing."""
+
+    def encoder_mode(self, is_throttle: bool) -> None:
+        """``$n``: follow or throttle."""
+
+    def report(self, on: bool) -> None:
+        """Tell the firmware's ``interrupt`` of commands: ``command_begun`` (value: its slot) and
+        ``command_ended``, when OP SA rises and falls. Off after a power-up."""
+
+    def get(self, field: str) -> float:
+        """A field of the axis by its name in the core's table: ``motion_state``, ``rpm``, ``period_us``,
+        ``queue_position``, ``pending``, ``pulses``..."""
