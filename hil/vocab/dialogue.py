@@ -1,0 +1,52 @@
+"""A dialogue with a board over its terminal: a generator that says what to send and how long to listen.
+
+It has no I/O and no clock. Whoever runs it moves the bytes, over a real serial port or to a twin on the
+virtual clock, and answers each ``Listen`` with what came.
+"""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from hil.vocab.time import SimTimeNs
+
+
+@dataclass(frozen=True)
+class Send:
+    """Bytes to the board; answers None."""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Listen:
+    """Wait for bytes of the board, at most ``timeout_ns``; answers ``Heard``, with no data on a time-out."""
+
+    timeout_ns: int
+
+
+@dataclass(frozen=True)
+class Heard:
+    """Bytes of the board, one or more, and when they came (nanoseconds of the runner's clock)."""
+
+    at_ns: SimTimeNs
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Progress:
+    """For whoever waits: ``done`` of ``total`` steps, and what the last one was; answers None."""
+
+    done: int
+    total: int
+    about: str
+
+
+Step = Send | Listen | Progress
+Result = TypeVar("Result")
+Dialogue = Generator[Step, Any, Result]
+
+
+class DialogueError(Exception):
+    """The board did not answer as it should, or its port has gone: ``str(error)`` says at what step, and
+    what of the work can be believed."""
