@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx
+NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/wire/_packet.pyx
 
 .PHONY: demo test test-native test-wheel lint soak fuzz bench clean
 
@@ -37,9 +37,10 @@ test-wheel:
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
 
-# A million random dialogues with the SAC, and 10,000 series of commands against the model of its motion: an hour.
+# Ten million damaged streams of packets, a million random dialogues with the SAC, and 10,000 series of commands against the model of its motion: an hour.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/tests/test_packet.py -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 
@@ -48,7 +49,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/wire/_packet.c hil/core/*.so hil/wire/*.so
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

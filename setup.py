@@ -1,4 +1,4 @@
-"""Only what pyproject.toml cannot say yet: the native core."""
+"""Only what pyproject.toml cannot say yet: the native core and the packet codec."""
 
 from setuptools import Extension, setup
 
@@ -65,6 +65,13 @@ setup(
                 "-pthread",
             ],
             extra_link_args=["-pthread"],
-        )
+        ),
+        Extension(
+            "hil.wire._packet",
+            ["hil/wire/_packet.pyx", "hil/wire/native/packet.c"],
+            depends=["hil/wire/native/packet.h"],
+            include_dirs=["hil/wire"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
+        ),
     ]
 )

@@ -59,6 +59,7 @@ int hil_group_open(hil_core *c, int64_t now_ns)
     atomic_store(&g->owner, GROUP_LOOP_THREAD);
     atomic_store(&g->now_ns, now_ns);
     atomic_store(&g->failed, 0);
+    g->stops = 0;
     atomic_store(&g->events.head, 0);
     atomic_store(&g->events.tail, 0);
     g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
@@ -92,6 +93,8 @@ void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
     hil_group *g = &c->groups[c->axes[axis].group];
     hil_event e = {.at_ns = at_ns, .axis = axis, .kind = kind, .value = value};
     if (!ring_put(&g->events, &e)) atomic_store_explicit(&g->failed, 1, memory_order_relaxed);
+    /* What a board sends then may reach another one of its group: time waits until the firmware has run. */
+    g->stops |= kind == HIL_EVENT_COMMAND_BEGUN || kind == HIL_EVENT_COMMAND_ENDED;
 }
 
 /* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
@@ -124,11 +127,12 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     hil_group *g = &c->groups[group];
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
-    if (until_ns <= now_ns || ring_used(&g->events) >= RING_LEN / 2) return now_ns;
+    if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : RING_LEN / 2)) return now_ns;
+    g->stops = 0;
     int64_t at_ns;
     for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
         axis_advance(c, &c->axes[axis], axis, at_ns);
-        if (ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
+        if (g->stops || ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
     }
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group)
         axis_advance(c, &c->axes[i], i, until_ns);

@@ -73,6 +73,7 @@ typedef struct hil_group {
     _Atomic int failed;
     int64_t horizon_ns;
     int reported; /* the due horizon has been told once */
+    int stops;    /* an event is waiting that time does not go past */
     int64_t published_ns;
     event_ring events;
 } hil_group;

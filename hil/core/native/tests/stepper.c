@@ -141,15 +141,18 @@ static void commands_are_told_when_they_are_asked_for(void)
     CHECK_INT(hil_group_take_event(c, 0, &event), 0);
     hil_motion_do(c, 0, HIL_MOTION_REPORT, 1, 0);
     start(c);
-    hil_group_advance(c, 0, 20000000);
+    CHECK_INT(hil_group_advance(c, 0, 20000000), 10000000); /* time waits for who hears of it */
     CHECK_INT(hil_group_take_event(c, 0, &event), 1);
     CHECK_INT(event.kind, HIL_EVENT_COMMAND_BEGUN);
     CHECK_INT(event.at_ns, 10000000);
     CHECK_NEAR(event.value, 1, 0);
+    CHECK_INT(hil_group_advance(c, 0, 20000000), 12000000);
+    CHECK_INT(hil_group_advance(c, 0, 20000000), 12000000);
     CHECK_INT(hil_group_take_event(c, 0, &event), 1);
     CHECK_INT(event.kind, HIL_EVENT_COMMAND_ENDED);
     CHECK_INT(event.at_ns, 12000000);
     CHECK_INT(hil_group_take_event(c, 0, &event), 0);
+    CHECK_INT(hil_group_advance(c, 0, 20000000), 20000000);
     hil_core_free(c);
 }
 

@@ -12,6 +12,7 @@ void source_tests(void);
 void motion_tests(void);
 void stepper_tests(void);
 void watchdog_tests(void);
+void packet_tests(void);
 
 int main(int argc, char **argv)
 {
@@ -25,5 +26,6 @@ int main(int argc, char **argv)
     motion_tests();
     stepper_tests();
     watchdog_tests();
+    packet_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

@@ -1,0 +1,135 @@
+# cython: language_level=3, embedsignature=False
+"""The packet codec's binding; hil/wire/packet.py says what it does."""
+
+from cpython.bytes cimport PyBytes_AS_STRING, PyBytes_FromStringAndSize
+from libc.stdint cimport uint8_t, uint64_t
+from libc.string cimport memset
+
+
+cdef extern from "native/packet.h":
+    enum:
+        PACKET_DATA_MAX
+        PACKET_FRAME
+        PACKET_GOOD
+    ctypedef struct packet_item:
+        int kind
+        int len
+        uint8_t *raw
+    ctypedef struct packet_decoder:
+        int state
+        int len
+        uint8_t *raw
+    uint8_t packet_crc8(const uint8_t *data, size_t len)
+    bint packet_take(packet_decoder *d, const uint8_t *piece, size_t len, size_t *used, packet_item *item)
+    void packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc)
+
+DATA_MAX = PACKET_DATA_MAX
+FRAME_BYTES = PACKET_FRAME
+FAULTS = ("", "noise", "cut", "address", "no ETX", "too long", "no NUL")
+
+
+cdef class Packet:
+    cdef readonly int destination, origin, crc
+    cdef readonly bytes data
+    cdef readonly uint64_t end
+
+    def __init__(self, int destination, int origin, bytes data not None, int crc, uint64_t end):
+        self.destination, self.origin, self.data, self.crc, self.end = destination, origin, data, crc, end
+
+    @property
+    def is_good(self):
+        return self.crc == 0 or self.crc == packet_crc8(<const uint8_t *>PyBytes_AS_STRING(self.data), len(self.data))
+
+    @property
+    def raw(self):
+        return b"\2%c%c%b\3%c\0" % (self.destination, self.origin, self.data, self.crc)
+
+    def _key(self):
+        return (self.destination, self.origin, self.data, self.crc, self.end)
+
+    def __eq__(self, other):
+        return isinstance(other, Packet) and self._key() == other._key()
+
+    def __hash__(self):
+        return hash(self._key())
+
+    def __repr__(self):
+        return "Packet(destination=%r, origin=%r, data=%r, crc=%r, end=%r)" % self._key()
+
+
+cdef class Malformed:
+    cdef readonly str fault
+    cdef readonly bytes raw
+    cdef readonly uint64_t end
+
+    def __init__(self, str fault not None, bytes raw not None, uint64_t end):
+        self.fault, self.raw, self.end = fault, raw, end
+
+    def _key(self):
+        return (self.fault, self.raw, self.end)
+
+    def __eq__(self, other):
+        return isinstance(other, Malformed) and self._key() == other._key()
+
+    def __hash__(self):
+        return hash(self._key())
+
+    def __repr__(self):
+        return "Malformed(fault=%r, raw=%r, end=%r)" % self._key()
+
+
+cdef class PacketDecoder:
+    cdef packet_decoder state
+    cdef uint64_t fed
+
+    def __cinit__(self):
+        memset(&self.state, 0, sizeof(packet_decoder))
+
+    @property
+    def pending(self):
+        return PyBytes_FromStringAndSize(<char *>self.state.raw, self.state.len)
+
+    def feed(self, data not None):
+        cdef const uint8_t[::1] view = data
+        cdef size_t left = view.shape[0], used = 0
+        cdef const uint8_t *at = &view[0] if left else NULL
+        cdef packet_item item
+        cdef Packet packet
+        cdef Malformed malformed
+        cdef list found = []
+        while left:
+            is_item = packet_take(&self.state, at, left, &used, &item)
+            at += used
+            left -= used
+            self.fed += used
+            if not is_item:
+                break
+            if item.kind == PACKET_GOOD:
+                packet = Packet.__new__(Packet)
+                packet.destination = item.raw[1]
+                packet.origin = item.raw[2]
+                packet.data = PyBytes_FromStringAndSize(<char *>item.raw + 3, item.len - PACKET_FRAME)
+                packet.crc = item.raw[item.len - 2]
+                packet.end = self.fed
+                found.append(packet)
+            else:
+                malformed = Malformed.__new__(Malformed)
+                malformed.fault = FAULTS[item.kind]
+                malformed.raw = PyBytes_FromStringAndSize(<char *>item.raw, item.len)
+                malformed.end = self.fed - <uint64_t>self.state.len
+                found.append(malformed)
+        return found
+
+
+def crc8(data not None):
+    cdef const uint8_t[::1] view = data
+    return packet_crc8(&view[0] if view.shape[0] else NULL, view.shape[0])
+
+
+def frame(int destination, int origin, bytes data not None, bint crc):
+    cdef Py_ssize_t size = len(data)
+    if not 0 <= destination <= 255 or not 0 <= origin <= 255 or size > PACKET_DATA_MAX:
+        raise ValueError("addresses are 0 to 255, data at most %d bytes" % PACKET_DATA_MAX)
+    out = PyBytes_FromStringAndSize(NULL, size + PACKET_FRAME)
+    packet_encode(<uint8_t *>PyBytes_AS_STRING(out), destination, origin, <const uint8_t *>PyBytes_AS_STRING(data), size, crc)
+    return out
