@@ -12,18 +12,17 @@ from device_profiles.sac import screens
 from device_profiles.sac.eeprom import Eeprom, EepromError
 from device_profiles.sac.line import Attributes, Text
 from device_profiles.sac.moves import Moves
-from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, change
+from device_profiles.sac.network import DC1, DC2, NAK, SEPARATORS, Network, is_signal
+from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, Parameters, change
 from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Terminal
-from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
+from hil.vocab.firmware import MAIN, NETWORK, Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
 """From the version to the first prompt; a byte in it restores the factory's settings (manual, bail-out)."""
-BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
-"""What the UART's divider can do at 16 MHz (ATmega328P data sheet); decision: beyond is as at the end."""
 MEMORY, ASIDE = "eeprom", "eeprom_damaged"
 """Sections of the board's memory: the EEPROM, and what could not be read when it was one."""
 
@@ -42,24 +41,26 @@ class Sac:
     """One power-up of the firmware."""
 
     def __init__(self, board: Board) -> None:
-        if board.motion is None:
-            raise TypeError("a SAC needs a board that makes step pulses (law: sac)")
+        if board.motion is None or board.network is None:
+            raise TypeError("a SAC needs a board that makes step pulses and has two UARTs")
         self._motion = board.motion
-        self._uart = board.uart
+        self._uarts = {MAIN: board.uart, NETWORK: board.network}
         self._nvm = board.nvm
         self._note = board.note
         self._terminal = Terminal(board.uart, self._now)
         self._eeprom = Eeprom()
         self._session = Session(self._eeprom.parameters)
-        self._baud = FACTORY_BAUD
+        self._network = Network(self._session)
+        self._bauds = (FACTORY_BAUD, FACTORY_BAUD)
         self.queue = QueueMemory(board.motion, self._session)
         self.moves = Moves(board.motion, self._session, self.queue)
         self._mode: Callable[[Text], Steps | None] | None = None
 
     def main(self) -> Main:
         yield from self._load()
-        self._set_baud()
-        if (yield from self._wants_factory()):
+        is_rst_low = self._is_rst_low()
+        self._set_ports(Parameters() if is_rst_low else self._eeprom.parameters)
+        if (yield from self._wants_factory()) or is_rst_low:
             self._eeprom = Eeprom()
             yield from self._save()
         yield from self.reset()
@@ -68,14 +69,15 @@ class Sac:
             self._motion.loop_start(1)
             self._motion.loop_finish(self._eeprom.parameters.autorun)
         while True:
-            if self._session.is_bricked:
-                yield from self._brick()
             self._terminal.prompt()
-            line = yield from self._terminal.read_line(self._single_pulse)
-            yield from self._execute(Text(line.partition(" ")[0])) or ()
+            line = yield from self._terminal.read_line(self._single_pulse, self._from_network)
+            yield from self._execute(line) or ()
 
     def interrupt(self, event: CoreEvent) -> None:
-        """Nothing that the core reports concerns the terminal."""
+        """A command begins or ends, which soft_ops tells: a packet to all, and a byte to the terminal."""
+        begins = event.kind == "command_begun"
+        self._terminal.uart.write(DC1 if begins else DC2)
+        self._network.operation(begins)
 
     def _now(self) -> SimTimeNs:
         return SimTimeNs(int(self._motion.get("at_ns")))
@@ -83,16 +85,14 @@ class Sac:
     # ---- power-up and reset ----
 
     def _wants_factory(self) -> Generator[Request, Any, bool]:
-        """The cold start's second. A terminal on the other port is not heard here; RST always is."""
-        wants_it = self._is_rst_low()
-        is_heard = wants_it or not self._eeprom.parameters.is_network_swapped
-        if is_heard:
-            self._terminal.println([f"SAC {VERSION}"])
+        """The cold start's second. What the network sends in it is lost."""
+        wants_it = False
+        self._terminal.println([f"SAC {VERSION}"])
         end_ns = self._now() + COLD_START_NS
         while (left_ns := end_ns - self._now()) > 0:
             if (yield ByteAvailable(left_ns)):
-                self._uart.read()
-                wants_it |= is_heard
+                wants_it |= bool(self._terminal.uart.read_all())
+                list(self._network.received())
         return wants_it or self._is_rst_low()
 
     def _is_rst_low(self) -> bool:
@@ -105,31 +105,27 @@ class Sac:
         self._motion.setup(parameters.setup())
         self._motion.gap(self._session.is_gap_on)
         self._motion.encoder_mode(self._session.is_throttle)
+        self._motion.report(self._session.is_soft_ops_on)
         is_too_fast = parameters.software_baud > SOFTWARE_BAUD_LIMIT
         self._note("sw", "the software port is above 38400 baud" if is_too_fast else None)
-        if self._wanted_baud() != self._baud:
-            yield Delay(
-                NS_PER_S * 10 * 66 // self._baud
-            )  # a full transmit buffer and two characters on the way
-            self._set_baud()
+        if parameters.bauds() != self._bauds:
+            slowest = min(uart.baud or FACTORY_BAUD for uart in self._uarts.values())
+            yield Delay(NS_PER_S * 10 * 66 // slowest)  # a full transmit buffer and two characters on the way
+        self._set_ports(parameters)
 
-    def _wanted_baud(self) -> int:
-        return min(max(self._eeprom.parameters.hardware_baud, BAUD_MINIMUM), BAUD_MAXIMUM)
-
-    def _set_baud(self) -> None:
-        self._baud = self._wanted_baud()
-        # The factory's speed is the line's own, which the configuration may have set to another.
-        self._uart.set_baud(None if self._baud == FACTORY_BAUD else self._baud)
-
-    def _brick(self) -> Steps:
-        """Parameter E is 1: the other port is the terminal now, and nothing is there.
-
-        A hard reset helps: RST low at a cold start (manual, network).
-        """
-        self._note("terminal", "E is 1: no terminal here; pull RST low and reset the device")
-        while True:
-            yield ByteAvailable()
-            self._uart.read()
+    def _set_ports(self, parameters: Parameters) -> None:
+        """Speeds, and which port is the terminal. E at 1 swaps them; if nothing is at the other one, a hard
+        reset helps: RST low at a cold start (manual, network)."""
+        self._bauds = parameters.bauds()
+        for uart, baud in zip(self._uarts.values(), self._bauds, strict=True):
+            # The factory's speed is the line's own, which the configuration may have set to another.
+            uart.set_baud(None if baud == FACTORY_BAUD else baud)
+        is_swapped = bool(parameters.is_network_swapped)
+        self._terminal.uart = self._uarts[NETWORK if is_swapped else MAIN]
+        self._terminal.uart.wake_on(None)
+        self._network.use(self._uarts[MAIN if is_swapped else NETWORK])
+        swapped = "E is 1: packets here, the terminal is at the network port; else pull RST low and reset"
+        self._note("terminal", swapped if is_swapped else None)
 
     # ---- memory ----
 
@@ -160,12 +156,46 @@ class Sac:
         self._motion.pulse(byte == ord("-"))
         return True
 
-    def _execute(self, text: Text) -> Steps | None:
-        """A line up to its first blank. One that begins with a number, ``\\`` or ``/`` is the network's."""
+    def _execute(self, line: str) -> Steps | None:
+        """A line of the terminal: the network's if it begins with an address, else up to its first blank."""
+        text = Text(line.partition(" ")[0])
         if self._mode is not None:
             return self._in_mode(text)
+        if self._network.typed(line):
+            return None
         command = COMMANDS_BY_LETTER.get(text.take())
         return None if command is None else self._run(command, text)
+
+    def _from_network(self) -> Steps:
+        """Answer what has come and do what it says."""
+        for packet in self._network.received():
+            yield from self._network.acknowledge(packet)
+            if not packet.is_good:
+                continue
+            if is_signal(packet):
+                if packet.data == NAK:
+                    self._terminal.message(b"NAK %d" % packet.origin)
+                continue
+            self._network.remember(packet)
+            data = packet.data.decode("latin-1")
+            if data[:1] and data[0] in SEPARATORS:
+                self._terminal.message(packet.data[1:])
+            else:
+                yield from self._command_from_network(Text(data.partition(" ")[0]))
+
+    def _command_from_network(self, text: Text) -> Steps:
+        """What a packet's data has the unit do. It answers no queries, and opens no screens."""
+        if text.peek() and text.peek() in "+-":
+            self._motion.pulse(text.take() == "-")
+            return
+        command = COMMANDS_BY_LETTER.get(text.take())
+        if command is None:
+            return
+        mode = self._mode
+        self._terminal.is_muted = True
+        yield from command.run(self, text) or ()
+        self._terminal.is_muted = False
+        self._mode = mode
 
     def _run(self, command: Command, text: Text) -> Steps:
         yield from command.run(self, text) or ()
@@ -267,6 +297,7 @@ class Sac:
                 session.say(Attributes(is_linear=number != 0))
             case "O" if (number := text.number()) is not None:
                 session.is_soft_ops_on = number != 0
+                self._motion.report(session.is_soft_ops_on)
             case "n":
                 session.is_throttle = not session.is_throttle
                 self._motion.encoder_mode(session.is_throttle)

@@ -16,6 +16,9 @@ FACTORY_BAUD = 38400
 SOFTWARE_BAUD_LIMIT = 38400
 """What the port that is made in software can do (manual, communications)."""
 
+BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
+"""What the UART's divider can do at 16 MHz (ATmega328P data sheet); decision: beyond is as at the end."""
+
 
 @dataclass
 class Parameters:
@@ -54,6 +57,13 @@ class Parameters:
     def ramps(self) -> RampDefaults:
         """The accelerations, for ``line.Attributes``."""
         return RampDefaults(self.acc, self.dec, self.linear_acc, self.linear_dec)
+
+    def bauds(self) -> tuple[int, int]:
+        """Of the port in hardware and of the one in software."""
+        hardware, software = (
+            min(max(baud, BAUD_MINIMUM), BAUD_MAXIMUM) for baud in (self.hardware_baud, self.software_baud)
+        )
+        return hardware, software
 
     def setup(self) -> MotionSetup:
         """What the motion engine is told at a start."""

@@ -28,11 +28,6 @@ class Session:
         self.is_ack_on = bool(parameters.ack)
         self.is_crc_on = bool(parameters.crc)
 
-    @property
-    def is_bricked(self) -> bool:
-        """The terminal is at the other port (parameter E)."""
-        return bool(self.parameters.is_network_swapped)
-
     def say(self, said: Attributes) -> None:
         """A unary command: it changes the defaults."""
         self.default = said.apply(self.default, self.parameters.ramps())

@@ -12,48 +12,63 @@ LINE_BYTES = 80
 _CR, _LF, _BS, _DEL = 13, 10, 8, 127
 _A_BYTE = ByteAvailable()
 
+Steps = Generator[Request, Any, None]
+
 
 class Terminal:
     """Lines in and out; ``now`` tells the simulated time."""
 
     def __init__(self, uart: Uart, now: Callable[[], SimTimeNs]) -> None:
-        self._uart = uart
+        self.uart = uart
         self._now = now
         self._after_cr = False
+        self.is_muted = False
+        """Nothing is printed: a command from the network runs."""
         self.line_began_ns = SimTimeNs(0)
         """When the first byte of the last line came."""
 
     def println(self, lines: Iterable[str]) -> None:
         """Lines, each with CR LF."""
-        self._uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
+        if not self.is_muted:
+            self.uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
 
     def prompt(self) -> None:
-        self._uart.write(PROMPT.encode())
+        self.uart.write(PROMPT.encode())
 
-    def read_line(self, is_immediate: Callable[[int], bool]) -> Generator[Request, Any, str]:
+    def message(self, text: bytes) -> None:
+        """What came over the network, in the middle of whatever is typed."""
+        self.uart.write(b"\r\n" + text + b"\r\n" + PROMPT.encode())
+
+    def read_line(
+        self, is_immediate: Callable[[int], bool], meanwhile: Callable[[], Steps]
+    ) -> Generator[Request, Any, str]:
         """The next line without its end; what is typed is echoed.
 
         ``is_immediate`` is asked for each first byte of an empty line: True, and it has been acted upon.
+        ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read.
         BS and DEL erase (decision).
         """
         line = bytearray()
         while True:
             yield _A_BYTE
-            byte = self._uart.read()
+            yield from meanwhile()
+            if not self.uart.available():
+                continue
+            byte = self.uart.read()
             after_cr, self._after_cr = self._after_cr, byte == _CR
             if byte == _LF and after_cr:
                 continue
             if not line:
                 self.line_began_ns = self._now()
             if byte in (_CR, _LF):
-                self._uart.write(b"\r\n")
+                self.uart.write(b"\r\n")
                 return line.decode("latin-1")
             if byte in (_BS, _DEL):
                 if line:
                     line.pop()
-                    self._uart.write(b"\b \b")
+                    self.uart.write(b"\b \b")
             elif not line and is_immediate(byte):
-                self._uart.write(bytes((byte,)))
+                self.uart.write(bytes((byte,)))
             elif len(line) < LINE_BYTES:
                 line.append(byte)
-                self._uart.write(bytes((byte,)))
+                self.uart.write(bytes((byte,)))

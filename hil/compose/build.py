@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 
-from hil.compose.find import PROFILES
-from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, WireConfig
+from hil.compose.find import PROFILES, make_segment
+from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
@@ -92,6 +92,7 @@ def add_device(
         axis,
         load_firmware(profile),
         baud=config.baud,
+        network_baud=profile.network_baud,
         nvm=sections,
         power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
         facts={"lookup_address": config.flash.address},
@@ -102,12 +103,12 @@ def add_device(
     return device
 
 
-def partners(devices: Iterable[str], wires: Iterable[WireConfig]) -> dict[str, str]:
-    """For each device that wires join with others, over whatever way, the first of them."""
+def partners(devices: Iterable[str], joints: Iterable[Iterable[str]]) -> dict[str, str]:
+    """For each device that ``joints`` join with others, over whatever way, the first of them."""
     first = {name: name for name in devices}
     order = {name: place for place, name in enumerate(first)}
-    for wire in wires:
-        joined = {first[wire.output[0]], first[wire.input[0]]}
+    for joint in joints:
+        joined = {first[name] for name in joint}
         head = min(joined, key=order.__getitem__)
         first = {name: head if to in joined else to for name, to in first.items()}
     return {name: to for name, to in first.items() if name != to}
@@ -125,7 +126,9 @@ def bench_runtime(
     that a reload can add some.
     """
     bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
-    joined = partners(config.devices, config.wires)
+    joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
+    joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
+    joined = partners(config.devices, joints)
     for index, (name, device) in enumerate(config.devices.items()):
         profile = catalogue.profiles[device.profile]
         # Far apart, so that bench 0's second device is not bench 1's first.
@@ -136,4 +139,8 @@ def bench_runtime(
         (source, output), (target, input_name) = wire.output, wire.input
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
+    for stations in config.segments.values():
+        segment = make_segment()
+        for name, uart in stations.uarts():
+            bench.join_segment(segment, bench.devices[name], uart)
     return bench

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from hil.config import Catalogue, PortConfig, profile_from_yaml
 from hil.vocab.ports import Port, PortContext
+from hil.vocab.segment import Segment
 
 PROFILES = "device_profiles"
 _profile = lru_cache(profile_from_yaml)  # of text: a bench of the test kit is made in 1 ms, not in 25
@@ -62,3 +63,9 @@ def make_port(config: PortConfig, context: PortContext) -> Port:
     """The port that a configuration describes, not yet open."""
     port: Port = import_module(f"{PORTS}.{config.kind}.port").make(config.options, context)
     return port
+
+
+def make_segment() -> Segment:
+    """A wire without stations."""
+    segment: Segment = import_module(f"{PORTS}.rs485.segment").Segment()
+    return segment

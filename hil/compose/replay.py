@@ -82,7 +82,9 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
     runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
     runtime.listeners.append(
-        lambda device, at_ns, data: replayed.sent[device.name].append(sent_now(device, at_ns, data))
+        lambda device, port, at_ns, data: replayed.sent[device.name].append(
+            sent_now(device, port, at_ns, data)
+        )
     )
     for logged in read.inputs:
         runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)

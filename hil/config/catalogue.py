@@ -77,6 +77,8 @@ class ProfileInfo:
     """``native``: the board's own processor is on the USB, without a UART in between."""
     baud: int | None = None
     """Of its UART, unless a device says otherwise; None: bytes take no time."""
+    network_baud: int | None = None
+    """Of its second UART; None: it has none."""
     greeting: str = ""
     """What the line for trying a port sends."""
     ready_after_s: float = 0.0
@@ -121,6 +123,7 @@ class _ProfileText(_Text):
     plant: Literal["simple", "full"]
     usb: Literal["native"] | None = None
     baud: int | None = None
+    network_baud: int | None = None
     greeting: str = ""
     ready_after_s: float = 0.0
     hardware: dict[str, _HardwareText] = Field(min_length=1)
@@ -159,6 +162,7 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
         firmware=read.firmware,
         usb=read.usb,
         baud=read.baud,
+        network_baud=read.network_baud,
         greeting=read.greeting,
         ready_after_s=read.ready_after_s,
     )

@@ -13,9 +13,12 @@ from hil.config.document import Document, Finding, KeyPath, document_from_mappin
 from hil.config.explain import findings_of, nearest, shown, unknown_key
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
+from hil.config.segments import segment_findings
 from hil.config.wires import wire_findings
 from hil.config.yaml_text import document_from_yaml
 from hil.core import FULL_PARAMETERS, Core
+from hil.vocab.firmware import NETWORK
+from hil.vocab.ports import port_label
 
 DEFAULT_PORT = "pty"
 SUPPLY = "supply_V"
@@ -56,7 +59,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     config: BenchConfig | None = None
     value: Any = document.value
     runtime_dir: object = None
-    ports: dict[str, PortConfig] = {}
+    ports: dict[tuple[str, str], PortConfig] = {}
     profiles: dict[str, ProfileInfo] = {}
     if isinstance(value, dict) and isinstance(value.get("devices"), dict):
         devices = dict(value["devices"])
@@ -65,8 +68,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
                 device = _Device(("devices", name), raw, document, catalogue)
                 devices[name] = device.completed()
                 findings += device.findings
-                if device.port is not None:
-                    ports[name] = device.port
+                ports |= {(name, key): port for key, port in device.ports.items()}
                 if device.profile is not None:
                     profiles[name] = device.profile
         value = {**value, "devices": devices}
@@ -78,6 +80,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     findings += _clashes(ports, runtime_dir)
     if profiles and len(profiles) == len(value["devices"]):
         findings += wire_findings(value.get("wires"), profiles)
+        findings += segment_findings(value.get("segments"), profiles)
     if config is not None and not findings:
         findings += _too_stiff(config, catalogue)
     if config is None or findings:
@@ -105,21 +108,25 @@ class _Device:
         self.document = document
         self.catalogue = catalogue
         self.findings: list[Finding] = []
-        self.port: PortConfig | None = None
+        self.ports: dict[str, PortConfig] = {}
+        """By their keys: port, network."""
         self.profile: ProfileInfo | None = None
 
     def completed(self) -> dict[str, Any]:
         """The mapping with the defaults that the catalogue gives."""
         result = dict(self.raw)
-        self.port = self._port(self.raw.get("port", DEFAULT_PORT))
-        # After a finding the value no longer matters, but it must not raise a second one.
-        result["port"] = self.port or PortConfig(kind="", options=_NoOptions())
+        result["port"] = self._port(self.raw.get("port", DEFAULT_PORT), "port")
+        if self.raw.get(NETWORK) is not None:
+            result[NETWORK] = self._port(self.raw[NETWORK], NETWORK)
         result.setdefault("hardware", "")
         profile = self.profile = self._profile()
         if profile is not None:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             result.setdefault("baud", profile.baud)
+            if profile.network_baud is None and self.raw.get(NETWORK) is not None:
+                message = f"a {profile.name} has no second serial interface"
+                self._add(message, "leave this key out", NETWORK, at_key=True)
             self._axis(profile)
             self._plant(result["plant"], profile)
             self._load(result, profile)
@@ -145,32 +152,41 @@ class _Device:
     def _add(self, message: str, remedy: str, *keys: str, at_key: bool = False) -> None:
         self.findings.append(Finding((*self.path, *keys), message, remedy, at_key))
 
-    def _port(self, value: object) -> PortConfig | None:
+    def _port(self, value: object, key: str) -> PortConfig:
+        port = self._read_port(value, key)
+        if port is not None:
+            self.ports[key] = port
+        # After a finding the value no longer matters, but it must not raise a second one.
+        return port or PortConfig(kind="", options=_NoOptions())
+
+    def _read_port(self, value: object, key: str) -> PortConfig | None:
         if isinstance(value, str):
-            return self._options(value, {}, "port")
+            return self._options(value, {}, key, key)
         kinds = f"known kinds are: {', '.join(sorted(self.catalogue.ports)) or 'none'}"
         wanted = "the name of a kind of port is wanted here"
         if not isinstance(value, dict):
-            self._add(f"{wanted}, or its options, not {shown(value)}", kinds, "port")
+            self._add(f"{wanted}, or its options, not {shown(value)}", kinds, key)
             return None
         options = dict(value)
         kind = options.pop("kind", None)
         if isinstance(kind, str):
-            return self._options(kind, options, "port.kind")
+            return self._options(kind, options, key, f"{key}.kind")
         if "kind" in value:
-            self._add(f"{wanted}, not {shown(kind)}", kinds, "port", "kind")
+            self._add(f"{wanted}, not {shown(kind)}", kinds, key, "kind")
         elif close := difflib.get_close_matches("kind", value, n=1):
-            self._add("unknown key", 'did you mean "kind"?', "port", close[0], at_key=True)
+            self._add("unknown key", 'did you mean "kind"?', key, close[0], at_key=True)
         else:
-            self._add("this key is missing", 'say which kind of port, as in "kind: pty"', "port", "kind")
+            self._add("this key is missing", 'say which kind of port, as in "kind: pty"', key, "kind")
         return None
 
-    def _options(self, kind: str, options: dict[str, object], kind_key: str) -> PortConfig | None:
+    def _options(
+        self, kind: str, options: dict[str, object], port_key: str, kind_key: str
+    ) -> PortConfig | None:
         model = self.catalogue.ports.get(kind)
         if model is None:
             self._unknown(kind_key, "kind of port", kind, self.catalogue.ports)
             return None
-        path = (*self.path, "port")
+        path = (*self.path, port_key)
         known = [field.alias or name for name, field in model.model_fields.items()]
         for key in options:
             if key not in known:
@@ -277,18 +293,19 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _clashes(ports: Mapping[str, PortConfig], runtime_dir: object) -> list[Finding]:
-    """Ports in a place that another device's port has already."""
+def _clashes(ports: Mapping[tuple[str, str], PortConfig], runtime_dir: object) -> list[Finding]:
+    """Ports in a place that another port has already. ``ports`` by device and key."""
     findings: list[Finding] = []
     taken: dict[tuple[object, ...], str] = {}
     directory = runtime_dir if isinstance(runtime_dir, str) else ""
-    for device, port in ports.items():
-        for place, key in _places(device, port.options, directory):
-            owner = taken.setdefault(place, device)
-            if owner != device:
+    for (device, port_key), port in ports.items():
+        label = port_label(device, port_key)
+        for place, key in _places(label, port.options, directory):
+            owner = taken.setdefault(place, label)
+            if owner != label:
                 where = shown(":".join(map(str, place)))
                 message = f"device {owner} has its port in the same place, {where}"
-                path = ("devices", device, "port", key)
+                path = ("devices", device, port_key, key)
                 findings.append(Finding(path, message, "give each device a place of its own"))
     return findings
 

@@ -45,7 +45,9 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
 
 def _keys(device: DeviceConfig) -> dict[str, str]:
     dump = device.model_dump(mode="json")
-    dump["port"] = {"kind": device.port.kind, **dump["port"]["options"]}
+    for key in ("port", "network"):
+        if dump[key]:
+            dump[key] = {"kind": dump[key]["kind"], **dump[key]["options"]}
     return _flat(dump)
 
 

@@ -19,6 +19,7 @@ from hil.config.catalogue import ProfileInfo
 from hil.config.explain import NAME_PATTERN, suggestion
 from hil.config.load import LoadConfig
 from hil.core import AxisPlan, Load
+from hil.vocab.firmware import NETWORK
 
 BUILT_IN_TABLES = ("stored", "identity", "empty")
 _TABLE_FILE_PATTERN = "[./]"
@@ -101,6 +102,13 @@ class DeviceConfig(_Model):
             " that kind's own options."
         )
     )
+    network: PortConfig | None = Field(
+        default=None,
+        description=(
+            "Where clients reach the board's second serial interface (a SAC's network posts), as `port`;"
+            " null: no port there. Its name is the device's with `.network`."
+        ),
+    )
     baud: int | None = Field(
         default=None,
         ge=50,
@@ -180,6 +188,23 @@ class WireConfig(_Model):
         return device, pin
 
 
+class SegmentConfig(_Model):
+    """An RS485 wire and what is on it."""
+
+    stations: list[str] = Field(
+        min_length=1,
+        description=(
+            "Devices on this wire, each by its network UART, as in `s1`; `s1.main` is the UART that the"
+            " device's port is at."
+        ),
+    )
+
+    def uarts(self) -> list[tuple[str, str]]:
+        """Device and serial interface of each station."""
+        split = [station.partition(".") for station in self.stations]
+        return [(device, uart or NETWORK) for device, _, uart in split]
+
+
 class BenchConfig(_Model):
     """A daemon's whole set-up."""
 
@@ -193,6 +218,13 @@ class BenchConfig(_Model):
             "Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to: m1.step}`; an"
             " edge reaches the other board at the same nanosecond. Devices joined by wires share one"
             " simulated time."
+        ),
+    )
+    segments: Mapping[Name, SegmentConfig] = Field(
+        default={},
+        description=(
+            "RS485 wires, each under a name of its own: what one station sends, the others hear. Devices on"
+            " one segment share one simulated time."
         ),
     )
     rate_hz: int = Field(

@@ -27,7 +27,9 @@ def reference(catalogue: Catalogue) -> str:
         "## Load: `devices.<name>.load`",
         "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
         *_loads(definitions),
-        "## Ports: `devices.<name>.port`",
+        "## Segments: `segments.<name>`",
+        _keys(definitions["SegmentConfig"]),
+        "## Ports: `devices.<name>.port`, `devices.<name>.network`",
         "Either the kind's name alone, or a mapping of `kind` and the options below.",
     ]
     for port in device["properties"]["port"]["anyOf"][1:]:

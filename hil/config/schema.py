@@ -1,5 +1,6 @@
 """The configuration as a JSON Schema (draft 2020-12), from which an editor completes and checks."""
 
+import copy
 from typing import Any
 
 from pydantic import BaseModel
@@ -21,13 +22,16 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
     device = definitions["DeviceConfig"]
     properties = device["properties"]
     properties["profile"]["enum"] = sorted(catalogue.profiles)
-    properties["port"] = {
-        "description": properties["port"]["description"],
-        "default": DEFAULT_PORT,
-        "anyOf": [
-            {"enum": sorted(catalogue.ports)},
-            *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
-        ],
+    kinds = [
+        {"enum": sorted(catalogue.ports)},
+        *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
+    ]
+    properties["port"] |= {"default": DEFAULT_PORT, "anyOf": kinds}
+    properties["port"].pop("$ref", None)
+    properties["network"] = {
+        "description": properties["network"]["description"],
+        "default": None,
+        "anyOf": [{"type": "null"}, *copy.deepcopy(kinds)],
     }
     # The catalogue fills these in when they are left out.
     device["required"] = ["profile"]

@@ -97,8 +97,11 @@ def _say_started(daemon: "Daemon") -> None:
         f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
     )
     for name, session in daemon.sessions.items():
-        address, device = session.port.address, daemon.config.devices[name]
+        address, device = session.port.address, daemon.config.devices[session.device.name]
         profile = daemon.catalogue.profiles[device.profile]
+        if name != session.device.name:
+            typer.echo(f"  {name} at {address}, {profile.network_baud} baud, packets")
+            continue
         baud = device.baud or 115200
         typer.echo(
             f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
@@ -224,6 +227,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     from hil.daemon.monitor import monitor as run
 
     rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
+    rows |= {f"{name}.network": {"address": row["network"]} for name, row in rows.items() if row["network"]}
     if device not in rows:
         raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
     try:

@@ -20,6 +20,8 @@ from hil.core.fields import FIELDS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
+from hil.vocab.firmware import MAIN, NETWORK
+from hil.vocab.ports import port_label
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
 
 if TYPE_CHECKING:
@@ -149,6 +151,7 @@ def _list(daemon: "Daemon") -> dict[str, Any]:
     devices = []
     for name, config in daemon.config.devices.items():
         session = daemon.sessions.get(name)
+        network = daemon.sessions.get(port_label(name, NETWORK))
         devices.append(
             {
                 "device": name,
@@ -157,6 +160,7 @@ def _list(daemon: "Daemon") -> dict[str, Any]:
                 "port": config.port.kind,
                 "address": session.port.address if session else "",
                 "clients": session.port.stats().clients if session else 0,
+                "network": network.port.address if network else None,
                 "failed": daemon.bench.devices[name].failed,
             }
         )
@@ -178,7 +182,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "dropped_bytes": stats.dropped_bytes,
             "unheard_bytes": stats.unheard_bytes,
             "backlog_bytes": session.port.backlog(),
-            "overrun_bytes": device.uart.overrun_bytes,
+            "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
             "note": "; ".join([*filter(None, [daemon.notes.get(name)]), *device.notes.values()]) or None,
             "flash": daemon.store.failures.get(name, "ok"),
             "port_failure": session.port_failure,
@@ -208,7 +212,7 @@ def _device(daemon: "Daemon", name: str) -> Device:
 
 def _give(daemon: "Daemon", name: str, given: Input) -> dict[str, int]:
     at_ns = daemon.bench.give(_device(daemon, name), given)
-    daemon.sessions[name].flush()
+    daemon.lines.flush()
     return {"effective_at_ns": at_ns}
 
 
@@ -233,7 +237,11 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
 
 
 def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
-    return _give(daemon, device, Bytes(bytes.fromhex(data)))
+    name, dot, uart = device.partition(".")
+    uart = uart if dot else MAIN
+    if uart not in _device(daemon, name).uarts:
+        raise ControlError(f"{name} has no serial interface {uart!r}")
+    return _give(daemon, name, Bytes(bytes.fromhex(data), port=uart))
 
 
 def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, int]:
@@ -294,7 +302,11 @@ VERBS = {
         "drive an input, of a Mechaduino D0 dir, D1 step, D2 enable, D3; level 0 or 1",
     ),
     "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
-    "send": Verb(_send, ("device", "data"), "bytes to a device, as from a client; hexadecimal digits"),
+    "send": Verb(
+        _send,
+        ("device", "data"),
+        "bytes to a device (s1.network: to its second UART), as from a client; hexadecimal digits",
+    ),
     "drive": Verb(
         _drive,
         ("device", "train"),

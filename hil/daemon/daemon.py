@@ -27,9 +27,10 @@ from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter
 from hil.session.inputs import CommitDone
-from hil.session.session import Session
-from hil.vocab.ports import PortContext, PortError
-from hil.vocab.time import FOREVER
+from hil.session.session import Lines, Session
+from hil.vocab.firmware import MAIN, NETWORK
+from hil.vocab.ports import PortContext, PortError, port_label
+from hil.vocab.time import FOREVER, SimTimeNs
 
 log = logging.getLogger("hil")
 
@@ -50,7 +51,7 @@ class DaemonStore:
         self.bench: BenchRuntime | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
         self.failures: dict[str, str] = {}
-        self.answered: Callable[[Device], None] = lambda device: None
+        self.answered: Callable[[], None] = lambda: None
         """Called after a firmware has run on an answer: what it sent has to go on its line."""
 
     def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
@@ -70,7 +71,7 @@ class DaemonStore:
             log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
         if self.bench:
             self.bench.give(device, CommitDone(durable))
-            self.answered(device)
+            self.answered()
 
 
 def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
@@ -97,6 +98,8 @@ class Daemon:
         self.state_dir = state_base / config.bench
         self.notes: dict[str, str] = {}
         self.sessions: dict[str, Session] = {}
+        """By the names of their ports."""
+        self.lines = Lines(self.release)
         self.grant: Grant | None = None
         self.bench: BenchRuntime
         self.watches: Watches
@@ -191,12 +194,12 @@ class Daemon:
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
-        store.answered = self._flush
+        store.answered = self.lines.flush
         self._guard = guard = StepGuard()
         for device in self.bench.devices.values():
             device.guard = guard
             device.on_failed = self._device_failed
-        self.bench.listeners.append(lambda device, at_ns, data: self.sessions[device.name].send(at_ns, data))
+        self.bench.listeners.append(self._sent)
         if self._input_log:
             self._open_log(self._input_log, memories)
 
@@ -213,21 +216,25 @@ class Daemon:
         dumped: dict[str, Any] = self.config.model_dump(mode="json", by_alias=True)
         for device in dumped["devices"].values():
             device["port"] = "memory"
+            device["network"] = None
         return dumped
 
     async def _open_ports(self) -> None:
         problems = []
         for name, device_config in self.config.devices.items():
-            context = PortContext(self.config.bench, name, self.runtime_dir)
-            port = make_port(device_config.port, context)
             native_usb = self.catalogue.profiles[device_config.profile].usb == "native"
             device = self.bench.devices[name]
-            session = Session(self.bench, device, port, self.release, native_usb=native_usb)
-            try:
-                await port.open(session)
-                self.sessions[name] = session
-            except PortError as error:
-                problems.append(str(error))
+            for uart, port_config in ((MAIN, device_config.port), (NETWORK, device_config.network)):
+                if port_config is None:
+                    continue
+                label = port_label(name, uart)
+                port = make_port(port_config, PortContext(self.config.bench, label, self.runtime_dir))
+                session = Session(self.bench, device, port, self.lines, native_usb=native_usb, uart=uart)
+                try:
+                    await port.open(session)
+                    self.sessions[label] = session
+                except PortError as error:
+                    problems.append(str(error))
         if problems:
             raise StartError("\n".join(problems))
 
@@ -254,9 +261,8 @@ class Daemon:
     def _core_is_due(self) -> None:
         self.bench.service()
         for session in self.sessions.values():
-            session.flush()
             session.refresh()
-        self.release()
+        self.lines.flush()
 
     def release(self) -> None:
         """Give ports the bytes of paced lines that are due, and set the timer for the next."""
@@ -270,9 +276,9 @@ class Daemon:
             loop = asyncio.get_running_loop()
             self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
 
-    def _flush(self, device: Device) -> None:
-        if session := self.sessions.get(device.name):
-            session.flush()
+    def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
+        if session := self.sessions.get(port_label(device.name, uart)):
+            session.send(at_ns, data)
 
     def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
         if self._log_file and not self._stop.is_set():

@@ -21,6 +21,8 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
     for row in listed["devices"]:
         profile = f"{row['profile']} {row['hardware']}"
         table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
+        if row["network"]:
+            table.add_row(f"{row['device']}.network", "", "", Text(row["network"]))
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
     return Group(table, *_remarks(stopped))
 

@@ -6,7 +6,7 @@ store is handed to the caller.
 
 from collections.abc import Callable
 
-from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main, Request, Uart
+from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main, Request
 from hil.vocab.time import FOREVER, SimTimeNs
 
 STEPS_WITHOUT_TIME = 1_000_000
@@ -21,20 +21,21 @@ class FirmwareStuck(Exception):
 class Runtime:
     """One power-up of a board's main program.
 
-    ``due_ns`` is the next time at which ``resume`` has to be called; it may be called earlier, when a
-    byte has arrived. ``print_returns(now_ns)`` says when what has been printed so far lets the program
-    go on: at once, unless a slow line's transmit buffer is full.
+    ``has_input()`` tells whether a byte has come that it would be woken for. ``due_ns`` is the next time at
+    which ``resume`` has to be called; it may be called earlier, when a byte has arrived.
+    ``print_returns(now_ns)`` says when what has been printed so far lets the program go on: at once, unless
+    a slow line's transmit buffer is full.
     """
 
     def __init__(
         self,
         main: Main,
-        uart: Uart,
+        has_input: Callable[[], bool],
         commit: Callable[[Commit], None],
         print_returns: Callable[[SimTimeNs], SimTimeNs],
     ) -> None:
         self._main = main
-        self._uart = uart
+        self._has_input = has_input
         self._commit = commit
         self._print_returns = print_returns
         self._waiting: Request | None = None
@@ -61,6 +62,11 @@ class Runtime:
                 raise FirmwareStuck("the main program returned") from None
             self._begin(self._print_returns(now_ns))
         raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
+
+    @property
+    def polls_from_ns(self) -> SimTimeNs:
+        """From when on the program reads what comes in as it comes."""
+        return self._ready_ns if isinstance(self._waiting, ByteAvailable) else FOREVER
 
     def commit_done(self, durable: bool) -> None:
         """The store has answered; call ``resume`` next."""
@@ -96,7 +102,7 @@ class Runtime:
             if now_ns >= self._deadline_ns:
                 self._answer = False
                 return True
-            self._answer = self._uart.available() > 0
+            self._answer = self._has_input()
             return self._answer is True
         if isinstance(self._waiting, Commit):
             return not self._committing

@@ -15,9 +15,10 @@ class RxBuffer:
         self._unread: deque[int] = deque()
         self._held = -1
 
-    def feed(self, data: bytes) -> int:
-        """Bytes from the line; answers how many were taken, the rest found no room."""
-        taken = data[: self.room()]
+    def feed(self, data: bytes, *, at_once: bool = False) -> int:
+        """Bytes from the line; answers how many were taken, the rest found no room. ``at_once``: the sketch
+        reads them as they come, so that there is room for all."""
+        taken = data if at_once else data[: self.room()]
         self._unread.extend(taken)
         return len(taken)
 
@@ -28,6 +29,12 @@ class RxBuffer:
     def available(self) -> int:
         """Unread bytes in the buffer, the held one not counted."""
         return len(self._unread)
+
+    def read_all(self) -> bytes:
+        """All unread bytes."""
+        data = bytes(self._unread)
+        self._unread.clear()
+        return data
 
     def read(self) -> int:
         """The next byte, the held one first, or -1."""

@@ -11,10 +11,12 @@ from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
 from hil.session.inputs import Input, Logged
+from hil.vocab.segment import Segment
 from hil.vocab.time import SimTimeNs
 
-Listener = Callable[[Device, SimTimeNs, bytes], None]
-"""Called with everything a device sends: when its first bit is on the line, and the bytes."""
+Listener = Callable[[Device, str, SimTimeNs, bytes], None]
+"""Called with everything a device sends: on which serial interface, when its first bit is on the line, and
+the bytes."""
 
 LAG_BUCKETS = 40
 _NOTHING = nullcontext()
@@ -35,6 +37,7 @@ class BenchRuntime:
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
         self._groups: dict[int, Group] = {}
         self._group_of: dict[str, Group] = {}
+        self._segment_of: dict[tuple[str, str], Segment] = {}
         self._now_ns = SimTimeNs(0)
 
     @property
@@ -59,10 +62,17 @@ class BenchRuntime:
         self.devices[device.name] = device
         self._group_of[device.name] = group
 
-    def sent(self, device: Device, at_ns: SimTimeNs, data: bytes) -> None:
+    def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """A device's UART sends; its ``sent`` callback."""
+        if segment := self._segment_of.get((device.name, port)):
+            segment.transmit(f"{device.name}.{port}", at_ns, data, device.uarts[port].baud or 0)
         for listener in self.listeners:
-            listener(device, at_ns, data)
+            listener(device, port, at_ns, data)
+
+    def join_segment(self, segment: Segment, device: Device, port: str) -> None:
+        """Put a device's serial interface on a segment; all devices of one are in one group."""
+        self._segment_of[device.name, port] = segment
+        segment.join(f"{device.name}.{port}", device.uarts[port])
 
     def give(self, device: Device, given: Input) -> SimTimeNs:
         """An input from outside takes effect: at its arrival, or at the time its group has reached if

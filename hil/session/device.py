@@ -11,7 +11,7 @@ from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
 from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.uart import DeviceUart
-from hil.vocab.firmware import Board, Commit, CoreEvent, Firmware, Main
+from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 
@@ -40,11 +40,12 @@ class Device:
         firmware: Callable[[Board], Firmware],
         *,
         baud: int | None,
+        network_baud: int | None,
         nvm: Mapping[str, bytes],
         power_up: Mapping[str, int],
         facts: Mapping[str, int],
         store: Store,
-        sent: Callable[["Device", SimTimeNs, bytes], None],
+        sent: Callable[["Device", str, SimTimeNs, bytes], None],
     ) -> None:
         self.name = name
         self.profile = profile
@@ -57,8 +58,15 @@ class Device:
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
         self.guard: Callable[[], AbstractContextManager[object]] = nullcontext
-        self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((at_ns, data)))
-        self._outbox: list[tuple[SimTimeNs, bytes]] = []
+        self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((MAIN, at_ns, data)))
+        self.network = None
+        if network_baud is not None:
+            self.network = DeviceUart(
+                network_baud, lambda at_ns, data: self._outbox.append((NETWORK, at_ns, data)), 0
+            )
+        self.uarts = {MAIN: self.uart} | ({NETWORK: self.network} if self.network else {})
+        """By their names; each has a port or a segment of its own."""
+        self._outbox: list[tuple[str, SimTimeNs, bytes]] = []
         self._sent = sent
         self._power_up = dict(power_up)
         self._facts = dict(facts)
@@ -73,14 +81,19 @@ class Device:
         if self.failed:
             return FOREVER
         due_ns, arrival_ns = self._runtime.due_ns, self.uart.next_arrival_ns
+        if self.network and (other_ns := self.network.next_arrival_ns) < arrival_ns:
+            arrival_ns = other_ns
         return due_ns if due_ns < arrival_ns else arrival_ns
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
         if self.failed:
             return
-        self.uart.now_ns = now_ns
-        self.uart.take_arrivals()
+        polls_from_ns = self._runtime.polls_from_ns
+        for uart in self.uarts.values():
+            uart.now_ns = now_ns
+            uart.polls_from_ns = polls_from_ns
+            uart.take_arrivals()
         try:
             with self.guard():
                 self._runtime.resume(now_ns)
@@ -94,7 +107,7 @@ class Device:
         """Let the firmware handle an interrupt, at the event's own time."""
         if self.failed:
             return
-        self.uart.now_ns = event.at_ns
+        self._at(event.at_ns)
         try:
             with self.guard():
                 self._firmware.interrupt(event)
@@ -108,10 +121,10 @@ class Device:
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         """An input takes effect at ``now_ns``; ``step`` comes next."""
-        self.uart.now_ns = now_ns
+        self._at(now_ns)
         match given:
-            case Bytes(data, client_baud):
-                self.uart.arrive(data, client_baud)
+            case Bytes(data, client_baud, port):
+                self.uarts[port].arrive(data, client_baud)
             case Pin(pin, level):
                 self.axis.pin(pin, level)
             case SetField(field, value):
@@ -152,13 +165,25 @@ class Device:
         for field, value in self._power_up.items():
             if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
                 self.axis.set(field, value)
-        self.uart.clear()
-        self._runtime = Runtime(self._program(), self.uart, self._commit, self.uart.print_returns)
+        for uart in self.uarts.values():
+            uart.clear()
+        self._runtime = Runtime(self._program(), self._has_input, self._commit, self._print_returns)
         self._runtime.due_ns = self.uart.now_ns
+
+    def _at(self, now_ns: SimTimeNs) -> None:
+        for uart in self.uarts.values():
+            uart.now_ns = now_ns
+
+    def _has_input(self) -> bool:
+        return self.uart.has_input or (self.network is not None and self.network.has_input)
+
+    def _print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
+        returns_ns = self.uart.print_returns(now_ns)
+        return self.network.print_returns(returns_ns) if self.network else returns_ns
 
     def _program(self) -> Main:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
-        board = Board(self.uart, self.axis, self.nvm, self._motion(), self._facts, self._note)
+        board = Board(self.uart, self.axis, self.nvm, self.network, self._motion(), self._facts, self._note)
         self._firmware = self._make_firmware(board)
         yield from self._firmware.main()
 
@@ -180,8 +205,8 @@ class Device:
         if len(outbox) == 1:
             self._sent(self, *outbox[0])
             return
-        for at_ns, pieces in groupby(outbox, key=itemgetter(0)):
-            self._sent(self, at_ns, b"".join(data for _, data in pieces))
+        for (port, at_ns), pieces in groupby(outbox, key=itemgetter(0, 1)):
+            self._sent(self, port, at_ns, b"".join(data for _, _, data in pieces))
 
     def _commit(self, request: Commit) -> None:
         self._committing = request

@@ -3,7 +3,8 @@
 A text file of JSON lines. The first is the header: format, version, the program's version, the
 configuration, and each device's memory at the start. The others are inputs (``inputs.encode_line``),
 and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state``
-(CRC-32 of the axis's snapshot at that time; null for what an interrupt sent).
+(CRC-32 of the axis's snapshot at that time; null for what an interrupt sent). ``port`` stands in those of
+another serial interface than the main one.
 """
 
 import base64
@@ -15,6 +16,7 @@ from typing import Any, Protocol
 
 from hil.session.device import Device
 from hil.session.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, decode_line, encode_line
+from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
@@ -29,13 +31,14 @@ class Sent:
     device: str
     data: bytes
     state: int | None
+    port: str = MAIN
 
 
-def sent_now(device: Device, at_ns: SimTimeNs, data: bytes) -> Sent:
+def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
     """What a device sends now. What an interrupt sent has no state: it is noticed later than it happened,
     at a time that depends on the machine's load."""
     state = None if device.interrupting else zlib.crc32(repr(device.axis.snapshot()).encode())
-    return Sent(at_ns, device.name, data, state)
+    return Sent(at_ns, device.name, data, state, port)
 
 
 @dataclass(frozen=True)
@@ -78,10 +81,12 @@ class InputLogWriter:
     def write(self, logged: Logged) -> None:
         self.file.write(encode_line(logged) + "\n")
 
-    def sent(self, device: Device, at_ns: SimTimeNs, data: bytes) -> None:
+    def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Note what a device sent; a bench's listener."""
-        sent = sent_now(device, at_ns, data)
-        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": sent.state}
+        state = sent_now(device, port, at_ns, data).state
+        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": state}
+        if port != MAIN:
+            line["port"] = port
         self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
 
 
@@ -114,4 +119,5 @@ def read_input_log(lines: Iterable[str]) -> InputLog:
 
 def _decode_sent(text: str) -> Sent:
     line = json.loads(text)
-    return Sent(SimTimeNs(line["at_ns"]), line["device"], bytes.fromhex(line["sent"]), line["state"])
+    data, port = bytes.fromhex(line["sent"]), line.get("port", MAIN)
+    return Sent(SimTimeNs(line["at_ns"]), line["device"], data, line["state"], port)

@@ -8,6 +8,7 @@ import json
 from dataclasses import asdict, astuple, dataclass, fields
 from typing import Any
 
+from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import Edges, Train
 
@@ -17,10 +18,12 @@ LOG_VERSION = 1
 
 @dataclass(frozen=True)
 class Bytes:
-    """A client sent ``data`` (hexadecimal digits in the log) at its baud, None where it chose none."""
+    """A client sent ``data`` (hexadecimal digits in the log) at its baud, None where it chose none, to one of
+    the device's serial interfaces (``port`` in the log unless it is the main one)."""
 
     data: bytes
     client_baud: int | None = None
+    port: str = MAIN
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,8 @@ def encode_line(logged: Logged) -> str:
         values["train"] = [astuple(edges) for edges in logged.input.train]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
+        if logged.input.port == MAIN:
+            del values["port"]
     head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
     return json.dumps(head | values, separators=(",", ":"))
 
@@ -114,6 +119,7 @@ def decode_line(line: str) -> Logged:
         at_ns, device, kind = int(values.pop("at_ns")), str(values.pop("device")), _KINDS[values.pop("input")]
         if kind is Bytes:
             values["data"] = bytes.fromhex(values["data"])
+            values.setdefault("port", MAIN)
         if kind is ScriptEncoder:
             values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
         if kind is Drive:

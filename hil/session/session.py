@@ -10,6 +10,7 @@ from collections.abc import Callable
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Reset
+from hil.vocab.firmware import MAIN
 from hil.vocab.ports import Port
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
@@ -24,25 +25,45 @@ bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms b
 the bootloader runs first."""
 
 
+class Lines:
+    """The paced lines of a bench. ``scheduled`` is called when bytes were put on one, for
+    ``Session.release`` to be called in time."""
+
+    def __init__(self, scheduled: Callable[[], None]) -> None:
+        self._scheduled = scheduled
+        self.fresh: list[Session] = []
+        """Those whose device has sent something since the last ``flush``."""
+
+    def flush(self) -> None:
+        """Put what devices have sent on their lines; called after firmware has run."""
+        if self.fresh:
+            fresh, self.fresh = self.fresh, []
+            for session in fresh:
+                session.flush()
+            self._scheduled()
+
+
 class Session:
-    """The port's host (``hil.vocab.ports.PortHost``) and the device's line. ``scheduled`` is called when
-    bytes were put on a paced line, for ``release`` to be called in time. ``native_usb``: the board's own
-    processor is on the USB, and resets at ``TOUCH_BAUD``."""
+    """The port's host (``hil.vocab.ports.PortHost``) and the line of one of the device's serial interfaces,
+    ``uart``. ``native_usb``: the board's own processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     def __init__(
         self,
         bench: BenchRuntime,
         device: Device,
         port: Port,
-        scheduled: Callable[[], None],
+        lines: Lines,
         *,
         native_usb: bool = False,
+        uart: str = MAIN,
     ) -> None:
         self.device = device
         self.port = port
+        self._name = uart
+        self._uart = device.uarts[uart]
         self.port_failure: str | None = None
         self._bench = bench
-        self._scheduled = scheduled
+        self._lines = lines
         self._native_usb = native_usb
         self._held = False
         self._fresh: list[tuple[int, bytes]] = []
@@ -50,13 +71,13 @@ class Session:
 
     def received(self, data: bytes) -> None:
         """Bytes from a client: they take effect now."""
-        client_baud = self.port.client_baud() if self.device.uart.baud else None
-        self._bench.give(self.device, Bytes(data, client_baud))
-        self.flush()
+        client_baud = self.port.client_baud() if self._uart.baud else None
+        self._bench.give(self.device, Bytes(data, client_baud, self._name))
+        self._lines.flush()
 
     def room(self) -> int:
         """What the port may read from its clients now."""
-        room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else self.device.uart.room()
+        room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
         self._held = room == 0
         return room
 
@@ -65,9 +86,9 @@ class Session:
 
     def client_left(self, baud: int | None) -> None:
         """Nobody has the port open any more."""
-        if self._native_usb and self.device.uart.baud is None and baud == TOUCH_BAUD:
+        if self._native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self._bench.give(self.device, Reset())
-            self.flush()
+            self._lines.flush()
 
     def port_failed(self, reason: str) -> None:
         self.port_failure = reason
@@ -78,15 +99,17 @@ class Session:
             self.port.resume_reading()
 
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends; ``flush`` comes after its firmware has run."""
-        if self.device.uart.baud is None:
+        """The device sends; ``Lines.flush`` comes after its firmware has run."""
+        if self._uart.baud is None:
             self.port.write(data)
-        else:
-            self._fresh.append((at_ns, data))
+            return
+        if not self._fresh:
+            self._lines.fresh.append(self)
+        self._fresh.append((at_ns, data))
 
     def flush(self) -> None:
         """Put what was sent on the line, with the times at which a client's UART has each byte."""
-        baud = self.device.uart.baud
+        baud = self._uart.baud
         if not self._fresh or baud is None:
             return
         for start_ns, data in _joined(self._fresh, baud):
@@ -99,7 +122,6 @@ class Session:
             for sampled in resample(data, baud, client_baud):
                 self._line.append((start_ns + sampled.offset_ns + one_ns, bytes((sampled.byte,))))
         self._fresh.clear()
-        self._scheduled()
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Hand the port the bytes that a client has by ``now_ns``; answers when the next is due."""

@@ -23,15 +23,27 @@ class DeviceUart:
 
     ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on
     the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
+    ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit.
     """
 
-    def __init__(self, baud: int | None, sent: Callable[[SimTimeNs, bytes], None]) -> None:
+    def __init__(
+        self,
+        baud: int | None,
+        sent: Callable[[SimTimeNs, bytes], None],
+        tx_buffer_bytes: int = UART_BUFFER_BYTES,
+    ) -> None:
         self.baud = baud
         self._power_up_baud = baud
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
+        self.polls_from_ns = FOREVER
+        """From when on the sketch reads at once what comes: such bytes need no room in the buffer."""
+        self._tx_buffer_bytes = tx_buffer_bytes
         self._sent = sent
         self._in_flight: deque[tuple[int, int]] = deque()
+        self._wake_byte: int | None = None
+        self._wakes: deque[int] = deque()
+        self._is_woken = False
         self._rx_free_ns = 0
         self.tx_free_ns = 0
         """When the last byte that was written so far has gone out; without a baud 0."""
@@ -41,6 +53,17 @@ class DeviceUart:
         """As after power-up: nothing received. What is on the line stays there."""
         self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+        self.wake_on(None)
+
+    def wake_on(self, byte: int | None) -> None:
+        self._wake_byte = byte
+        self._is_woken = False
+        self._wakes = deque(at_ns for at_ns, flying in self._in_flight if flying == byte)
+
+    @property
+    def has_input(self) -> bool:
+        """Whether a byte has come that the sketch is woken for."""
+        return self._rx.available() > 0 if self._wake_byte is None else self._is_woken
 
     def set_baud(self, baud: int | None) -> None:
         """What is on the line already keeps its times."""
@@ -52,6 +75,10 @@ class DeviceUart:
 
     def read(self) -> int:
         return self._rx.read()
+
+    def read_all(self) -> bytes:
+        self._is_woken = False
+        return self._rx.read_all()
 
     def peek(self) -> int:
         return self._rx.peek()
@@ -70,7 +97,7 @@ class DeviceUart:
         """When all but a transmit buffer of what was written has gone out."""
         if self.baud is None:
             return now_ns
-        return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(UART_BUFFER_BYTES, self.baud)))
+        return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""
@@ -82,24 +109,41 @@ class DeviceUart:
         if self.baud is None:
             self._rx.feed(data)
             return
-        start_ns = max(self.now_ns, self._rx_free_ns)
+        start_ns = SimTimeNs(max(self.now_ns, self._rx_free_ns))
         sent_baud = client_baud or self.baud
         self._rx_free_ns = start_ns + character_ns(len(data), sent_baud)
+        self.hear(start_ns, data, sent_baud)
+
+    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
+        """``hil.vocab.segment.Receiver``: bytes on the line from ``start_ns`` on. Only with a baud."""
+        assert self.baud is not None
         if sent_baud == self.baud:
-            times = ((start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data))
-            self._in_flight.extend(times)
-            return
-        one_ns = character_ns(1, self.baud)
-        for sampled in resample(data, sent_baud, self.baud):
-            self._in_flight.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
+            times = [(start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data)]
+        else:
+            one_ns = character_ns(1, self.baud)
+            times = [
+                (start_ns + sampled.offset_ns + one_ns, sampled.byte)
+                for sampled in resample(data, sent_baud, self.baud)
+            ]
+        self._in_flight.extend(times)
+        if self._wake_byte is not None:
+            self._wakes.extend(at_ns for at_ns, byte in times if byte == self._wake_byte)
 
     @property
     def next_arrival_ns(self) -> SimTimeNs:
-        """When the next character on the line is complete."""
+        """When the next character on the line is complete, of those that the sketch is woken for."""
+        if self._wake_byte is not None:
+            return SimTimeNs(self._wakes[0]) if self._wakes else FOREVER
         return SimTimeNs(self._in_flight[0][0]) if self._in_flight else FOREVER
 
     def take_arrivals(self) -> None:
         """Characters complete by now enter the receive buffer, or are lost to an overrun."""
         while self._in_flight and self._in_flight[0][0] <= self.now_ns:
-            _, byte = self._in_flight.popleft()
-            self.overrun_bytes += 1 - self._rx.feed(bytes((byte,)))
+            at_ns, byte = self._in_flight.popleft()
+            at_once = self._wake_byte is not None and at_ns >= self.polls_from_ns
+            if not self._rx.feed(bytes((byte,)), at_once=at_once):
+                self.overrun_bytes += 1
+            elif byte == self._wake_byte:
+                self._is_woken = True
+        while self._wakes and self._wakes[0] <= self.now_ns:
+            self._wakes.popleft()

@@ -14,6 +14,7 @@ from hil.core.core import OUTPUTS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
+from hil.vocab.firmware import MAIN
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
 from hil.wire.step_dir import Edges
 
@@ -31,9 +32,10 @@ class MemoryStore:
 class PortFace:
     """A device's port, seen by a client that reads everything at once."""
 
-    def __init__(self, bench: "Bench", device: Device) -> None:
+    def __init__(self, bench: "Bench", device: Device, uart: str) -> None:
         self._bench = bench
         self._device = device
+        self._uart = uart
         self._unread: list[tuple[SimTimeNs, bytes]] = []
         self.timeline: list[tuple[SimTimeNs, bytes]] = []
         """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
@@ -41,7 +43,7 @@ class PortFace:
 
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
-        self._bench.give(self._device, Bytes(bytes(data), client_baud))
+        self._bench.give(self._device, Bytes(bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
         """Everything the device has sent since the last call."""
@@ -63,7 +65,7 @@ class PortFace:
     @property
     def line_free_ns(self) -> SimTimeNs:
         """When the last byte that the device has sent so far is on the line; without a baud 0."""
-        return SimTimeNs(self._device.uart.tx_free_ns)
+        return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; called by the bench."""
@@ -229,7 +231,11 @@ class Bench:
             self.config, find_catalogue({"memory": MemoryOptions}), memories, MemoryStore()
         )
         devices = self._runtime.devices
-        self._ports = {name: PortFace(self, device) for name, device in devices.items()}
+        self._ports = {
+            (name, uart): PortFace(self, device, uart)
+            for name, device in devices.items()
+            for uart in device.uarts
+        }
         self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
         self._sampler = Sampler(self._runtime)
@@ -238,7 +244,9 @@ class Bench:
             if isinstance(device.axis, CoreMotion):
                 device.axis.record_edges(True)
         self._recordings: list[tuple[Subscription, Recording]] = []
-        self._runtime.listeners.append(lambda device, at_ns, data: self._ports[device.name].sent(at_ns, data))
+        self._runtime.listeners.append(
+            lambda device, uart, at_ns, data: self._ports[device.name, uart].sent(at_ns, data)
+        )
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -253,9 +261,9 @@ class Bench:
         """Run until the simulated time is ``ms`` milliseconds; never back."""
         self._advance(SimTimeNs(round(ms * NS_PER_MS)))
 
-    def port(self, name: str) -> PortFace:
-        """The port of a device."""
-        return self._ports[name]
+    def port(self, name: str, uart: str = MAIN) -> PortFace:
+        """The port of a device: at its first serial interface, or at ``"network"``."""
+        return self._ports[name, uart]
 
     def axis(self, name: str) -> AxisFace:
         """The axis of a device."""

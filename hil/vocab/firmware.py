@@ -21,7 +21,7 @@ class Delay:
 
 @dataclass(frozen=True)
 class ByteAvailable:
-    """Wait until the UART has an unread byte, at most ``timeout_ns`` (None: for ever).
+    """Wait until a UART of the board has an unread byte, at most ``timeout_ns`` (None: for ever).
 
     Answers True, or False on the time-out. A byte that arrives at the very end is too late.
     """
@@ -54,8 +54,15 @@ class CoreEvent:
     value: float
 
 
+MAIN, NETWORK = "main", "network"
+"""Names of a board's serial interfaces: the one that every board has, and the second."""
+
+
 class Uart(Protocol):
-    """The board's serial interface as its sketch sees it."""
+    """A serial interface of the board as its sketch sees it."""
+
+    baud: int | None
+    """Of the line, now; None where bytes take no time (USB)."""
 
     def available(self) -> int:
         """Unread bytes in the receive buffer, the one held by ``peek`` not counted."""
@@ -66,8 +73,15 @@ class Uart(Protocol):
     def peek(self) -> int:
         """The next byte without taking it, or -1; the byte is held until ``read``."""
 
+    def read_all(self) -> bytes:
+        """All unread bytes."""
+
     def write(self, data: bytes) -> None:
         """Send bytes, now."""
+
+    def wake_on(self, byte: int | None) -> None:
+        """Only this byte meets a ``ByteAvailable``: the main loop polls what comes before it into a memory
+        of its own. None, as after power-up: every byte does."""
 
     def set_baud(self, baud: int | None) -> None:
         """Another speed of the line from now on, in baud; None: what it has at power-up.
@@ -111,6 +125,8 @@ class Board:
     axis: Axis
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
+    network: Uart | None = None
+    """The second serial interface of a board that has one."""
     motion: Motion | None = None
     """The motion engine of a board that makes step pulses."""
     facts: Mapping[str, int] = field(default_factory=dict)

@@ -8,10 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from hil.vocab.firmware import NETWORK
+
+
+def port_label(device: str, key: str) -> str:
+    """A port's name: the device's, and for any but its first serial interface ``.network``."""
+    return f"{device}.{key}" if key == NETWORK else device
+
 
 @dataclass(frozen=True)
 class PortContext:
-    """Where a port may put things. ``device`` is the device's name (``m1``)."""
+    """Where a port may put things. ``device`` is the device's name (``m1``), for its second serial interface
+    ``s1.network``."""
 
     bench: str
     device: str

@@ -22,7 +22,17 @@ is the number of bytes of the stream up to and with an item's last.
 
 from hil.wire._packet import DATA_MAX, FAULTS, FRAME_BYTES, Malformed, Packet, PacketDecoder, crc8, frame
 
-__all__ = ["DATA_MAX", "FAULTS", "FRAME_BYTES", "Malformed", "Packet", "PacketDecoder", "crc8", "encode"]
+__all__ = [
+    "DATA_MAX",
+    "FAULTS",
+    "FRAME_BYTES",
+    "Malformed",
+    "Packet",
+    "PacketDecoder",
+    "crc8",
+    "encode",
+    "frame",
+]
 
 UNUSABLE_ADDRESSES = (2, 3)
 

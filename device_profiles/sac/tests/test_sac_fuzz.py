@@ -8,6 +8,7 @@ import os
 import random
 from collections.abc import Callable
 
+from device_profiles.sac.network import DC1, DC2
 from hil.testing import Bench
 
 CASES = int(os.environ.get("HIL_FUZZ", "10000"))
@@ -100,7 +101,7 @@ class Victim:
     def read(self) -> bytes:
         assert self.device.failed is None
         self.port.timeline.clear()
-        return self.port.read()
+        return self.port.read().translate(None, DC1 + DC2)  # soft_ops, at any time
 
     def quieten(self) -> None:
         """Until it has nothing more to say: what it has written is out, and nothing comes after it."""

@@ -34,7 +34,10 @@ class Board:
         self.log: list[Any] = []
         self.commits: list[Commit] = []
         self.runtime = Runtime(
-            main(self), self.uart, self.commits.append, lambda now_ns: SimTimeNs(now_ns + print_ns)
+            main(self),
+            lambda: self.uart.available() > 0,
+            self.commits.append,
+            lambda now_ns: SimTimeNs(now_ns + print_ns),
         )
 
     def at(self, now_ns: int) -> int:

@@ -9,7 +9,7 @@ from hil.core import AxisPlan, Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Reset
-from hil.session.session import BACKLOG_HOLD_BYTES, Session
+from hil.session.session import BACKLOG_HOLD_BYTES, Lines, Session
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.ports import PortHost, PortStats
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -86,7 +86,7 @@ class Bench:
         self.runtime = BenchRuntime("test", Core(8))
         self.heard: list[tuple[str, int, bytes]] = []
         self.runtime.listeners.append(
-            lambda device, at_ns, data: self.heard.append((device.name, at_ns, data))
+            lambda device, port, at_ns, data: self.heard.append((device.name, at_ns, data))
         )
 
     def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
@@ -97,6 +97,7 @@ class Bench:
             axis,
             firmware,
             baud=baud,
+            network_baud=None,
             nvm={},
             power_up={},
             facts={},
@@ -114,8 +115,8 @@ def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, Me
     bench = Bench()
     device = bench.add("m1", Echo, device_baud)
     port = MemoryPort(client_baud)
-    session = Session(bench.runtime, device, port, lambda: None)
-    bench.runtime.listeners.append(lambda device, at_ns, data: session.send(at_ns, data))
+    session = Session(bench.runtime, device, port, Lines(lambda: None))
+    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     return bench, session, port
 
 
@@ -180,7 +181,7 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort()
-    session = Session(bench.runtime, device, port, lambda: None)
+    session = Session(bench.runtime, device, port, Lines(lambda: None))
     assert session.room() > 0
     port.unread = BACKLOG_HOLD_BYTES + 1
     assert session.room() == 0
@@ -197,8 +198,8 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort(9600)  # a USB client's baud means nothing
-    session = Session(bench.runtime, device, port, lambda: None)
-    bench.runtime.listeners.append(lambda device, at_ns, data: session.send(at_ns, data))
+    session = Session(bench.runtime, device, port, Lines(lambda: None))
+    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     session.received(b"hello")
     assert port.got == b"hello"
 
@@ -226,7 +227,7 @@ def test_the_touch_resets_a_board_with_native_usb(
 ) -> None:
     bench = Bench()
     device = bench.add("m1", Greeter, device_baud)
-    session = Session(bench.runtime, device, MemoryPort(), lambda: None, native_usb=native_usb)
+    session = Session(bench.runtime, device, MemoryPort(), Lines(lambda: None), native_usb=native_usb)
     bench.until(1_000_000)
     session.client_left(client_baud)
     bench.until(2_000_000)

@@ -193,7 +193,7 @@ def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
         runtime.log = InputLogWriter(file, "test", CONFIG, memories)
         runtime.listeners += [
             runtime.log.sent,
-            lambda device, at_ns, data: heard.append(sent_now(device, at_ns, data)),
+            lambda device, port, at_ns, data: heard.append(sent_now(device, port, at_ns, data)),
         ]
         for at_ms, text in SCRIPT:
             until(at_ms)

@@ -112,7 +112,7 @@ def test_what_was_encoded_is_decoded(destination, origin, data, crc):
     + [(4, 1, bytes((byte,))) for byte in (0, 2, 3)],
 )
 def test_what_no_packet_can_carry_is_refused(destination, origin, data):
-    with pytest.raises(ValueError, match="address|at most|STX"):
+    with pytest.raises(ValueError, match=r"address|at most|STX"):
         encode(destination, origin, data)
 
 

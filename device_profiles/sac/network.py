@@ -1,0 +1,100 @@
+"""A SAC as a node of its network: what it sends, and what a packet does to it.
+
+Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops. Decisions: README.md.
+"""
+
+from collections.abc import Generator, Iterator
+from typing import Any
+
+from device_profiles.sac.line import Text
+from device_profiles.sac.session import Session
+from hil.vocab.firmware import Delay, Request, Uart
+from hil.wire.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
+from hil.wire.serial_line import character_ns
+
+BROADCAST = 0
+ACK, NAK, DC1, DC2 = b"\x06", b"\x15", b"\x11", b"\x12"
+_SIGNALS = (ACK, NAK, DC1, DC2)
+SEPARATORS = " ."
+"""A message's data that begins with one of these is text."""
+REPLY = "\\/"
+TURNAROUND_CHARACTERS = 2
+"""From a packet's last bit to the first of its acknowledgement (decision)."""
+_FRAME_ONLY = b"\0\2\3"
+_END = 0
+
+Steps = Generator[Request, Any, None]
+
+
+class Network:
+    """The packets' side."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._decoder = PacketDecoder()
+        self._uart: Uart | None = None
+        self._last_sender: int | None = None
+
+    def use(self, uart: Uart) -> None:
+        """The port that speaks packets from now on."""
+        if uart is not self._uart:
+            self._decoder = PacketDecoder()
+        self._uart = uart
+        uart.wake_on(_END)
+
+    # ---- out ----
+
+    def typed(self, text: str) -> bool:
+        """A terminal's line. True if it was the network's: it begins with an address, or replies."""
+        line = Text(text)
+        if line.peek() and line.peek() in REPLY:
+            line.take()
+            if self._last_sender is not None:
+                self.send(self._last_sender, line.rest().encode("latin-1"))
+            return True
+        if not line.is_digit():
+            return False
+        self.send((line.number() or 0) % 256, line.rest().encode("latin-1"))
+        return True
+
+    def send(self, destination: int, data: bytes) -> None:
+        """Nothing goes to an address that cannot be used; characters of a packet's frame are left out."""
+        if self._uart is None or destination in UNUSABLE_ADDRESSES:
+            return
+        data = data.translate(None, _FRAME_ONLY)[:DATA_MAX]
+        own_id = self._session.parameters.device_id
+        self._uart.write(frame(destination, own_id, data, self._session.is_crc_on))
+
+    def operation(self, begins: bool) -> None:
+        """What soft_ops tells everybody: a command begins or ends."""
+        self.send(BROADCAST, DC1 if begins else DC2)
+
+    # ---- in ----
+
+    def received(self) -> Iterator[Packet]:
+        """Packets for this unit that have come since the last time; what is malformed is passed over."""
+        if self._uart is None:
+            return
+        for item in self._decoder.feed(self._uart.read_all()):
+            if isinstance(item, Malformed):
+                continue
+            if item.destination in (BROADCAST, self._session.parameters.device_id):
+                yield item
+
+    def acknowledge(self, packet: Packet) -> Steps:
+        """ACK, or NAK for a wrong CRC; nothing to a broadcast, and nothing to what is an answer itself."""
+        if packet.destination == BROADCAST or is_signal(packet) or not self._session.is_ack_on:
+            return
+        if self._uart and self._uart.baud:
+            yield Delay(character_ns(TURNAROUND_CHARACTERS, self._uart.baud))
+        self.send(packet.origin, ACK if packet.is_good else NAK)
+        yield Delay(0)  # the main loop waits until it is out
+
+    def remember(self, packet: Packet) -> None:
+        """Whom a reply goes to: nobody after a broadcast."""
+        self._last_sender = None if packet.destination == BROADCAST else packet.origin
+
+
+def is_signal(packet: Packet) -> bool:
+    """One of the bytes that are never answered and never executed."""
+    return packet.data in _SIGNALS
