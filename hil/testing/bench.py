@@ -16,8 +16,11 @@ from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, S
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
+from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
 
+TX_ENABLE = "TxEn"
+"""The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
 MOST_LOAD_NM = 1e6
 """As the configuration has it: with much more the shaft's numbers would run out of range."""
 
@@ -136,7 +139,8 @@ class PinFace:
         self._bench = bench
         self._device = device
         self._name = name.replace(" ", "_")
-        outputs = OUTPUTS if isinstance(device.axis, CoreMotion) else {}
+        outputs = [*OUTPUTS] if isinstance(device.axis, CoreMotion) else []
+        outputs += [TX_ENABLE] if device.network else []
         if self._name not in device.axis.pins and self._name not in outputs:
             raise KeyError(
                 f"{device.name} has no pin {name!r}; it has {', '.join([*device.axis.pins, *outputs])}"
@@ -150,6 +154,8 @@ class PinFace:
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
         """All edges of an output so far: (simulated time, level)."""
+        if self._name == TX_ENABLE:
+            return self._bench.transmissions(self._device)
         return [
             (at_ns, level) for at_ns, name, level in self._bench.edges(self._device) if name == self._name
         ]
@@ -244,9 +250,8 @@ class Bench:
             if isinstance(device.axis, CoreMotion):
                 device.axis.record_edges(True)
         self._recordings: list[tuple[Subscription, Recording]] = []
-        self._runtime.listeners.append(
-            lambda device, uart, at_ns, data: self._ports[device.name, uart].sent(at_ns, data)
-        )
+        self._busy: dict[str, list[tuple[SimTimeNs, SimTimeNs]]] = {name: [] for name in devices}
+        self._runtime.listeners.append(self._sent)
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -295,6 +300,22 @@ class Bench:
         assert isinstance(device.axis, CoreMotion)
         kept += [(SimTimeNs(at_ns), name, level) for at_ns, name, level in device.axis.take_edges()]
         return kept
+
+    def transmissions(self, device: Device) -> list[tuple[SimTimeNs, int]]:
+        """What ``PinFace.edges`` calls for TxEn: high while any of the device's ports sends."""
+        edges: list[tuple[SimTimeNs, int]] = []
+        for start_ns, end_ns in sorted(self._busy[device.name]):
+            if edges and start_ns <= edges[-1][0]:
+                edges[-1] = (max(end_ns, edges[-1][0]), 0)
+            else:
+                edges += [(start_ns, 1), (end_ns, 0)]
+        return [edge for edge in edges if edge[0] <= self._now_ns]
+
+    def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
+        self._ports[device.name, uart].sent(at_ns, data)
+        if device.network and (baud := device.uarts[uart].baud):
+            end_ns = SimTimeNs(at_ns + character_ns(len(data), baud))
+            self._busy[device.name].append((at_ns, end_ns))
 
     def record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
         """What ``AxisFace.record`` calls."""
