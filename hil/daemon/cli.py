@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
-from hil.daemon import draw_commands
+from hil.daemon import dialogues, draw_commands
 from hil.daemon.arduino import commands as arduino
 from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
@@ -335,6 +335,7 @@ app.command()(draw_commands.plot)
 app.command(context_settings={"ignore_unknown_options": True})(draw_commands.step)  # negative degrees
 app.command()(draw_commands.drive)
 app.add_typer(arduino.app, name="arduino")
+dialogues.mount(app)
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)
 

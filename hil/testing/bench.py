@@ -14,6 +14,7 @@ from hil.core.core import OUTPUTS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
+from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
 from hil.wire.serial_line import character_ns
@@ -21,6 +22,8 @@ from hil.wire.step_dir import Edges
 
 TX_ENABLE = "TxEn"
 """The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
+LISTEN_SLICE_NS = 10 * NS_PER_MS
+"""How far a dialogue that listens lets time pass between two looks at the port."""
 MOST_LOAD_NM = 1e6
 """As the configuration has it: with much more the shaft's numbers would run out of range."""
 
@@ -64,6 +67,14 @@ class PortFace:
                 joined.append((at_ns, data))
         self._unread.clear()
         return joined
+
+    def read_complete(self) -> list[tuple[SimTimeNs, bytes]]:
+        """As ``read_timed``, with the times at which the last bit of each piece has come."""
+        baud = self._device.uarts[self._uart].baud
+        return [
+            (SimTimeNs(at_ns + (character_ns(len(data), baud) if baud else 0)), data)
+            for at_ns, data in self.read_timed()
+        ]
 
     @property
     def line_free_ns(self) -> SimTimeNs:
@@ -281,6 +292,29 @@ class Bench:
     def give(self, device: Device, given: Input) -> None:
         """An input takes effect now; what the faces call."""
         self._runtime.give(device, given)
+
+    def talk(self, name: str, dialogue: Dialogue[Result], uart: str = MAIN) -> Result:
+        """Carry out a dialogue at a device's port, in simulated time; its result."""
+        port = self.port(name, uart)
+        heard: list[tuple[SimTimeNs, bytes]] = []
+        answer: Heard | None = None
+        try:
+            while True:
+                step = dialogue.send(answer)
+                answer = None
+                if isinstance(step, Send):
+                    port.write(step.data)
+                elif isinstance(step, Listen):
+                    end_ns = self._now_ns + step.timeout_ns
+                    while (not heard or heard[0][0] > self._now_ns) and self._now_ns < end_ns:
+                        next_ns = heard[0][0] if heard else self._now_ns + LISTEN_SLICE_NS
+                        self._advance(SimTimeNs(min(next_ns, end_ns)))
+                        heard += port.read_complete()
+                    is_there = heard and heard[0][0] <= self._now_ns
+                    answer = Heard(*heard.pop(0)) if is_there else Heard(self._now_ns, b"")
+        except StopIteration as done:
+            result: Result = done.value
+            return result
 
     def close(self) -> None:
         """Free the bench's memory now instead of with its last reference."""

@@ -4,7 +4,7 @@ It has no I/O and no clock. Whoever runs it moves the bytes, over a real serial 
 virtual clock, and answers each ``Listen`` with what came.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -27,7 +27,7 @@ class Listen:
 
 @dataclass(frozen=True)
 class Heard:
-    """Bytes of the board, one or more, and when they came (nanoseconds of the runner's clock)."""
+    """Bytes of the board, none on a time-out, and the time (nanoseconds of the runner's clock)."""
 
     at_ns: SimTimeNs
     data: bytes
@@ -50,3 +50,17 @@ Dialogue = Generator[Step, Any, Result]
 class DialogueError(Exception):
     """The board did not answer as it should, or its port has gone: ``str(error)`` says at what step, and
     what of the work can be believed."""
+
+
+class Refusal(Exception):
+    """Nothing was sent, because what was asked for cannot be done: a line for each reason."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a profile's command wants done: a dialogue, and what to say of its result."""
+
+    dialogue: Dialogue[Any]
+    report: Callable[[Any], str]
+    after_interrupt: Callable[[], Dialogue[Any]] | None = None
+    """What leaves the board as it should be after Ctrl-C in the middle."""

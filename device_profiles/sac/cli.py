@@ -1,0 +1,103 @@
+"""``hil sac ...``: the companion's files. Each function is a command; the caller adds where the board is."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from device_profiles.sac import companion
+from device_profiles.sac.companion_files import FileError, Row, read_one_shot, read_queue, write_queue
+from hil.vocab.dialogue import Refusal, Task
+
+HELP = "Files of the SAC's companion program, for twins and real boards."
+BAUD = 38400
+
+QueuePath = Annotated[Path, typer.Argument(help="A queue's file.", metavar="QUEUE.txt", show_default=False)]
+
+
+def load(
+    file: QueuePath,
+    store: Annotated[
+        bool, typer.Option("--store", help="Save the queue in the board's EEPROM too (qs).")
+    ] = False,
+) -> Task:
+    """Write a queue's file into a board.
+
+    Every row is checked before the first is sent, and the whole queue is read back.
+    """
+    try:
+        queue = read_queue(_content(file), str(file))
+    except FileError as error:
+        raise Refusal(str(error)) from None
+    where = " and its EEPROM" if store else ""
+    return Task(
+        companion.load(queue, store=store), lambda rows: f"{rows} rows are in the board's queue{where}"
+    )
+
+
+def save(file: QueuePath) -> Task:
+    """Write a board's queue into a file."""
+    if not file.parent.is_dir():
+        raise Refusal(f"{file}: there is no folder {file.parent}")
+
+    def write(rows: list[Row]) -> str:
+        part = file.with_name(f"{file.name}.part")
+        try:
+            part.write_bytes(write_queue(rows))
+            part.replace(file)
+        except OSError as error:
+            raise Refusal(f"{file}: {error.strerror}") from None
+        return f"{file}: {len(rows)} rows"
+
+    return Task(companion.save(), write)
+
+
+def oneshot(
+    file: Annotated[
+        Path, typer.Argument(help="A file of one-shot commands.", metavar="FILE", show_default=False)
+    ],
+    number: Annotated[
+        int, typer.Argument(help="Which of its lines, from 1.", metavar="N", show_default=False)
+    ],
+) -> Task:
+    """Send one command of a one-shot file."""
+    try:
+        command = read_one_shot(_content(file), str(file), number)
+    except FileError as error:
+        raise Refusal(str(error)) from None
+    return Task(companion.one_shot(command), lambda lines: "\n".join([f"sent: {command}", *lines]))
+
+
+def calibrate(
+    rpm: Annotated[int, typer.Argument(help="The speed, one that the motor can start at.")],
+) -> Task:
+    """Run for a minute at a speed, and compare the board's clock with this computer's.
+
+    The motor turns without a ramp. Start and stop are told by soft_ops over the terminal; a USB adapter may
+    hold a byte for 16 ms, 270 millionths of a minute.
+    """
+    return Task(companion.calibrate(rpm), _judged, companion.stop_and_restore)
+
+
+COMMANDS = (load, save, oneshot, calibrate)
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise Refusal(f"{file}: {error.strerror}") from None
+
+
+def _judged(found: companion.Calibration) -> str:
+    lines = [
+        f"{found.measured_ns / 1e9:.6f} s instead of {found.nominal_ns / 1e9:.6f} s",
+        f"factor {found.factor:.6f} ({(found.factor - 1) * 1e6:+.0f} ppm)",
+    ]
+    if (correction_us := found.correction_us) == 0:
+        lines.append("less than half a microsecond a pulse: nothing to correct")
+    elif correction_us > 0:
+        lines.append(f"too fast: $CI{found.clock_correction_us + correction_us}, then $R")
+    else:
+        lines.append(f"too slow: $CH{found.interrupt_overhead_us - correction_us}, then $R")
+    return "\n".join(lines)

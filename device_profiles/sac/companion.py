@@ -1,0 +1,256 @@
+"""Dialogues with a SAC's terminal, twin or real: what its companion program does, with what any terminal can.
+
+Source: SAC user manual, companion app, Appendix C.
+"""
+
+import re
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any
+
+from device_profiles.sac.companion_files import ROWS, QueueFile, Row
+from device_profiles.sac.line import WORD, f_of
+from device_profiles.sac.network import DC1, DC2
+from device_profiles.sac.terminal import PROMPT
+from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Send, Step
+from hil.vocab.time import NS_PER_MS, NS_PER_S
+
+_PROMPT = PROMPT.encode()
+_SIGNALS = DC1 + DC2
+START_UP_NS = 1300 * NS_PER_MS
+"""A board may start when its port is opened: a byte in its first second restores the factory's settings."""
+ANSWER_NS = 5 * NS_PER_S
+"""The longest answer is a queue of 30 rows, 1.3 kB: 0.4 s at 38400 baud, and 30 s at 488."""
+CALIBRATION_S = 60
+_ECHO_US = 200_000
+"""A start wait, so that the start signal does not queue behind echo and prompt."""
+_ROW = re.compile(r"(\d+)\t(\d+)\t([ +])(CW|CCW)\t(\d+)\t(\d+)\t([ *])([\d.]+)\t([\d.]+)\t(\d+)\t(s?) +(\d+)")
+
+
+class Terminal:
+    """A board's command line; each method is a dialogue."""
+
+    def __init__(self) -> None:
+        self._unread = b""
+
+    def sync(self) -> Dialogue[None]:
+        """To a prompt outside the program modes, past a cold start."""
+        heard = yield from self._quiet(START_UP_NS)
+        yield Send(b"\r")
+        try:
+            heard += yield from self._until_prompt(START_UP_NS)
+            yield from self.ask("x")  # leaves a program mode, and means nothing outside one
+        except DialogueError:
+            if not heard and not self._unread:
+                raise DialogueError(
+                    "nothing answers: is it on, is this its terminal, is the baud right?"
+                ) from None
+            shown = (heard + self._unread)[-60:]
+            raise DialogueError(f"what answers is no SAC at its prompt: {shown!r}") from None
+
+    def ask(self, line: str, timeout_ns: int = ANSWER_NS) -> Dialogue[list[str]]:
+        """What a line is answered with, up to the prompt, without the echo."""
+        yield Send(f"{line}\r".encode("latin-1"))
+        answer = yield from self._until_prompt(timeout_ns)
+        echo, *lines = answer.decode("latin-1").split("\r\n")
+        if echo != line:
+            raise DialogueError(f'"{line}" came back as "{echo[:80]}": characters were lost on the line')
+        return lines
+
+    def _until_prompt(self, timeout_ns: int) -> Generator[Step, Any, bytes]:
+        while not (_PROMPT in self._unread and self._unread.translate(None, _SIGNALS).endswith(_PROMPT)):
+            heard: Heard = yield Listen(timeout_ns)
+            if not heard.data:
+                raise DialogueError(f"no prompt after {self._unread[-60:]!r}")
+            self._unread += heard.data
+        answer, self._unread = self._unread.translate(None, _SIGNALS), b""
+        return answer.removesuffix(_PROMPT)
+
+    def _quiet(self, for_ns: int) -> Generator[Step, Any, bytes]:
+        """What comes until nothing has come for so long."""
+        heard = b""
+        while piece := (yield Listen(for_ns)).data:
+            heard += piece
+        return heard
+
+
+def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
+    """Write a queue into a board, read it back, and with ``store`` save it in the EEPROM. Answers the rows.
+
+    Raises:
+        Refusal: RPM and cycle of a row cannot belong together, or the motor runs; nothing was written.
+        DialogueError: it stopped; says at which row.
+    """
+    terminal = Terminal()
+    yield from terminal.sync()
+    steps_per_rev = yield from _steps_per_rev(terminal)
+    problems = [
+        f"{where}:1: RPM {row.rpm} and cycle {row.cycle_us} contradict each other"
+        f" at {steps_per_rev} steps a turn; write cycle {f_of(steps_per_rev) // row.rpm}"
+        for row, where in zip(file.rows, file.where, strict=True)
+        if not row.is_possible(steps_per_rev)
+    ]
+    if problems:
+        raise Refusal("\n".join(problems))
+    yield from _stands_still(terminal)
+    for row in file.rows:
+        try:
+            yield from terminal.ask(row.command(steps_per_rev))
+        except DialogueError as error:
+            raise DialogueError(
+                f"stopped at row {row.position} of {ROWS}: {error};"
+                " the board's queue is a mixture of old and new rows, load it again"
+            ) from error
+        yield Progress(row.position, ROWS, f"row {row.position}")
+    try:
+        shown = yield from _listing(terminal)
+    except DialogueError as error:
+        raise DialogueError(
+            f"all rows were sent, but could not be read back: {error}; load them again"
+        ) from error
+    wrong = [
+        f"row {row.position}: sent {row}, the board shows {now}"
+        for row, now in zip(file.rows, shown, strict=True)
+        if row != now
+    ]
+    if wrong:
+        raise DialogueError("the board has not what was sent:\n" + "\n".join(wrong))
+    if store:
+        yield from terminal.ask("qs")
+    return len(shown)
+
+
+def save() -> Dialogue[list[Row]]:
+    """The queue of a board, all of it."""
+    terminal = Terminal()
+    yield from terminal.sync()
+    rows = yield from _listing(terminal)
+    return rows
+
+
+def one_shot(command: str) -> Dialogue[list[str]]:
+    """Send one line; what the board says to it."""
+    terminal = Terminal()
+    yield from terminal.sync()
+    lines = yield from terminal.ask(command)
+    return [line for line in lines if line]
+
+
+def _steps_per_rev(terminal: Terminal) -> Dialogue[int]:
+    screen = "\n".join((yield from terminal.ask("cc")))
+    return _number(screen, r"a sprf\s+(\d+)")
+
+
+def _number(screen: str, pattern: str) -> int:
+    if not (match := re.search(pattern, screen)):
+        raise DialogueError(f"this is not a SAC's screen: {screen[:80]!r}")
+    return int(match[1])
+
+
+def _stands_still(terminal: Terminal) -> Dialogue[None]:
+    lines = yield from terminal.ask("vd")
+    if lines[:1] != ["0\t0"]:
+        raise Refusal("the motor runs; stop it first (S), or what it runs through would change under it")
+
+
+def _listing(terminal: Terminal) -> Dialogue[list[Row]]:
+    lines = yield from terminal.ask("q", 40 * NS_PER_S)
+    rows = [_row(match) for line in lines if (match := _ROW.fullmatch(line))]
+    if [row.position for row in rows] != list(range(1, ROWS + 1)):
+        raise DialogueError(f"the listing has {len(rows)} rows that can be read, not {ROWS}")
+    return rows
+
+
+def _row(match: re.Match[str]) -> Row:
+    position, steps, pulses, direction, rpm, cycle_us, ramp, acc, dec, extra, sync, wait_us = match.groups()
+    return Row(
+        position=int(position),
+        steps=int(steps),
+        is_ccw=int(direction == "CCW"),
+        is_full=int(pulses == " "),
+        rpm=int(rpm),
+        cycle_us=int(cycle_us),
+        is_linear=int(ramp == "*"),
+        acc_hundredths=round(float(acc) * 100),
+        dec_hundredths=round(float(dec) * 100),
+        extra_pulses=int(extra),
+        is_sync=int(sync == "s"),
+        wait_us=int(wait_us),
+    )
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A minute's motion as the board timed it, against the clock of who listened."""
+
+    rpm: int
+    nominal_ns: int
+    measured_ns: int
+    pulses: int
+    interrupt_overhead_us: int
+    clock_correction_us: int
+
+    @property
+    def factor(self) -> float:
+        """Measured by nominal: above 1 the board is slow."""
+        return self.measured_ns / self.nominal_ns
+
+    @property
+    def correction_us(self) -> int:
+        """What to add to each pulse."""
+        return round((self.nominal_ns - self.measured_ns) / 1000 / self.pulses)
+
+
+def calibrate(rpm: int) -> Dialogue[Calibration]:
+    """Run for a minute at a speed, from the first pulse on, and time soft_ops' start and stop.
+
+    Raises:
+        Refusal: the motor runs, or the speed is none.
+        DialogueError: it stopped, or no signal came.
+    """
+    terminal = Terminal()
+    yield from terminal.sync()
+    screen = "\n".join((yield from terminal.ask("cc")))
+    steps_per_rev = _number(screen, r"a sprf\s+(\d+)")
+    cycle_us = f_of(steps_per_rev) // rpm if rpm > 0 else 0
+    steps = rpm * steps_per_rev
+    if not 2 <= cycle_us <= WORD // 2 or steps >= WORD:
+        raise Refusal(f"{rpm} RPM is no speed at {steps_per_rev} steps a turn")
+    yield from _stands_still(terminal)
+    was_on = bool(_number("\n".join((yield from terminal.ask("cf"))), r"soft_ops\s+(\d)"))
+    yield from terminal.ask("$O1")
+    yield Send(f"xm{steps}v{rpm}a999d999u0ft{_ECHO_US}\r".encode())
+    begun_ns = yield from _signal(DC1[0], 3, 0)
+    ended_ns = yield from _signal(DC2[0], CALIBRATION_S * 3 // 2, CALIBRATION_S)
+    yield from terminal.sync()
+    if not was_on:
+        yield from terminal.ask("$O0")
+    return Calibration(
+        rpm=rpm,
+        nominal_ns=steps * cycle_us * 1000,
+        measured_ns=ended_ns - begun_ns,
+        pulses=steps << _number(screen, r"J ustep\s+(\d+)"),
+        interrupt_overhead_us=_number(screen, r"H ihd\s+(\d+)"),
+        clock_correction_us=_number(screen, r"I xclk\s+(\d+)"),
+    )
+
+
+def _signal(byte: int, timeout_s: int, progress_s: int) -> Dialogue[int]:
+    """When a signal came; says each second how it goes."""
+    start: Heard = yield Listen(0)
+    heard = start
+    while byte not in heard.data:
+        waited_s = (heard.at_ns - start.at_ns) // NS_PER_S
+        if waited_s >= timeout_s:
+            what = "start" if byte == DC1[0] else "stop"
+            raise DialogueError(f"no {what} signal came within {timeout_s} s; S stops the motor")
+        if progress_s:
+            yield Progress(min(waited_s, progress_s), progress_s, f"{waited_s} s")
+        heard = yield Listen(NS_PER_S)
+    return heard.at_ns
+
+
+def stop_and_restore() -> Dialogue[None]:
+    """After a calibration that was broken off."""
+    yield Send(b"S\r$O0\r")
+    yield Listen(NS_PER_S)

@@ -1,0 +1,203 @@
+"""The files of the SAC's companion program: a queue of 30 rows, and a list of 100 one-shot commands.
+
+Source: SAC user manual, companion app; files that it saved. A queue's row has twelve numbers, each between
+blanks, with commas between; lines end CR LF; a fraction under 1 has no zero before its point.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from device_profiles.sac.line import WORD, f_of
+
+ROWS = 30
+ONE_SHOTS = 100
+COLUMNS = (
+    "position", "steps", "direction", "full step", "RPM", "cycle",
+    "ramp", "acc", "dec", "u", "sync", "deltaT",
+)  # fmt: skip
+_LARGEST = (ROWS, WORD - 1, 1, 1, WORD - 1, WORD - 1, 1, 99900, 99900, 255, 1, WORD - 1)
+_HUNDREDTHS = (7, 8)
+_LINE_BYTES = 80
+_FILE_BYTES = 100_000
+_NUMBER = re.compile(r"\d*\.?\d+|\d+\.")
+
+
+class Row(NamedTuple):
+    """A queue entry; accelerations in hundredths, flags 0 or 1."""
+
+    position: int
+    steps: int
+    is_ccw: int
+    is_full: int
+    rpm: int
+    cycle_us: int
+    is_linear: int
+    acc_hundredths: int
+    dec_hundredths: int
+    extra_pulses: int
+    is_sync: int
+    wait_us: int
+
+    def command(self, steps_per_rev: int) -> str:
+        """The line that writes it into a board's queue. The board reckons RPM and cycle from each other, and
+        drops fractions: what was entered is the one that the other follows from."""
+        is_by_rpm = f_of(steps_per_rev) // self.rpm == self.cycle_us
+        velocity = f"v{self.rpm}" if is_by_rpm else f"vc{self.cycle_us}"
+        return (
+            f"q{self.position}m{'-' * self.is_ccw}{self.steps}{velocity}"
+            f"a{_decimal(self.acc_hundredths)}d{_decimal(self.dec_hundredths)}l{self.is_linear}"
+            f"{'f' if self.is_full else 'p'}u{self.extra_pulses}s{self.is_sync}t{self.wait_us}"
+        )
+
+    def is_possible(self, steps_per_rev: int) -> bool:
+        """Whether RPM and cycle can belong together."""
+        f = f_of(steps_per_rev)
+        return f // self.rpm == self.cycle_us or f // self.cycle_us == self.rpm
+
+
+class QueueFile(NamedTuple):
+    """What a file says: rows by position, and ``file:line`` of each."""
+
+    rows: list[Row]
+    where: list[str]
+
+
+class FileError(Exception):
+    """A file cannot be used: a line ``file:line:column: what; remedy`` for each problem."""
+
+
+def read_queue(data: bytes, file: str) -> QueueFile:
+    """The 30 rows of a queue file. Blanks may be missing, lines may end LF.
+
+    Raises:
+        FileError: with every problem.
+    """
+    problems: list[str] = []
+    rows: dict[int, tuple[Row, str]] = {}
+    lines = list(_lines(data, file, problems))
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            if number < len(lines):
+                problems.append(f"{file}:{number}:1: an empty line; take it out")
+            continue
+        row = _row(line, f"{file}:{number}", problems)
+        if row is None:
+            continue
+        if row.position in rows:
+            problems.append(f"{file}:{number}:1: position {row.position} stands twice; a queue has each once")
+        rows[row.position] = (row, f"{file}:{number}")
+    missing = [str(position) for position in range(1, ROWS + 1) if position not in rows]
+    if missing and not problems:
+        problems.append(
+            f"{file}:{max(len(lines), 1)}:1: no row for position {', '.join(missing)}; a queue has {ROWS}"
+        )
+    if problems:
+        raise FileError("\n".join(problems))
+    in_order = [rows[position] for position in range(1, ROWS + 1)]
+    return QueueFile([row for row, _ in in_order], [where for _, where in in_order])
+
+
+def _lines(data: bytes, file: str, problems: list[str]) -> Iterator[str]:
+    """The lines without their ends."""
+    if len(data) > _FILE_BYTES:
+        problems.append(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
+        return
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
+        problems.append(f"{file}:{line}:{column}: this is not text; save it as UTF-8")
+        return
+    yield from text.replace("\r\n", "\n").removesuffix("\n").split("\n") if text else ()
+
+
+def _row(line: str, where: str, problems: list[str]) -> Row | None:
+    cells = line.split(",")
+    if len(cells) != len(COLUMNS):
+        wanted = f"a row has {len(COLUMNS)}: {', '.join(COLUMNS)}"
+        problems.append(f"{where}:1: {len(cells)} numbers; {wanted}")
+        return None
+    before = len(problems)
+    values = []
+    column = 1
+    for index, cell in enumerate(cells):
+        at = f"{where}:{column + len(cell) - len(cell.lstrip())}"
+        values.append(_value(cell.strip(), index, at, problems))
+        column += len(cell) + 1
+    if len(problems) > before:
+        return None
+    row = Row(*values)
+    if not row.position >= 1:
+        problems.append(f"{where}:1: position 0 is not of the queue; positions are 1 to {ROWS}")
+    elif row.rpm == 0 or row.cycle_us == 0:
+        problems.append(f"{where}:1: RPM and cycle cannot be 0")
+    elif row.steps == 0:
+        problems.append(f"{where}:1: no steps; a queue holds no continuous motion")
+    return row if len(problems) == before else None
+
+
+def _value(text: str, index: int, where: str, problems: list[str]) -> int:
+    name, largest = COLUMNS[index], _LARGEST[index]
+    is_hundredths = index in _HUNDREDTHS
+    if not _NUMBER.fullmatch(text) or len(text) > 12 or ("." in text and not is_hundredths):
+        problems.append(
+            f'{where}: {name} is "{text[:20]}"; write a {"" if is_hundredths else "whole "}number'
+        )
+        return 0
+    whole, _, decimals = text.partition(".")
+    if not is_hundredths:
+        value = int(whole)
+    elif len(decimals.rstrip("0")) > 2 or (int(whole or 0) >= 100 and decimals.strip("0")):
+        problems.append(
+            f"{where}: {name} is {text}; a board keeps two decimals below 100, and none from there on"
+        )
+        return 0
+    else:
+        value = int(whole or 0) * 100 + int((decimals + "00")[:2])
+    if value > largest:
+        limit = largest // 100 if is_hundredths else largest
+        problems.append(f"{where}: {name} is {text}; {limit} is the largest")
+    return value
+
+
+def write_queue(rows: list[Row]) -> bytes:
+    """A queue's file, as the companion writes it."""
+    lines = (",".join(f" {text} " for text in _texts(row)) for row in rows)
+    return "".join(f"{line}\r\n" for line in lines).encode()
+
+
+def _texts(row: Row) -> Iterator[str]:
+    for index, value in enumerate(row):
+        yield _decimal(value) if index in _HUNDREDTHS else str(value)
+
+
+def _decimal(hundredths: int) -> str:
+    if hundredths == 0:
+        return "0"
+    text = f"{hundredths // 100}.{hundredths % 100:02}".rstrip("0").rstrip(".")
+    return text.removeprefix("0")
+
+
+def read_one_shot(data: bytes, file: str, number: int) -> str:
+    """Command ``number``, from 1, of a one-shot file.
+
+    Raises:
+        FileError: there is none, or it is no line that a board takes.
+    """
+    problems: list[str] = []
+    lines = list(_lines(data, file, problems))
+    if problems:
+        raise FileError("\n".join(problems))
+    if not 1 <= number <= ONE_SHOTS:
+        raise FileError(f"{file}: there is no one-shot {number}; a file has 1 to {ONE_SHOTS}")
+    command = lines[number - 1].strip() if number <= len(lines) else ""
+    if not command:
+        filled = [str(n) for n, line in enumerate(lines, 1) if line.strip()]
+        raise FileError(
+            f"{file}:{number}:1: one-shot {number} is empty; filled are {', '.join(filled) or 'none'}"
+        )
+    if len(command) > _LINE_BYTES or not command.isascii() or not command.isprintable():
+        raise FileError(f"{file}:{number}:1: no command: at most {_LINE_BYTES} printable ASCII characters")
+    return command

@@ -1,0 +1,105 @@
+"""``hil sac``: a companion's files to a twin, and to a board that is only a serial port."""
+
+import os
+import subprocess
+import threading
+import tty
+from pathlib import Path
+from typing import Any
+
+import pytest
+from e2e_support import HIL, PATIENCE_S, Place, config
+
+SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
+ROW = " {} , {} , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+QUEUE = "".join(ROW.format(position, 100 + position) for position in range(1, 31))
+
+
+@pytest.fixture
+def queue(place: Place) -> Path:
+    path = place.folder / "queue.txt"
+    path.write_bytes(QUEUE.encode())
+    return path
+
+
+def sac(place: Place, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [HIL, "sac", *arguments, "--runtime-dir", str(place.runtime)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=3 * PATIENCE_S)
+
+
+@pytest.mark.parametrize("port", ["pty", "tcp"])
+def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: str) -> None:
+    server = place.serve(config(speed=5, devices={"s1": SAC | {"port": port}}))
+    address = server.ask("list")["devices"][0]["address"]
+    loaded = sac(place, "load", str(queue), "--store")
+    assert loaded.stdout == "30 rows are in the board's queue and its EEPROM\n", loaded
+    assert "row 30 of 30" in loaded.stderr
+    back = place.folder / "back.txt"
+    as_a_board = sac(place, "save", str(back), "--port", address)
+    assert as_a_board.returncode == 0, as_a_board
+    assert back.read_bytes() == queue.read_bytes()
+    shots = place.folder / "shots.txt"
+    shots.write_bytes(b"\r\nv159\r\n" + b"\r\n" * 98)
+    assert sac(place, "oneshot", str(shots), "2").stdout == "sent: v159\n"
+    refused = sac(place, "oneshot", str(shots), "1")
+    assert (refused.returncode, refused.stderr) == (
+        2,
+        f"{shots}:1:1: one-shot 1 is empty; filled are 2\n",
+    )
+
+
+def test_a_bad_file_is_told_and_nothing_is_sent(place: Place, queue: Path) -> None:
+    server = place.serve(config(speed=5, devices={"s1": SAC}))
+    queue.write_bytes(QUEUE.replace(" 107 ", " x ").replace(" 9 ,", " 8 ,").encode())
+    refused = sac(place, "load", str(queue))
+    assert refused.returncode == 2
+    assert refused.stderr.splitlines() == [
+        f'{queue}:7:6: steps is "x"; write a whole number',
+        f"{queue}:9:1: position 8 stands twice; a queue has each once",
+    ]
+    assert server.status("s1")["rx_bytes"] == 0
+
+
+def test_another_reader_of_the_terminal_is_a_reason_to_refuse(place: Place, queue: Path) -> None:
+    server = place.serve(config(speed=5, devices={"s1": SAC}))
+    with server.client("s1"):
+        refused = sac(place, "load", str(queue))
+        assert refused.returncode == 2
+        assert "another program has" in refused.stderr
+    assert sac(place, "load", str(queue), "--device", "m1").returncode == 2
+    assert sac(place, "load", str(queue), "--device", "s1", "--port", "/dev/null").returncode == 2
+    missing = sac(place, "load", str(queue), "--port", "/dev/not-there")
+    assert (missing.returncode, missing.stderr.count("\n")) == (1, 1)
+
+
+def test_an_adapter_that_disappears_says_where_it_stopped(place: Place, queue: Path) -> None:
+    """A board that is a thread behind a pseudo-terminal, which is closed at row 12."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    path = os.ttyname(slave)
+    lines: list[bytes] = []
+
+    def board() -> None:
+        held = b""
+        while True:
+            held += os.read(master, 1000)
+            while b"\r" in held:
+                line, held = held.split(b"\r", 1)
+                lines.append(line)
+                if line.startswith(b"q12m"):
+                    os.close(slave)
+                    os.close(master)
+                    return
+                answer = {b"cc": b"a sprf\t\t200\r\n", b"vd": b"0\t0\r\n"}.get(line, b"")
+                os.write(master, line + b"\r\n" + answer + b"SAC>")
+
+    thread = threading.Thread(target=board)
+    thread.start()
+    stopped = sac(place, "load", str(queue), "--port", path, "--store")
+    thread.join(PATIENCE_S)
+    assert stopped.returncode == 1
+    assert "stopped at row 12 of 30: " in stopped.stderr
+    assert "load it again" in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+    assert stopped.stdout == ""
+    assert b"qs" not in lines
