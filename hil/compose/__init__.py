@@ -5,6 +5,14 @@ and ``hil.daemon``; imports the sibling packages only by a name that a configura
 """
 
 from hil.compose.build import bench_runtime, load_firmware, start_sections
-from hil.compose.find import find_catalogue, make_port
+from hil.compose.find import find_catalogue, load_dialogues, make_port, serial_port_config
 
-__all__ = ["bench_runtime", "find_catalogue", "load_firmware", "make_port", "start_sections"]
+__all__ = [
+    "bench_runtime",
+    "find_catalogue",
+    "load_dialogues",
+    "load_firmware",
+    "make_port",
+    "serial_port_config",
+    "start_sections",
+]

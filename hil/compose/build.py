@@ -120,16 +120,16 @@ def bench_runtime(
     memories: Mapping[str, Mapping[str, bytes]],
     store: Store,
 ) -> BenchRuntime:
-    """All devices of a configuration at simulated time 0, none of which has run yet.
+    """All twins of a configuration at simulated time 0, none of which has run yet.
 
     ``memories`` has each device's non-volatile sections. The core has room for twice the devices, so
     that a reload can add some.
     """
-    bench = BenchRuntime(config.bench, Core(2 * len(config.devices)))
+    bench = BenchRuntime(config.bench, Core(max(2 * len(config.devices), 1)))
     joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
     joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
-    joined = partners(config.devices, joints)
-    for index, (name, device) in enumerate(config.devices.items()):
+    joined = partners(config.twins, joints)
+    for index, (name, device) in enumerate(config.twins.items()):
         profile = catalogue.profiles[device.profile]
         # Far apart, so that bench 0's second device is not bench 1's first.
         seed = config.seed + (index << 32)

@@ -1,14 +1,16 @@
 """What exists: profiles and kinds of ports, found by scanning the folders of their packages."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
-from hil.config import Catalogue, PortConfig, profile_from_yaml
+from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
+from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
 
@@ -63,6 +65,21 @@ def make_port(config: PortConfig, context: PortContext) -> Port:
     """The port that a configuration describes, not yet open."""
     port: Port = import_module(f"{PORTS}.{config.kind}.port").make(config.options, context)
     return port
+
+
+def serial_port_config(device: DeviceConfig) -> PortConfig:
+    """The port that a real board is at."""
+    options = import_module(f"{PORTS}.serial.port").Options
+    return PortConfig(kind="serial", options=options(url=device.at, baud=device.baud))
+
+
+def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
+    """What can be done with a real board of this kind over its terminal, by the names of control verbs."""
+    if find_spec(f"{PROFILES}.{profile}.dialogues") is None:
+        return {}
+    dialogues: Mapping[str, Callable[[], Dialogue[Any]]]
+    dialogues = import_module(f"{PROFILES}.{profile}.dialogues").DIALOGUES
+    return dialogues
 
 
 def make_segment() -> Segment:

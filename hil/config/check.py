@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
 from hil.config.explain import findings_of, nearest, shown, unknown_key
+from hil.config.faults import fault_findings
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
 from hil.config.segments import segment_findings
@@ -24,6 +25,9 @@ DEFAULT_PORT = "pty"
 SUPPLY = "supply_V"
 """The axis parameter that the hardware version's supply range applies to."""
 
+EMULATED_KEYS = ("network", "flash", "hardware", "plant", "load", "axis", "registers", "spi_previous_command")
+REAL_BAUD = 115200
+"""Of an adapter to a board whose profile has none (USB)."""
 START = "start_deg"
 """The axis parameter that end stops must leave room for."""
 
@@ -79,8 +83,11 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
         findings += findings_of(error, BenchConfig, (), document)
     findings += _clashes(ports, runtime_dir)
     if profiles and len(profiles) == len(value["devices"]):
-        findings += wire_findings(value.get("wires"), profiles)
-        findings += segment_findings(value.get("segments"), profiles)
+        real = {name for name, raw in value["devices"].items() if raw.get("at") is not None}
+        findings += wire_findings(value.get("wires"), profiles, real)
+        findings += segment_findings(value.get("segments"), profiles, real)
+        findings += fault_findings(value.get("faults"), real)
+        findings += _same_at(value["devices"])
     if config is not None and not findings:
         findings += _too_stiff(config, catalogue)
     if config is None or findings:
@@ -88,10 +95,20 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     return config
 
 
+def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
+    """Real boards at a port that another one has."""
+    taken: dict[str, str] = {}
+    for name, raw in devices.items():
+        if isinstance(at := raw.get("at"), str) and taken.setdefault(at, name) != name:
+            yield Finding(
+                ("devices", name, "at"), f"device {taken[at]} is there", "each board has its own port"
+            )
+
+
 def _too_stiff(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
     """Motors that the core would not open."""
-    core = Core(len(config.devices))
-    for name, device in config.devices.items():
+    core = Core(len(config.twins) or 1)
+    for name, device in config.twins.items():
         try:
             core.open_axis(core.native.group_open(0), device.axis_plan(catalogue.profiles[device.profile], 0))
         except ValueError as error:
@@ -120,7 +137,9 @@ class _Device:
             result[NETWORK] = self._port(self.raw[NETWORK], NETWORK)
         result.setdefault("hardware", "")
         profile = self.profile = self._profile()
-        if profile is not None:
+        if profile is not None and self.raw.get("at") is not None:
+            self._real(profile, result)
+        elif profile is not None:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             result.setdefault("baud", profile.baud)
@@ -133,6 +152,16 @@ class _Device:
             self._hardware(profile, result["hardware"], result["plant"])
             self._registers(profile)
         return result
+
+    def _real(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
+        """A real board has its own memory, motor and network."""
+        for key in EMULATED_KEYS:
+            if self.raw.get(key) is not None:
+                message = f"a real board (at: {self.raw['at']}) has its own"
+                self._add(message, "leave this key out, or leave out at", key, at_key=True)
+            result.pop(key, None)
+        result["hardware"] = profile.default_hardware
+        result.setdefault("baud", profile.baud or REAL_BAUD)
 
     def _profile(self) -> ProfileInfo | None:
         name = self.raw.get("profile")

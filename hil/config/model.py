@@ -20,6 +20,7 @@ from hil.config.explain import NAME_PATTERN, suggestion
 from hil.config.load import LoadConfig
 from hil.core import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
+from hil.vocab.ports import SERIAL_FORMS, is_serial_url
 
 BUILT_IN_TABLES = ("stored", "identity", "empty")
 _TABLE_FILE_PATTERN = "[./]"
@@ -44,6 +45,12 @@ def _table(value: str) -> str:
         )
     usable: str = _usable_path(value)
     return usable
+
+
+def _serial_url(value: Any) -> Any:
+    if isinstance(value, str) and not is_serial_url(value):
+        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
+    return value
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
@@ -96,6 +103,14 @@ class DeviceConfig(_Model):
     """One emulated board."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
+    at: Annotated[str, BeforeValidator(_serial_url)] | None = Field(
+        default=None,
+        description=(
+            "A real board instead of an emulated one: the path or URL of its serial port (`/dev/ttyUSB0`,"
+            " `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`; `baud` is the"
+            " adapter's speed; keys that describe an emulated board cannot be there."
+        ),
+    )
     port: PortConfig = Field(
         description=(
             "Where clients reach the board: the name of a kind of port, or a mapping of `kind` and"
@@ -205,6 +220,15 @@ class SegmentConfig(_Model):
         return [(device, uart or NETWORK) for device, _, uart in split]
 
 
+class FaultConfig(BaseModel):
+    """A fault, where it is and from when to when; beside these keys those of its kind."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
+
+    fault: str = Field(description="Its kind.")
+    target: str = Field(description="What it is on, as in `s2`.")
+
+
 class BenchConfig(_Model):
     """A daemon's whole set-up."""
 
@@ -226,6 +250,10 @@ class BenchConfig(_Model):
             "RS485 wires, each under a name of its own: what one station sends, the others hear. Devices on"
             " one segment share one simulated time."
         ),
+    )
+    faults: list[FaultConfig] = Field(
+        default=[],
+        description="Faults that are there from the start, as `hil fault inject` makes them later.",
     )
     rate_hz: int = Field(
         default=1000,
@@ -253,3 +281,13 @@ class BenchConfig(_Model):
     state_dir: _Path | None = Field(
         default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
     )
+
+    @property
+    def twins(self) -> dict[str, DeviceConfig]:
+        """The emulated boards."""
+        return {name: device for name, device in self.devices.items() if device.at is None}
+
+    @property
+    def real(self) -> dict[str, DeviceConfig]:
+        """The real boards."""
+        return {name: device for name, device in self.devices.items() if device.at is not None}

@@ -1,6 +1,6 @@
 """Segments, checked against the boards' serial interfaces."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
@@ -8,9 +8,11 @@ from hil.config.explain import shown, suggestion
 from hil.vocab.firmware import MAIN, NETWORK
 
 
-def segment_findings(segments: object, devices: Mapping[str, ProfileInfo]) -> list[Finding]:
+def segment_findings(
+    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+) -> list[Finding]:
     """What is wrong with ``segments``; the models tell what has not the form of one. ``devices``: those whose
-    profile is known."""
+    profile is known; ``real``: those that are no twins."""
     findings: list[Finding] = []
     taken: dict[tuple[str, str], str] = {}
     for name, segment in segments.items() if isinstance(segments, dict) else ():
@@ -25,6 +27,8 @@ def segment_findings(segments: object, devices: Mapping[str, ProfileInfo]) -> li
                 findings.append(
                     Finding(path, f"there is no device {shown(device)}", suggestion(device, devices))
                 )
+            elif device in real:
+                findings.append(Finding(path, f"{device} is a real board", "stations here are twins"))
             elif uart not in (MAIN, NETWORK):
                 remedy = suggestion(uart, (MAIN, NETWORK))
                 findings.append(Finding(path, f"{device} has no serial interface {shown(uart)}", remedy))

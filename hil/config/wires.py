@@ -1,7 +1,7 @@
 """Wires between the devices' pins, checked against what each kind of board has."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
@@ -9,9 +9,9 @@ from hil.config.explain import shown, suggestion
 from hil.core import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
 
 
-def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Finding]:
+def wire_findings(wires: object, devices: Mapping[str, ProfileInfo], real: Collection[str]) -> list[Finding]:
     """What is wrong with ``wires``; the models tell what has not the form of one. ``devices``: those whose
-    profile is known."""
+    profile is known; ``real``: those that are no twins."""
     findings: list[Finding] = []
     driven: dict[tuple[str, object], int] = {}
     begun: Counter[str] = Counter()
@@ -20,7 +20,7 @@ def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Fin
         if not isinstance(wire, dict) or not all(isinstance(wire.get(end), str) for end in ("from", "to")):
             continue
         path: KeyPath = ("wires", index)
-        ends = {end: _end(wire[end], (*path, end), end, devices) for end in ("from", "to")}
+        ends = {end: _end(wire[end], (*path, end), end, devices, real) for end in ("from", "to")}
         found = [finding for finding in ends.values() if finding]
         findings += found
         if found:
@@ -42,12 +42,16 @@ def wire_findings(wires: object, devices: Mapping[str, ProfileInfo]) -> list[Fin
     return findings
 
 
-def _end(text: str, path: KeyPath, end: str, devices: Mapping[str, ProfileInfo]) -> Finding | None:
+def _end(
+    text: str, path: KeyPath, end: str, devices: Mapping[str, ProfileInfo], real: Collection[str]
+) -> Finding | None:
     device, dot, pin = text.partition(".")
     if not dot:
         return Finding(path, f"{shown(text)} is no pin", "write the device and its pin, as in s1.clk")
     if device not in devices:
         return Finding(path, f"there is no device {shown(device)}", suggestion(device, devices))
+    if device in real:
+        return Finding(path, f"{device} is a real board", "wire it by hand; wires here join twins")
     pins = AXIS_PINS[devices[device].law]
     wanted, other = (pins.inputs, pins.outputs) if end == "to" else (pins.outputs, pins.inputs)
     wanted_names = [*wanted, CLOCK_IN if end == "to" else CLOCK_OUT] if pins.outputs else [*wanted]

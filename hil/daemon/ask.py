@@ -42,10 +42,8 @@ def sockets(runtime_dir: Path | None) -> list[Path]:
     return [path for path in found if not is_left_behind(path)]
 
 
-def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
-    """One request to a bench; says what is wrong and ends the command where it fails."""
-    from hil.daemon.control import ControlError, ask
-
+def control_path(bench: str | None, runtime_dir: Path | None) -> Path:
+    """The control socket of the bench that is meant; says what is wrong and ends the command."""
     paths = {path.parent.name: path for path in sockets(runtime_dir)}
     if bench is not None and bench not in paths:
         raise fail(f"hil: bench {bench!r} is not running here; running: {', '.join(paths) or 'none'}")
@@ -56,7 +54,15 @@ def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **argument
             else "no bench is running here"
         )
         raise fail(f"hil: {which}")
+    return paths[bench] if bench else next(iter(paths.values()))
+
+
+def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
+    """One request to a bench; says what is wrong and ends the command where it fails."""
+    from hil.daemon.control import ControlError, ask
+
+    path = control_path(bench, runtime_dir)
     try:
-        return ask(paths[bench] if bench else next(iter(paths.values())), verb, **arguments)
+        return ask(path, verb, **arguments)
     except ControlError as error:
         raise fail(f"hil: {error}") from None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
-from hil.daemon import dialogues, draw_commands
+from hil.daemon import dialogues, draw_commands, line_commands
 from hil.daemon.arduino import commands as arduino
 from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
@@ -113,6 +113,9 @@ def _say_started(daemon: "Daemon") -> None:
         typer.echo(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
+    for name, real in daemon.real.items():
+        away = "" if real.board.stats().clients else " (away, tried again each second)"
+        typer.echo(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
     typer.echo("\nCtrl-C ends the bench.")
     sys.stdout.flush()
 
@@ -335,6 +338,8 @@ app.command()(draw_commands.plot)
 app.command(context_settings={"ignore_unknown_options": True})(draw_commands.step)  # negative degrees
 app.command()(draw_commands.drive)
 app.add_typer(arduino.app, name="arduino")
+app.add_typer(line_commands.fault_app, name="fault")
+app.command()(line_commands.capture)
 dialogues.mount(app)
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)

@@ -11,15 +11,20 @@ import socket
 import struct
 from collections.abc import Callable
 from contextlib import suppress
+from inspect import isawaitable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
+from hil.daemon import real_boards
+from hil.daemon.captures import Capture, names, open_capture
+from hil.daemon.faults import FaultRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
+from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
@@ -83,9 +88,28 @@ class ControlServer:
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(ConnectionError):
             while line := await self._line(reader):
-                writer.write(json.dumps(self._answer(line)).encode() + b"\n")
+                answer = await self._answer(line)
+                capture = answer.pop("capture", None)
+                writer.write(json.dumps(answer).encode() + b"\n")
                 await writer.drain()
+                if capture:
+                    taken, end = capture
+                    await self._capture(taken, end, reader, writer)
         writer.close()
+
+    async def _capture(
+        self,
+        capture: Capture,
+        end: Callable[[], None],
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        """The connection carries a capture until its client leaves."""
+        capture.begin(writer)
+        try:
+            await reader.read(1)
+        finally:
+            end()
 
     async def _line(self, reader: asyncio.StreamReader) -> bytes:
         try:
@@ -93,15 +117,18 @@ class ControlServer:
         except ValueError:  # longer than any request
             return b""
 
-    def _answer(self, line: bytes) -> dict[str, Any]:
+    async def _answer(self, line: bytes) -> dict[str, Any]:
         try:
             request = json.loads(line)
             verb = VERBS[request.pop("verb")]
             missing = set(verb.arguments) ^ set(request)
             if missing:
                 raise ControlError(f"arguments are {', '.join(verb.arguments) or 'none'}")
-            return {"ok": True, "result": verb.run(self._daemon, **request)}
-        except ControlError as error:
+            result = verb.run(self._daemon, **request)
+            if verb is VERBS["capture"]:
+                return {"ok": True, "result": {}, "capture": result}
+            return {"ok": True, "result": await result if isawaitable(result) else result}
+        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue) as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
@@ -150,6 +177,9 @@ def ask(path: Path, verb: str, *, timeout_s: float = _CLIENT_TIMEOUT_S, **argume
 def _list(daemon: "Daemon") -> dict[str, Any]:
     devices = []
     for name, config in daemon.config.devices.items():
+        if name in daemon.real:
+            devices.append(real_boards.listed(daemon.real[name], config))
+            continue
         session = daemon.sessions.get(name)
         network = daemon.sessions.get(port_label(name, NETWORK))
         devices.append(
@@ -173,6 +203,9 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
     listed = _list(daemon)
     for row in listed["devices"]:
         name = row["device"]
+        if name in daemon.real:
+            row |= real_boards.status(daemon.real[name])
+            continue
         session, device = daemon.sessions[name], bench.devices[name]
         stats = session.port.stats()
         row |= {
@@ -205,6 +238,8 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
 
 
 def _device(daemon: "Daemon", name: str) -> Device:
+    if name in daemon.real:
+        raise ControlError(f"{name} is a real board: {real_boards.CANNOT}")
     if name not in daemon.bench.devices:
         raise ControlError(f"no device {name!r}; there are {', '.join(daemon.bench.devices)}")
     return daemon.bench.devices[name]
@@ -216,7 +251,9 @@ def _give(daemon: "Daemon", name: str, given: Input) -> dict[str, int]:
     return {"effective_at_ns": at_ns}
 
 
-def _reset(daemon: "Daemon", device: str) -> dict[str, int]:
+def _reset(daemon: "Daemon", device: str) -> Any:
+    if device in daemon.real:
+        return real_boards.carry_out(daemon, device, "reset")
     return _give(daemon, device, Reset())
 
 
@@ -237,6 +274,9 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
 
 
 def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
+    if device in daemon.real:
+        daemon.real[device].send(bytes.fromhex(data))
+        return {}
     name, dot, uart = device.partition(".")
     uart = uart if dot else MAIN
     if uart not in _device(daemon, name).uarts:
@@ -275,6 +315,26 @@ def _samples(daemon: "Daemon", watch: int) -> dict[str, Any]:
 def _unwatch(daemon: "Daemon", watch: int) -> dict[str, Any]:
     daemon.watches.close(watch)
     return {}
+
+
+def _inject(daemon: "Daemon", fault: str, target: str, parameters: dict[str, Any]) -> dict[str, int]:
+    return {"number": daemon.faults.inject(fault, target, parameters)}
+
+
+def _clear(daemon: "Daemon", number: int) -> dict[str, Any]:
+    daemon.faults.clear(number)
+    return {}
+
+
+def _faults(daemon: "Daemon") -> list[dict[str, Any]]:
+    return daemon.faults.listed()
+
+
+def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], None]]:
+    try:
+        return open_capture(daemon, [str(name) for name in ports])
+    except KeyError as error:
+        raise ControlError(f"there is no port {error}; there are {', '.join(names(daemon))}") from None
 
 
 def _stop(daemon: "Daemon") -> dict[str, int]:
@@ -321,5 +381,9 @@ VERBS = {
         _samples, ("watch",), "rows of at_ns and the signals since the last time, and how many were lost"
     ),
     "unwatch": Verb(_unwatch, ("watch",), "end a watch"),
+    "inject": Verb(_inject, ("fault", "target", "parameters"), "make something go wrong; answers its number"),
+    "clear": Verb(_clear, ("number",), "take a fault away"),
+    "faults": Verb(_faults, (), "the faults that are active"),
+    "capture": Verb(_capture, ("ports",), "the connection carries a pcapng capture of ports from now on"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -6,16 +6,19 @@ import gc
 import logging
 import os
 import signal
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hil import __version__
-from hil.compose import bench_runtime, find_catalogue, make_port, start_sections
+from hil.compose import bench_runtime, find_catalogue, make_port, serial_port_config, start_sections
 from hil.compose.build import TableFileError
-from hil.config import BenchConfig, Catalogue
+from hil.config import BenchConfig, Catalogue, DeviceConfig
+from hil.config.check import EMULATED_KEYS
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
+from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
@@ -27,6 +30,7 @@ from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter
 from hil.session.inputs import CommitDone
+from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
@@ -98,9 +102,13 @@ class Daemon:
         self.state_dir = state_base / config.bench
         self.notes: dict[str, str] = {}
         self.sessions: dict[str, Session] = {}
-        """By the names of their ports."""
+        """Of twins, by the names of their ports."""
+        self.real: dict[str, PassThrough] = {}
+        self.faults = FaultRegistry(self.real)
         self.lines = Lines(self.release)
         self.grant: Grant | None = None
+        self.epoch_ns = 0
+        """Wall time at simulated time 0, nanoseconds since 1970."""
         self.bench: BenchRuntime
         self.watches: Watches
         self._config_folder = config_folder
@@ -174,7 +182,7 @@ class Daemon:
 
     def _build(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         memories, counters, problems = {}, {}, []
-        for name, config in self.config.devices.items():
+        for name, config in self.config.twins.items():
             try:
                 loaded = files.load(name, config.profile)
                 memories[name] = start_sections(config, loaded.content.sections, self._config_folder)
@@ -217,11 +225,14 @@ class Daemon:
         for device in dumped["devices"].values():
             device["port"] = "memory"
             device["network"] = None
+            if device["at"]:  # its bytes are no part of a simulation
+                for key in EMULATED_KEYS:
+                    device.pop(key)
         return dumped
 
     async def _open_ports(self) -> None:
         problems = []
-        for name, device_config in self.config.devices.items():
+        for name, device_config in self.config.twins.items():
             native_usb = self.catalogue.profiles[device_config.profile].usb == "native"
             device = self.bench.devices[name]
             for uart, port_config in ((MAIN, device_config.port), (NETWORK, device_config.network)):
@@ -235,8 +246,23 @@ class Daemon:
                     self.sessions[label] = session
                 except PortError as error:
                     problems.append(str(error))
+        for name, device_config in self.config.real.items():
+            try:
+                await self._open_real(name, device_config)
+            except PortError as error:
+                problems.append(str(error))
         if problems:
             raise StartError("\n".join(problems))
+        for fault in self.config.faults:
+            self.faults.inject(fault.fault, fault.target, fault.model_extra or {})
+
+    async def _open_real(self, name: str, config: DeviceConfig) -> None:
+        context = PortContext(self.config.bench, name, self.runtime_dir)
+        board = make_port(serial_port_config(config), context)
+        real = PassThrough(name, make_port(config.port, context), board)
+        await real.client.open(real.to_board)
+        self.real[name] = real
+        await board.open(real.to_client)
 
     def _start_core(self, loop: asyncio.AbstractEventLoop) -> None:
         if why := refused(self.config.cpu):
@@ -245,6 +271,7 @@ class Daemon:
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
+        self.epoch_ns = time.time_ns()
         try:
             self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
         except OSError as error:
@@ -307,6 +334,9 @@ class Daemon:
             self._release_timer.cancel()
         for session in self.sessions.values():
             await session.port.close()
+        for real in self.real.values():
+            await real.client.close()
+            await real.board.close()
         if self._log_file:
             self._log_file.close()
         with suppress(OSError):

@@ -5,6 +5,7 @@ A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that a
 """
 
 import inspect
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
@@ -222,4 +223,4 @@ class _Bar:
 
 
 def _reason(error: Exception) -> str:
-    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)

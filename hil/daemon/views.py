@@ -45,6 +45,12 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
+        if shot is None:
+            table.add_row(
+                row["device"], str(row["clients"]), str(row["rx_bytes"]), str(row["tx_bytes"]),
+                str(row["dropped_bytes"]), "-", "-", "real", "see below" if _state(row) else "ok",
+            )  # fmt: skip
+            continue
         table.add_row(
             row["device"],
             str(row["clients"]),

@@ -11,7 +11,7 @@ from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Reset
 from hil.vocab.firmware import MAIN
-from hil.vocab.ports import Port
+from hil.vocab.ports import Port, Tap
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
 
@@ -65,12 +65,16 @@ class Session:
         self._bench = bench
         self._lines = lines
         self._native_usb = native_usb
+        self.taps: list[Tap] = []
+        """Called with all that passes at the port."""
         self._held = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
 
     def received(self, data: bytes) -> None:
         """Bytes from a client: they take effect now."""
+        for tap in self.taps:
+            tap("board", data)
         client_baud = self.port.client_baud() if self._uart.baud else None
         self._bench.give(self.device, Bytes(data, client_baud, self._name))
         self._lines.flush()
@@ -101,11 +105,16 @@ class Session:
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; ``Lines.flush`` comes after its firmware has run."""
         if self._uart.baud is None:
-            self.port.write(data)
+            self._hand_over(data)
             return
         if not self._fresh:
             self._lines.fresh.append(self)
         self._fresh.append((at_ns, data))
+
+    def _hand_over(self, data: bytes) -> None:
+        for tap in self.taps:
+            tap("client", data)
+        self.port.write(data)
 
     def flush(self) -> None:
         """Put what was sent on the line, with the times at which a client's UART has each byte."""
@@ -129,7 +138,7 @@ class Session:
         while self._line and self._line[0][0] <= now_ns:
             out += self._line.popleft()[1]
         if out:
-            self.port.write(bytes(out))
+            self._hand_over(bytes(out))
         return SimTimeNs(self._line[0][0]) if self._line else FOREVER
 
 

@@ -237,10 +237,14 @@ class Bench:
 
     Raises:
         ConfigError: with every problem of the configuration.
+        ValueError: a device is a real board.
     """
 
     def __init__(self, config: str | Path | Mapping[str, Any], seed: int = 0) -> None:
         self.config, folder = read_config(config)
+        if self.config.real:
+            names = ", ".join(self.config.real)
+            raise ValueError(f"real boards (at:) know no simulated time: {names}; leave them out")
         self.seed = seed
         self._now_ns = SimTimeNs(0)
         memories = {name: start_sections(device, {}, folder) for name, device in self.config.devices.items()}

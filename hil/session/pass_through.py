@@ -1,0 +1,176 @@
+"""A real board behind its serial port, and the port at which programs reach it through the daemon.
+
+Nothing here has simulated time: a real board's bytes come when they come. Bytes pass both ways as they are,
+unless a fault was asked for; a dialogue of the daemon's own with the board holds the program's bytes up.
+"""
+
+import asyncio
+from typing import Literal
+
+from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
+from hil.vocab.faults import Fault
+from hil.vocab.ports import Port, Tap
+from hil.vocab.time import NS_PER_MS, SimTimeNs
+from hil.wire.byte_faults import ByteFault, ByteFaults
+
+Towards = Literal["board", "client"]
+HOLD_BYTES = 64 * 1024
+"""While more than this waits to be taken at one end, nothing is read at the other."""
+
+
+class _Way:
+    """One direction: from a port, of which this is the host, to the other one."""
+
+    def __init__(self, owner: "PassThrough", towards: Towards, source: Port, target: Port) -> None:
+        self._owner = owner
+        self._towards = towards
+        self._source, self._target = source, target
+        self._held = False
+        self.faults: dict[int, ByteFaults] = {}
+        """By the number that each was injected under; they act one after the other."""
+        self._free_s = 0.0
+        self._waiting = 0
+
+    # ---- PortHost ----
+
+    def room(self) -> int:
+        is_busy = self._towards == "board" and self._owner.is_talking
+        room = 0 if is_busy else HOLD_BYTES - self._target.backlog() - self._waiting
+        self._held = room <= 0
+        return max(room, 0)
+
+    def received(self, data: bytes) -> None:
+        if self._towards == "client":
+            self._owner.heard(data)
+        if not self.faults and not self._waiting:
+            self._pass(data)
+            return
+        loop = asyncio.get_running_loop()
+        pieces = [(0, data)]
+        for fault in self.faults.values():
+            pieces = [
+                (delay_ns * (index == 0) + more_ns, part)
+                for delay_ns, piece in pieces
+                for index, (more_ns, part) in enumerate(fault.apply(piece))
+            ]
+        for delay_ns, piece in pieces:
+            self._free_s = max(self._free_s, loop.time()) + delay_ns / 1e9
+            if delay_ns == 0 and not self._waiting:
+                self._pass(piece)
+            else:
+                self._waiting += len(piece)
+                loop.call_at(self._free_s, self._pass_late, piece)
+
+    def _pass_late(self, data: bytes) -> None:
+        self._waiting -= len(data)
+        self._pass(data)
+        self.resume()
+
+    def _pass(self, data: bytes) -> None:
+        for tap in self._owner.taps:
+            tap(self._towards, data)
+        self._target.write(data)
+
+    def drained(self) -> None:
+        """The source's own backlog has gone: the other way may go on."""
+        self._owner.resume()
+
+    def client_left(self, baud: int | None) -> None:
+        """The board's line keeps its speed, and the board its power."""
+
+    def port_failed(self, reason: str) -> None:
+        self._owner.failures[self._towards] = reason
+
+    def resume(self) -> None:
+        if self._held and self.room():
+            self._source.resume_reading()
+
+
+class PassThrough:
+    """``client`` and ``board`` are opened with ``to_board`` and ``to_client`` as their hosts."""
+
+    def __init__(self, name: str, client: Port, board: Port) -> None:
+        self.name = name
+        self.client, self.board = client, board
+        self.to_board = _Way(self, "board", client, board)
+        self.to_client = _Way(self, "client", board, client)
+        self.taps: list[Tap] = []
+        """Called with all that passes, after faults: which way, and the bytes."""
+        self.failures: dict[str, str] = {}
+        self._talk = asyncio.Lock()
+        self._heard: asyncio.Queue[tuple[float, bytes]] | None = None
+
+    @property
+    def is_talking(self) -> bool:
+        """A dialogue has the board: the client's bytes wait."""
+        return self._heard is not None
+
+    def inject(self, number: int, fault: Fault) -> None:
+        """Put a fault of the layer ``byte`` on one direction, under a number."""
+        rate = float(fault.parameters["rate"])
+        delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
+        rates = {
+            "byte_flip": ByteFault(bit_error_rate=rate),
+            "byte_drop": ByteFault(drop_rate=rate),
+            "byte_duplicate": ByteFault(duplicate_rate=rate),
+            "byte_delay": ByteFault(delay_rate=rate, delay_ns=delay_ns),
+        }
+        way = self.to_board if fault.parameters["towards"] == "board" else self.to_client
+        way.faults[number] = ByteFaults(rates[fault.kind], int(fault.parameters["seed"]))
+
+    def clear(self, number: int) -> None:
+        """The line is as it was without that fault."""
+        for way in (self.to_board, self.to_client):
+            way.faults.pop(number, None)
+
+    def changed_bytes(self, number: int) -> int:
+        """How many bytes did not come through as they were."""
+        ways = (self.to_board, self.to_client)
+        return sum(way.faults[number].changed_bytes for way in ways if number in way.faults)
+
+    def heard(self, data: bytes) -> None:
+        """The board sends; clients get it too."""
+        if self._heard is not None:
+            self._heard.put_nowait((asyncio.get_running_loop().time(), data))
+
+    def resume(self) -> None:
+        self.to_board.resume()
+        self.to_client.resume()
+
+    def send(self, data: bytes) -> None:
+        """Bytes to the board, as a client's."""
+        self.to_board.received(data)
+
+    async def talk(self, dialogue: Dialogue[Result]) -> Result:
+        """Carry out a dialogue with the board; one at a time.
+
+        Raises:
+            DialogueError: the board is away, or did not answer as it should.
+        """
+        async with self._talk:
+            self._heard = asyncio.Queue()
+            try:
+                answer: Heard | None = None
+                while True:
+                    step = dialogue.send(answer)
+                    answer = None
+                    if isinstance(step, Send):
+                        if not self.board.stats().clients:
+                            raise DialogueError(f"{self.name}: {self.board.address} is away")
+                        self.to_board.received(step.data)
+                    elif isinstance(step, Listen):
+                        answer = await self._listen(self._heard, step.timeout_ns)
+            except StopIteration as done:
+                result: Result = done.value
+                return result
+            finally:
+                dialogue.close()
+                self._heard = None
+                self.resume()
+
+    async def _listen(self, heard: "asyncio.Queue[tuple[float, bytes]]", timeout_ns: int) -> Heard:
+        try:
+            at_s, data = await asyncio.wait_for(heard.get(), timeout_ns / 1e9)
+        except TimeoutError:
+            at_s, data = asyncio.get_running_loop().time(), b""
+        return Heard(SimTimeNs(round(at_s * 1e9)), data)

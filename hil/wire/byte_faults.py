@@ -1,0 +1,76 @@
+"""What a bad line does to bytes: flips bits, loses bytes, doubles them, delays them. Pure and seeded."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_MASK = (1 << 64) - 1
+
+
+class Chance:
+    """A stream of numbers that depends on its seed alone (splitmix64, Steele et al. 2014)."""
+
+    def __init__(self, seed: int) -> None:
+        self._state = seed & _MASK
+
+    def below(self, probability: float) -> bool:
+        """True with this probability."""
+        return self.bits() < probability * 2.0**64
+
+    def bits(self) -> int:
+        """64 of them."""
+        self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
+        z = self._state
+        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 & _MASK
+        z = (z ^ z >> 27) * 0x94D049BB133111EB & _MASK
+        return z ^ z >> 31
+
+
+@dataclass(frozen=True)
+class ByteFault:
+    """Probabilities for each byte but ``bit_error_rate``, which is one for each of its eight bits."""
+
+    bit_error_rate: float = 0.0
+    drop_rate: float = 0.0
+    duplicate_rate: float = 0.0
+    delay_rate: float = 0.0
+    delay_ns: int = 0
+    """A byte that is delayed holds up those behind it, as on a line."""
+
+
+class ByteFaults:
+    """One direction of a line under faults."""
+
+    def __init__(self, fault: ByteFault, seed: int) -> None:
+        self._fault = fault
+        self._chance = Chance(seed)
+        self.changed_bytes = 0
+        """Bytes that did not come through as they were."""
+
+    def apply(self, data: bytes) -> Iterator[tuple[int, bytes]]:
+        """Pieces with the time (ns) by which each comes after the one before. A byte's fate depends on how
+        many came before it, not on the pieces they come in."""
+        fault, chance = self._fault, self._chance
+        piece = bytearray()
+        delay_ns = 0
+        for byte in data:
+            if fault.drop_rate and chance.below(fault.drop_rate):
+                self.changed_bytes += 1
+                continue
+            if fault.delay_rate and chance.below(fault.delay_rate):
+                self.changed_bytes += 1
+                if piece:
+                    yield delay_ns, bytes(piece)
+                    piece.clear()
+                    delay_ns = 0
+                delay_ns += fault.delay_ns
+            flipped = byte
+            if fault.bit_error_rate:
+                for place in range(8):
+                    flipped ^= chance.below(fault.bit_error_rate) << place
+                self.changed_bytes += flipped != byte
+            piece.append(flipped)
+            if fault.duplicate_rate and chance.below(fault.duplicate_rate):
+                self.changed_bytes += 1
+                piece.append(flipped)
+        if piece:
+            yield delay_ns, bytes(piece)

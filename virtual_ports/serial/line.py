@@ -1,0 +1,239 @@
+"""An open serial port as the event loop sees it: by its file descriptor, or by threads where it has none."""
+
+import asyncio
+import os
+import queue
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Protocol
+
+import serial
+
+READ_BYTES = 65536
+QUEUE_BYTES = 1024 * 1024
+"""What may wait for a slow line, nearly five minutes at 38400 baud."""
+_THREAD_READ_S = 0.05
+
+
+class Owner(Protocol):
+    """What a line tells, in the event loop's thread."""
+
+    def room(self) -> int:
+        """How many bytes may be read now; 0 stops the reading until ``resume``."""
+
+    def received(self, data: bytes) -> None:
+        """Bytes of the line."""
+
+    def sent(self, count: int) -> None:
+        """So many bytes were handed to the operating system."""
+
+    def drained(self) -> None:
+        """Nothing waits to be sent any more."""
+
+    def lost(self, reason: str) -> None:
+        """The line is dead; called once."""
+
+
+def open_serial(url: str, baud: int) -> Any:
+    """Open by pyserial; may block for seconds.
+
+    Raises:
+        OSError, ValueError: it cannot be opened.
+    """
+    port = serial.serial_for_url(url, baud, do_not_open=True)
+    port.timeout = port.write_timeout = 0
+    if "://" not in url:
+        port.exclusive = True
+    port.open()
+    return port
+
+
+def why(error: Exception) -> str:
+    """An error of pyserial or the system in a few words."""
+    return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+
+
+class FdLine:
+    """A device node or a socket."""
+
+    def __init__(self, port: Any, owner: Owner, loop: asyncio.AbstractEventLoop) -> None:
+        self._port = port
+        self._fd: int = port.fileno()
+        self._owner = owner
+        self._loop = loop
+        self._queue = bytearray()
+        self._reading = False
+        self._open = True
+        self.resume()
+
+    @property
+    def backlog(self) -> int:
+        return len(self._queue)
+
+    def resume(self) -> None:
+        if self._open and not self._reading:
+            self._reading = True
+            self._loop.add_reader(self._fd, self._readable)
+
+    def _readable(self) -> None:
+        room = self._owner.room()
+        if room <= 0:
+            self._reading = False
+            self._loop.remove_reader(self._fd)
+            return
+        try:
+            data = os.read(self._fd, min(room, READ_BYTES))
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._die(why(error))
+            return
+        if data:
+            self._owner.received(data)
+        else:
+            self._die("it has gone")
+
+    def write(self, data: bytes) -> int:
+        """Answers how many bytes were taken; the rest finds no room."""
+        if not self._open:
+            return 0
+        was_empty = not self._queue
+        taken = data[: QUEUE_BYTES - len(self._queue)]
+        self._queue += taken
+        if was_empty and taken:
+            self._send()
+            if self._open and self._queue:
+                self._loop.add_writer(self._fd, self._writable)
+        return len(taken)
+
+    def _writable(self) -> None:
+        self._send()
+        if self._open and not self._queue:
+            self._loop.remove_writer(self._fd)
+            self._owner.drained()
+
+    def _send(self) -> None:
+        try:
+            count = os.write(self._fd, self._queue)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._die(why(error))
+            return
+        del self._queue[:count]
+        self._owner.sent(count)
+
+    def _die(self, reason: str) -> None:
+        if self._open:
+            self.close()
+            self._loop.call_soon(self._owner.lost, reason)  # not in the middle of a write
+
+    def close(self) -> None:
+        """Answers nothing; ``backlog`` says what was not sent."""
+        if self._open:
+            self._open = False
+            self._loop.remove_reader(self._fd)
+            self._loop.remove_writer(self._fd)
+            with suppress(OSError):
+                self._port.close()
+
+
+class ThreadLine:
+    """A port without a file descriptor (RFC 2217): a thread that reads, and one that writes."""
+
+    def __init__(self, port: Any, owner: Owner, loop: asyncio.AbstractEventLoop) -> None:
+        self._port = port
+        self._owner = owner
+        self._loop = loop
+        self._open = True
+        self._backlog = 0
+        self._unread = bytearray()
+        self._may_read = threading.Event()
+        self._may_read.set()
+        self._writes: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        port.timeout = _THREAD_READ_S
+        self._threads = [
+            threading.Thread(target=run, name=f"serial-{name}", daemon=True)
+            for name, run in (("read", self._read), ("write", self._write))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def backlog(self) -> int:
+        return self._backlog
+
+    def resume(self) -> None:
+        self._deliver()
+
+    def _tell(self, call: Callable[..., None], *arguments: object) -> None:
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(call, *arguments)
+
+    def _read(self) -> None:
+        while self._open:
+            self._may_read.wait()
+            try:
+                data = self._port.read(1)
+                if data and (more := self._port.in_waiting):
+                    data += self._port.read(more)
+            except (OSError, TypeError, AttributeError) as error:  # pyserial's own after a close elsewhere
+                self._tell(self._die, why(error))
+                return
+            if data:
+                self._tell(self._received, data)
+
+    def _received(self, data: bytes) -> None:
+        self._unread += data
+        self._deliver()
+
+    def _deliver(self) -> None:
+        """As much as there is room for; what stays stops the reading."""
+        while self._open and self._unread and (room := self._owner.room()) > 0:
+            data = bytes(self._unread[:room])
+            del self._unread[:room]
+            self._owner.received(data)
+        if self._unread and self._open:
+            self._may_read.clear()
+        else:
+            self._may_read.set()
+
+    def write(self, data: bytes) -> int:
+        """As ``FdLine.write``."""
+        if not self._open:
+            return 0
+        taken = data[: QUEUE_BYTES - self._backlog]
+        self._backlog += len(taken)
+        if taken:
+            self._writes.put(taken)
+        return len(taken)
+
+    def _write(self) -> None:
+        while data := self._writes.get():
+            try:
+                self._port.write(data)
+            except (OSError, TypeError, AttributeError) as error:
+                self._tell(self._die, why(error))
+                return
+            self._tell(self._written, len(data))
+
+    def _written(self, count: int) -> None:
+        self._backlog -= count
+        self._owner.sent(count)
+        if self._open and not self._backlog:
+            self._owner.drained()
+
+    def _die(self, reason: str) -> None:
+        if self._open:
+            self.close()
+            self._owner.lost(reason)
+
+    def close(self) -> None:
+        """Ends both threads; what waits is not sent."""
+        if self._open:
+            self._open = False
+            self._may_read.set()
+            self._writes.put(b"")
+            with suppress(OSError):
+                self._port.close()

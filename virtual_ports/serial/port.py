@@ -1,0 +1,155 @@
+"""A real serial port as a ``Port``: it may go and come back, and says so."""
+
+import asyncio
+import logging
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+from hil.vocab.ports import SERIAL_FORMS, Port, PortContext, PortHost, PortStats, is_serial_url
+
+log = logging.getLogger("hil")
+
+AGAIN_S = 1.0
+"""Between two attempts to open a port that is not there."""
+
+
+def usable_url(value: Any) -> Any:
+    """As pydantic wants it: the value, or why it is no serial port."""
+    if isinstance(value, str) and not is_serial_url(value):
+        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
+    return value
+
+
+SerialUrl = Annotated[str, BeforeValidator(usable_url)]
+
+
+class Options(BaseModel):
+    """A real serial port, at which a program on the other end of the cable finds the device."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    url: SerialUrl = Field(
+        description="A path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port."
+    )
+    baud: int = Field(default=115200, ge=50, le=4_000_000, description="The adapter's speed.")
+
+
+def make(options: Options, context: PortContext) -> Port:
+    """The port, still closed."""
+    return SerialPort(options, context)
+
+
+class SerialPort:
+    """A ``Port`` whose one client is what hangs on the cable. While it is away, bytes for it are dropped and
+    counted; it is tried again each second. ``away`` says why, None while it is open."""
+
+    def __init__(self, options: Options, context: PortContext) -> None:
+        self._options = options
+        self._title = f"serial port of {context.device}"
+        self._line: Any = None
+        self._keeper: asyncio.Task[None] | None = None
+        self._lost = asyncio.Event()
+        self._connects = self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
+        self.away: str | None = "not opened yet"
+
+    @property
+    def address(self) -> str:
+        return self._options.url
+
+    async def open(self, host: PortHost) -> None:
+        self._host = host
+        self._loop = asyncio.get_running_loop()
+        await self._connect()
+        if self.away:
+            log.warning("%s: %s: %s; tried again each second", self._title, self.address, self.away)
+        self._keeper = self._loop.create_task(self._keep())
+
+    async def _connect(self) -> None:
+        from virtual_ports.serial.line import FdLine, ThreadLine, open_serial, why
+
+        try:
+            port = await self._loop.run_in_executor(None, open_serial, self._options.url, self._options.baud)
+        except (OSError, ValueError) as error:
+            self.away = why(error)
+            return
+        kind = ThreadLine if self._options.url.startswith("rfc2217://") else FdLine
+        self._lost.clear()
+        self.away = None
+        self._connects += 1
+        self._line = kind(port, self, self._loop)
+
+    async def _keep(self) -> None:
+        while True:
+            if self.away is None:
+                await self._lost.wait()
+            await asyncio.sleep(AGAIN_S)
+            await self._connect()
+            if self.away is None:
+                log.info("%s: %s is back", self._title, self.address)
+
+    # ---- for the line ----
+
+    def room(self) -> int:
+        return self._host.room()
+
+    def received(self, data: bytes) -> None:
+        self._rx_bytes += len(data)
+        self._host.received(data)
+
+    def sent(self, count: int) -> None:
+        self._tx_bytes += count
+
+    def drained(self) -> None:
+        self._host.drained()
+
+    def lost(self, reason: str) -> None:
+        if self._line is None:
+            return
+        self._dropped_bytes += self._line.backlog
+        self.away = reason
+        self._line = None
+        self._lost.set()
+        log.warning("%s: %s: %s; tried again each second", self._title, self.address, reason)
+        self._host.client_left(None)
+        self._host.drained()
+
+    # ---- Port ----
+
+    def write(self, data: bytes) -> None:
+        if self._line is None:
+            self._unheard_bytes += len(data)
+            return
+        self._dropped_bytes += len(data) - self._line.write(data)
+
+    def resume_reading(self) -> None:
+        if self._line is not None:
+            self._line.resume()
+
+    def backlog(self) -> int:
+        return self._line.backlog if self._line is not None else 0
+
+    def client_baud(self) -> int | None:
+        """None: the adapter's speed is fixed here."""
+        return None
+
+    def stats(self) -> PortStats:
+        return PortStats(
+            clients=int(self.away is None),
+            connects=self._connects,
+            rx_bytes=self._rx_bytes,
+            tx_bytes=self._tx_bytes,
+            dropped_bytes=self._dropped_bytes,
+            unheard_bytes=self._unheard_bytes,
+        )
+
+    async def close(self) -> None:
+        if self._keeper is not None:
+            self._keeper.cancel()
+            await asyncio.gather(self._keeper, return_exceptions=True)
+            self._keeper = None
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+            self.away = "closed"
