@@ -29,8 +29,8 @@ def reference(catalogue: Catalogue) -> str:
         *_loads(definitions),
         "## Segments: `segments.<name>`",
         _keys(definitions["SegmentConfig"]),
-        "## Ports: `devices.<name>.port`, `devices.<name>.network`",
-        "Either the kind's name alone, or a mapping of `kind` and the options below.",
+        "## Ports: `devices.<name>.port`",
+        "Either the kind's name alone, or a mapping of `kind` and the options below; `network` takes the same.",
     ]
     for port in device["properties"]["port"]["anyOf"][1:]:
         kind = port["properties"].pop("kind")["const"]

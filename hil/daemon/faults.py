@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from hil.config.explain import suggestion
 from hil.session.pass_through import PassThrough
-from hil.vocab.faults import Fault, fault_of
+from hil.vocab.faults import FAULT_KINDS, Fault, fault_of
 
 
 class FaultRefused(Exception):
@@ -26,6 +27,8 @@ class FaultRegistry:
         Raises:
             FaultRefused: there is no such kind or place, or a parameter does not do.
         """
+        if kind not in FAULT_KINDS:
+            raise FaultRefused(f"there is no fault {kind!r}; {suggestion(kind, FAULT_KINDS)}")
         fault, problems = fault_of(kind, target, parameters)
         if fault is None:
             raise FaultRefused("; ".join(f"{name}: {problem}" for name, problem in problems.items()))

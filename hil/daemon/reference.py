@@ -10,6 +10,7 @@ from hil.compose import find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
+from hil.vocab.faults import FAULT_KINDS
 
 
 def reference(app: typer.Typer) -> str:
@@ -19,6 +20,7 @@ def reference(app: typer.Typer) -> str:
         re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
         _commands(app),
         _verbs(),
+        _faults(),
         _fields(),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
@@ -63,6 +65,25 @@ def _verbs() -> str:
     ]
     rows += [f"| `{name}` | {', '.join(v.arguments) or '-'} | {v.meaning} |" for name, v in VERBS.items()]
     return "\n".join(rows)
+
+
+def _faults() -> str:
+    rows = [
+        "## Faults\n",
+        "Kinds for `hil fault inject KIND TARGET name=value ...`, the control verb `inject` and the key `faults`.\n",
+        "| kind | layer | on | what goes wrong | parameters |",
+        "|---|---|---|---|---|",
+    ]
+    for kind in FAULT_KINDS.values():
+        parameters = []
+        for each in kind.parameters:
+            values = " or ".join(each.choices) or f"{each.minimum:g} to {each.maximum:g}"
+            unit = f" {each.unit}" if each.unit else ""
+            default = "needed" if each.default is None else f"default {each.default}"
+            parameters.append(f"`{each.name}`: {each.about}, {values}{unit} ({default})")
+        cells = (f"`{kind.name}`", kind.layer, kind.targets, kind.about, "; ".join(parameters))
+        rows.append("| " + " | ".join(cells) + " |")
+    return "\n".join(rows) + "\n"
 
 
 def _fields() -> str:

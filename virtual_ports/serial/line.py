@@ -42,9 +42,10 @@ def open_serial(url: str, baud: int) -> Any:
         OSError, ValueError: it cannot be opened.
     """
     port = serial.serial_for_url(url, baud, do_not_open=True)
-    port.timeout = port.write_timeout = 0
+    port.timeout = 0
     if "://" not in url:
         port.exclusive = True
+        port.write_timeout = 0
     port.open()
     return port
 
@@ -215,8 +216,10 @@ class ThreadLine:
                 self._port.write(data)
             except (OSError, TypeError, AttributeError) as error:
                 self._tell(self._die, why(error))
-                return
+                continue
             self._tell(self._written, len(data))
+        with suppress(OSError):
+            self._port.close()  # sleeps for 0.3 s
 
     def _written(self, count: int) -> None:
         self._backlog -= count
@@ -235,5 +238,3 @@ class ThreadLine:
             self._open = False
             self._may_read.set()
             self._writes.put(b"")
-            with suppress(OSError):
-                self._port.close()

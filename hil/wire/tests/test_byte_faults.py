@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hil.wire.byte_faults import ByteFault, ByteFaults
 
-DATA = bytes(range(256)) * 40
+DATA = bytes(range(256)) * 16
 ALL = ByteFault(bit_error_rate=0.01, drop_rate=0.05, duplicate_rate=0.05, delay_rate=0.02, delay_ns=1000)
 
 

@@ -1,0 +1,139 @@
+"""Network ports, segments, real boards and faults in a configuration."""
+
+import pytest
+
+from hil.compose import find_catalogue
+from hil.config import ConfigError, from_dict, parse, schema
+
+CATALOGUE = find_catalogue()
+SAC = {"profile": "sac"}
+
+
+def problems(**top):
+    with pytest.raises(ConfigError) as caught:
+        from_dict({"bench": "t", **top}, CATALOGUE)
+    return [f"{problem.message.partition(': ')[2]} ({problem.remedy})" for problem in caught.value.problems]
+
+
+def test_a_whole_bench_with_lines():
+    text = """
+bench: t
+devices:
+  s1: {profile: sac, network: pty}
+  s2: {profile: sac}
+  s3: {profile: sac, at: /dev/ttyUSB0, baud: 9600}
+  m1: {profile: mechaduino, at: "rfc2217://box:7000", port: tcp}
+segments:
+  bus0: {stations: [s1, s2.main]}
+faults:
+  - {fault: byte_flip, target: s3, rate: 0.001, towards: board}
+"""
+    config = parse(text, "b.yaml", CATALOGUE)
+    assert list(config.twins) == ["s1", "s2"]
+    assert [(device.at, device.baud) for device in config.real.values()] == [
+        ("/dev/ttyUSB0", 9600),
+        ("rfc2217://box:7000", 115200),
+    ]
+    assert config.segments["bus0"].uarts() == [("s1", "network"), ("s2", "main")]
+    assert config.faults[0].model_extra == {"rate": 0.001, "towards": "board"}
+
+
+@pytest.mark.parametrize(
+    ("device", "problem"),
+    [
+        ({"at": "ttyUSB0"}, "this is no serial port (write a path as in /dev/ttyUSB0, socket://host:port or"),
+        ({"at": "http://x:1"}, "this is no serial port"),
+        ({"at": "socket://x"}, "this is no serial port"),
+        ({"at": ""}, "this is no serial port"),
+        ({"at": 5}, "YAML takes this for the number 5"),
+        (
+            {"at": "/dev/ttyUSB0", "plant": "full"},
+            "a real board (at: /dev/ttyUSB0) has its own (",
+        ),
+        ({"at": "/dev/ttyUSB0", "axis": {"start_deg": 3}}, "a real board"),
+        ({"at": "/dev/ttyUSB0", "network": "pty"}, "a real board"),
+        ({"network": "ptty"}, 'there is no kind of port "ptty" (did you mean "pty"?'),
+        ({"network": {"kind": "tcp", "prt": 1}}, 'unknown key (did you mean "port"?'),
+    ],
+)
+def test_a_device_that_cannot_be(device, problem):
+    (said,) = problems(devices={"s1": SAC | device})
+    assert said.startswith(problem)
+
+
+def test_a_mechaduino_has_no_network():
+    (said,) = problems(devices={"m1": {"profile": "mechaduino", "network": "pty"}})
+    assert said == "a mechaduino has no second serial interface (leave this key out)"
+
+
+def test_two_ports_in_one_place():
+    (said,) = problems(devices={"s1": SAC | {"network": {"kind": "pty", "path": "s1"}}})
+    assert said.startswith("device s1 has its port in the same place")
+    (said,) = problems(devices={"s1": SAC | {"at": "/dev/x"}, "s2": SAC | {"at": "/dev/x"}})
+    assert said == "device s1 is there (each board has its own port)"
+
+
+@pytest.mark.parametrize(
+    ("stations", "problem"),
+    [
+        (["s1", "s9"], 'there is no device "s9" (known are: m1, s1, s2)'),
+        (["s1.netwrk"], 's1 has no serial interface "netwrk" (did you mean "network"?'),
+        (["m1"], "a mechaduino has no network"),
+        (["m1.main"], "the serial interface of a mechaduino is USB"),
+        (["s1", "s1.network"], "s1.network is on segment bus0 already"),
+        (["s2"], "s2 is a real board"),
+        ([], "there is nothing in it"),
+    ],
+)
+def test_a_segment_that_cannot_be(stations, problem):
+    devices = {"s1": SAC, "m1": {"profile": "mechaduino"}, "s2": SAC | {"at": "/dev/x"}}
+    (said,) = problems(devices=devices, segments={"bus0": {"stations": stations}})
+    assert said.startswith(problem)
+
+
+def test_a_wire_to_a_real_board():
+    devices = {"s1": SAC, "s2": SAC | {"at": "/dev/x"}}
+    (said,) = problems(devices=devices, wires=[{"from": "s1.clk", "to": "s2.sync"}])
+    assert said.startswith("s2 is a real board")
+
+
+@pytest.mark.parametrize(
+    ("fault", "problem"),
+    [
+        ({"fault": "byte_flp", "target": "s2", "rate": 0.1}, 'there is no fault "byte_flp" (did you'),
+        ({"fault": "byte_flip", "target": "s1", "rate": 0.1}, '"s1" is no real board'),
+        ({"fault": "byte_flip", "target": "s2"}, "this key is missing"),
+        ({"fault": "byte_flip", "target": "s2", "rate": 2}, "the number 2 does not do here (write 0 to 1)"),
+        ({"fault": "byte_flip", "target": "s2", "rate": "x"}, '"x" does not do here (write a number)'),
+        ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "towards": "up"}, '"up" does not do here ('),
+        ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "spin": 1}, "the number 1 does not do here"),
+        ({"target": "s2"}, "this key is missing"),
+    ],
+)  # fmt: skip
+def test_a_fault_that_cannot_be(fault, problem):
+    devices = {"s1": SAC, "s2": SAC | {"at": "/dev/x"}}
+    (said,) = problems(devices=devices, faults=[fault])
+    assert said.startswith(problem)
+
+
+def test_problems_have_their_place_in_the_file():
+    text = """bench: t
+devices:
+  s1: {profile: sac, at: ttyUSB0}
+segments:
+  bus0:
+    stations:
+      - s1
+      - s7
+"""
+    with pytest.raises(ConfigError) as caught:
+        parse(text, "b.yaml", CATALOGUE)
+    assert [str(problem).partition(": ")[0] for problem in caught.value.problems] == [
+        "b.yaml:3:26", "b.yaml:7:9", "b.yaml:8:9",
+    ]  # fmt: skip
+
+
+def test_the_schema_has_the_keys():
+    device = schema(CATALOGUE)["$defs"]["DeviceConfig"]["properties"]
+    assert {"type": "null"} in device["network"]["anyOf"]
+    assert "at" in device
