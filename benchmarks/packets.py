@@ -1,7 +1,7 @@
 """How many packets a second the codec makes and reads; at least 500,000 are wanted.
 
-Reads them in pieces of 4096 bytes and one by one, each checked. The reference, to tell this machine's speed, is
-binascii.crc32 over the same data, one call a packet.
+Reads them in pieces of 4096 bytes and one by one, each checked. The reference, to tell this machine's speed,
+is binascii.crc32 over the same data, one call a packet.
 """
 
 import binascii

@@ -70,7 +70,7 @@ def _verbs() -> str:
 def _faults() -> str:
     rows = [
         "## Faults\n",
-        "Kinds for `hil fault inject KIND TARGET name=value ...`, the control verb `inject` and the key `faults`.\n",
+        "Kinds for `hil fault inject KIND TARGET name=value ...`, the verb `inject` and the key `faults`.\n",
         "| kind | layer | on | what goes wrong | parameters |",
         "|---|---|---|---|---|",
     ]
