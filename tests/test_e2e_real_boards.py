@@ -1,6 +1,7 @@
 """Real boards in a bench: here they are twins of another bench, or scripted, behind serial ports."""
 
 import os
+import re
 import shutil
 import subprocess
 import tty
@@ -148,3 +149,23 @@ def test_a_board_that_is_away_is_said_and_comes_back(place: Place) -> None:
                 assert terminal.read_exactly(5) == b"world"
                 link.unlink()
             until(lambda: real.status("s2")["note"], "the loss")
+
+
+def test_a_real_mechaduino_beside_a_twin_and_a_log_that_leaves_it_out(place: Place) -> None:
+    twins = place.serve(config(devices={"m1": {"port": "tcp"}})).ready()
+    at = twins.ask("list")["devices"][0]["address"]
+    log = place.folder / "log.jsonl"
+    text = config(bench="r", devices={"m1": {}})
+    text = text.replace('"devices": {', f'"devices": {{"m2": {{"profile": "mechaduino", "at": "{at}"}}, ')
+    real = place.serve(text, "--log", str(log), bench="r").ready()
+    answer = rb"stepNumber: 0 , Angle: 6.28, raw encoder: \d+\r\n"
+    for device in ("m1", "m2"):
+        with real.client(device) as terminal:
+            assert re.fullmatch(answer, terminal.ask(b"p")), device
+    refused = hil(place, "reset", "m2", "-b", "r")
+    assert "m2 is a real mechaduino: its terminal has no reset; do it at the board" in refused.stderr
+    twins.stop()
+    until(lambda: real.status("m2")["note"], "the loss")
+    real.stop()
+    replayed = subprocess.run([HIL, "replay", str(log)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert replayed.stdout.startswith("identical: "), replayed

@@ -30,7 +30,7 @@ def reference(catalogue: Catalogue) -> str:
         "## Segments: `segments.<name>`",
         _keys(definitions["SegmentConfig"]),
         "## Ports: `devices.<name>.port`",
-        "Either the kind's name alone, or a mapping of `kind` and the options below; `network` takes them, too.",
+        "Either the kind's name alone, or a mapping of `kind` and the options below; so is `network`.",
     ]
     for port in device["properties"]["port"]["anyOf"][1:]:
         kind = port["properties"].pop("kind")["const"]
