@@ -41,6 +41,7 @@ class Network:
             self._decoder = PacketDecoder()
         self._uart = uart
         uart.wake_on(_END)
+        uart.listen_for(self._session.parameters.device_id)
 
     # ---- out ----
 

@@ -10,6 +10,7 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
+from hil.session.tap import Tap
 from hil.vocab.firmware import Board, Firmware
 
 TABLE_LEN = 16384
@@ -139,8 +140,20 @@ def bench_runtime(
         (source, output), (target, input_name) = wire.output, wire.input
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
-    for stations in config.segments.values():
-        segment = make_segment()
-        for name, uart in stations.uarts():
+    for segment_name, wire_config in config.segments.items():
+        segment = bench.segments[segment_name] = make_segment()
+        for name, uart in wire_config.uarts():
             bench.join_segment(segment, bench.devices[name], uart)
+        first = next((name for name, _ in wire_config.uarts()), None)
+        for tap_name, tap in wire_config.taps.items():
+            made = Tap(
+                f"{segment_name}.{tap_name}",
+                segment,
+                wire_config.baud,
+                only_listens=tap.listen,
+                is_real=tap.real,
+            )
+            bench.add_tap(made, first)
+            segment.set_echo(made.name, tap.echo)
+            first = first or made.name
     return bench

@@ -87,7 +87,10 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
         )
     )
     for logged in read.inputs:
-        runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)
+        if logged.device in runtime.taps:
+            runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)
+        else:
+            runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)
     for name, device in runtime.devices.items():
         last_ns = max((sent.at_ns for sent in read.sent if sent.device == name), default=SimTimeNs(0))
         runtime.take_to(device, last_ns)

@@ -76,6 +76,11 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
                 if device.profile is not None:
                     profiles[name] = device.profile
         value = {**value, "devices": devices}
+        if isinstance(value.get("segments"), dict):
+            segments = _Segments(value["segments"], document, catalogue)
+            value["segments"] = segments.completed
+            findings += segments.findings
+            ports |= segments.ports
         runtime_dir = value.get("runtime_dir")
     try:
         config = BenchConfig.model_validate(value)
@@ -116,6 +121,29 @@ def _too_stiff(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
             yield Finding(("devices", name, "axis"), what, remedy)
 
 
+class _Segments:
+    """The segments with their taps' ports against the catalogue."""
+
+    def __init__(self, raw: dict[str, Any], document: Document, catalogue: Catalogue) -> None:
+        self.completed: dict[str, Any] = dict(raw)
+        self.findings: list[Finding] = []
+        self.ports: dict[tuple[str, str], PortConfig] = {}
+        for name, segment in raw.items():
+            taps = segment.get("taps") if isinstance(segment, dict) else None
+            if not isinstance(taps, dict):
+                continue
+            done = dict(taps)
+            for tap, keys in taps.items():
+                if not isinstance(keys, dict):
+                    continue
+                reader = _Device(("segments", name, "taps", tap), keys, document, catalogue)
+                port = reader.read_port(keys.get("port", DEFAULT_PORT), "port")
+                done[tap] = {"real": port.kind == "serial", **keys, "port": port}
+                self.findings += reader.findings
+                self.ports |= {(f"{name}.{tap}", key): port for key, port in reader.ports.items()}
+            self.completed[name] = {**segment, "taps": done}
+
+
 class _Device:
     """One device's mapping against the catalogue; what the models alone can tell is left to them."""
 
@@ -132,9 +160,9 @@ class _Device:
     def completed(self) -> dict[str, Any]:
         """The mapping with the defaults that the catalogue gives."""
         result = dict(self.raw)
-        result["port"] = self._port(self.raw.get("port", DEFAULT_PORT), "port")
+        result["port"] = self.read_port(self.raw.get("port", DEFAULT_PORT), "port")
         if self.raw.get(NETWORK) is not None:
-            result[NETWORK] = self._port(self.raw[NETWORK], NETWORK)
+            result[NETWORK] = self.read_port(self.raw[NETWORK], NETWORK)
         result.setdefault("hardware", "")
         profile = self.profile = self._profile()
         if profile is not None and self.raw.get("at") is not None:
@@ -181,7 +209,8 @@ class _Device:
     def _add(self, message: str, remedy: str, *keys: str, at_key: bool = False) -> None:
         self.findings.append(Finding((*self.path, *keys), message, remedy, at_key))
 
-    def _port(self, value: object, key: str) -> PortConfig:
+    def read_port(self, value: object, key: str) -> PortConfig:
+        """A port as it is configured under a key."""
         port = self._read_port(value, key)
         if port is not None:
             self.ports[key] = port
@@ -334,7 +363,9 @@ def _clashes(ports: Mapping[tuple[str, str], PortConfig], runtime_dir: object) -
             if owner != label:
                 where = shown(":".join(map(str, place)))
                 message = f"device {owner} has its port in the same place, {where}"
-                path = ("devices", device, port_key, key)
+                segment, dot, tap = device.partition(".")
+                home = ("segments", segment, "taps", tap) if dot else ("devices", device)
+                path = (*home, port_key, key)
                 findings.append(Finding(path, message, "give each device a place of its own"))
     return findings
 

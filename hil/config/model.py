@@ -203,15 +203,39 @@ class WireConfig(_Model):
         return device, pin
 
 
+class TapConfig(_Model):
+    """Where a program outside is a station of a segment."""
+
+    port: PortConfig = Field(
+        description="Where it reaches the wire, as a device's `port`; a real adapter: `serial`."
+    )
+    real: bool = Field(
+        default=False,
+        description=(
+            "A real line with real nodes hangs there: a twin whose address sends from there is taken off. True"
+            " where the port is `serial`, unless you say otherwise."
+        ),
+    )
+    listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
+    echo: bool = Field(default=False, description="It hears what it sends itself.")
+
+
 class SegmentConfig(_Model):
     """An RS485 wire and what is on it."""
 
     stations: list[str] = Field(
-        min_length=1,
+        default=[],
         description=(
             "Devices on this wire, each by its network UART, as in `s1`; `s1.main` is the UART that the"
             " device's port is at."
         ),
+    )
+
+    taps: Mapping[Name, TapConfig] = Field(
+        default={}, description="Programs on this wire, each under a name of its own: `bus0.master`."
+    )
+    baud: int = Field(
+        default=38400, ge=300, le=4_000_000, description="The speed at which taps send and listen, in baud."
     )
 
     def uarts(self) -> list[tuple[str, str]]:

@@ -29,6 +29,8 @@ def reference(catalogue: Catalogue) -> str:
         *_loads(definitions),
         "## Segments: `segments.<name>`",
         _keys(definitions["SegmentConfig"]),
+        "## Taps: `segments.<name>.taps.<name>`",
+        _keys(definitions["TapConfig"]),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below; so is `network`.",
     ]

@@ -33,6 +33,9 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         "default": None,
         "anyOf": [{"type": "null"}, *copy.deepcopy(kinds)],
     }
+    definitions["TapConfig"]["properties"]["port"] |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
+    definitions["TapConfig"]["properties"]["port"].pop("$ref", None)
+    definitions["TapConfig"].pop("required", None)
     # The catalogue fills these in when they are left out.
     device["required"] = ["profile"]
     device["allOf"] = [_profile(profile) for _, profile in sorted(catalogue.profiles.items())]

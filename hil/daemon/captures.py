@@ -75,9 +75,11 @@ def open_capture(daemon: "Daemon", ports: Sequence[str]) -> tuple[Capture, Calla
 def _taps(daemon: "Daemon", name: str) -> list[Tap]:
     if name in daemon.real:
         return daemon.real[name].taps
+    if name in daemon.tap_sessions:
+        return daemon.tap_sessions[name].taps
     return daemon.sessions[name].taps
 
 
 def names(daemon: "Daemon") -> list[str]:
     """What can be captured."""
-    return [*daemon.sessions, *daemon.real]
+    return [*daemon.sessions, *daemon.tap_sessions, *daemon.real]

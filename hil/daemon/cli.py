@@ -113,6 +113,8 @@ def _say_started(daemon: "Daemon") -> None:
         typer.echo(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
+    for name, tap in daemon.tap_sessions.items():
+        typer.echo(f"\n{name}: tap at {tap.port.address}, {tap.tap.baud_now} baud")
     for name, real in daemon.real.items():
         away = "" if real.board.stats().clients else " (away, tried again each second)"
         typer.echo(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")

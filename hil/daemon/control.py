@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hil import __version__
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
-from hil.daemon import real_boards
+from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.faults import FaultRefused
 from hil.session.device import Device
@@ -222,6 +222,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "snapshot": device.axis.published().as_dict(),
         }
     return listed | {
+        "segments": segments.listed(daemon),
         "rt": grant.state if grant else "starting",
         "rt_line": grant.line() if grant else "",
         "rate_hz": daemon.config.rate_hz,
@@ -385,5 +386,6 @@ VERBS = {
     "clear": Verb(_clear, ("number",), "take a fault away"),
     "faults": Verb(_faults, (), "the faults that are active"),
     "capture": Verb(_capture, ("ports",), "the connection carries a pcapng capture of ports from now on"),
+    "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -32,6 +32,7 @@ from hil.session.input_log import InputLogWriter
 from hil.session.inputs import CommitDone
 from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
+from hil.session.tap_session import TapSession
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -103,6 +104,7 @@ class Daemon:
         self.notes: dict[str, str] = {}
         self.sessions: dict[str, Session] = {}
         """Of twins, by the names of their ports."""
+        self.tap_sessions: dict[str, TapSession] = {}
         self.real: dict[str, PassThrough] = {}
         self.faults = FaultRegistry(self.real)
         self.lines = Lines(self.release)
@@ -228,6 +230,9 @@ class Daemon:
             if device["at"]:  # its bytes are no part of a simulation
                 for key in EMULATED_KEYS:
                     device.pop(key)
+        for segment in dumped["segments"].values():
+            for tap in segment["taps"].values():
+                tap["port"] = "memory"
         return dumped
 
     async def _open_ports(self) -> None:
@@ -244,6 +249,17 @@ class Daemon:
                 try:
                     await port.open(session)
                     self.sessions[label] = session
+                except PortError as error:
+                    problems.append(str(error))
+        for segment, wire in self.config.segments.items():
+            for tap_name, tap_config in wire.taps.items():
+                label = f"{segment}.{tap_name}"
+                port = make_port(tap_config.port, PortContext(self.config.bench, label, self.runtime_dir))
+                tap = self.bench.taps[label]
+                tap_session = TapSession(self.bench, tap, port, self.lines)
+                try:
+                    await port.open(tap_session)
+                    self.tap_sessions[label] = tap_session
                 except PortError as error:
                     problems.append(str(error))
         for name, device_config in self.config.real.items():
@@ -287,7 +303,7 @@ class Daemon:
 
     def _core_is_due(self) -> None:
         self.bench.service()
-        for session in self.sessions.values():
+        for session in self._line_sessions():
             session.refresh()
         self.lines.flush()
 
@@ -297,11 +313,14 @@ class Daemon:
             self._release_timer.cancel()
             self._release_timer = None
         now_ns = self.bench.now_ns
-        due_ns = min((s.release(now_ns) for s in self.sessions.values()), default=FOREVER)
+        due_ns = min((each.release(now_ns) for each in self._line_sessions()), default=FOREVER)
         if due_ns < FOREVER:
             delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
             loop = asyncio.get_running_loop()
             self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
+
+    def _line_sessions(self) -> list[Session | TapSession]:
+        return [*self.sessions.values(), *self.tap_sessions.values()]
 
     def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
         if session := self.sessions.get(port_label(device.name, uart)):
@@ -332,7 +351,7 @@ class Daemon:
         await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too
         if self._release_timer:
             self._release_timer.cancel()
-        for session in self.sessions.values():
+        for session in self._line_sessions():
             await session.port.close()
         for real in self.real.values():
             await real.client.close()

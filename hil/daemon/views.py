@@ -63,7 +63,23 @@ def status_view(status: dict[str, Any]) -> RenderableType:
             "stopped" if row["failed"] else "see below" if _state(row) else "ok",
         )
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    return Group(head, Text(), table, *_remarks(remarks))
+    wires = _segment_table(status["segments"]) if status["segments"] else Text()
+    remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
+    return Group(head, Text(), table, wires, *_remarks(remarks))
+
+
+def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
+    """Segments with their loads and what went wrong on them."""
+    table = Table(box=None)
+    for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
+        table.add_column(column, justify="left" if column in ("segment", "errors") else "right")
+    for row in rows:
+        errors = ", ".join(f"{count} {what}" for what, count in row["errors"].items()) or "none"
+        table.add_row(
+            row["segment"], str(len(row["stations"])), f"{row['load']:.1%}", str(row["packets"]),
+            str(row["collisions"]), errors,
+        )  # fmt: skip
+    return table
 
 
 def _mode(shot: dict[str, Any]) -> str:

@@ -11,6 +11,7 @@ from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
 from hil.session.inputs import Input, Logged
+from hil.session.tap import Tap
 from hil.vocab.segment import Segment
 from hil.vocab.time import SimTimeNs
 
@@ -30,6 +31,8 @@ class BenchRuntime:
         self.name = name
         self.core = core
         self.devices: dict[str, Device] = {}
+        self.taps: dict[str, Tap] = {}
+        self.segments: dict[str, Segment] = {}
         self.listeners: list[Listener] = []
         self.log: InputLogWriter | None = None
         self.real_time = False
@@ -47,8 +50,7 @@ class BenchRuntime:
 
     def open_group(self, plan: AxisPlan) -> tuple[Group, CoreAxis]:
         """A group of its own for a device with one axis."""
-        group = Group(self.core, self.core.native.group_open(self.now_ns))
-        self._groups[group.id] = group
+        group = self._empty_group()
         return group, self.core.open_axis(group.id, plan)
 
     def join_group(self, device: str, plan: AxisPlan) -> tuple[Group, CoreAxis]:
@@ -58,7 +60,7 @@ class BenchRuntime:
 
     def add(self, group: Group, device: Device) -> None:
         """The device's firmware starts now."""
-        group.devices.append(device)
+        group.add(device)
         self.devices[device.name] = device
         self._group_of[device.name] = group
 
@@ -71,8 +73,39 @@ class BenchRuntime:
 
     def join_segment(self, segment: Segment, device: Device, port: str) -> None:
         """Put a device's serial interface on a segment; all devices of one are in one group."""
+        name, uart = f"{device.name}.{port}", device.uarts[port]
         self._segment_of[device.name, port] = segment
-        segment.join(f"{device.name}.{port}", device.uarts[port])
+        segment.join(name, uart)
+        uart.address_changed = lambda: segment.set_address(name, uart.address)
+        uart.busy_flag = (segment.busy, name)
+
+    def add_tap(self, tap: Tap, device: str | None) -> None:
+        """A tap on the segment that a device is on; without one, on a segment of taps alone."""
+        group = self._group_of[device] if device else self._empty_group()
+        self._group_of[tap.name] = group
+        self.taps[tap.name] = tap
+        tap.segment.join(tap.name, tap)
+
+    def _empty_group(self) -> Group:
+        group = Group(self.core, self.core.native.group_open(self.now_ns))
+        self._groups[group.id] = group
+        return group
+
+    def give_tap(self, tap: Tap, given: Input) -> SimTimeNs:
+        """A client's bytes at a tap take effect, as ``give``."""
+        return self.give_tap_at(tap, given, self.now_ns)
+
+    def give_tap_at(self, tap: Tap, given: Input, arrival_ns: SimTimeNs) -> SimTimeNs:
+        """As ``give_tap``, for an input that arrives at ``arrival_ns``."""
+        group = self._group_of[tap.name]
+        with self._owning(group):
+            group.advance(arrival_ns)
+            at_ns = group.now_ns
+            if self.log:
+                self.log.write(Logged(at_ns, tap.name, given))
+            tap.apply(given, at_ns)
+            group.advance(at_ns)
+        return at_ns
 
     def give(self, device: Device, given: Input) -> SimTimeNs:
         """An input from outside takes effect: at its arrival, or at the time its group has reached if

@@ -102,6 +102,11 @@ class Device:
         except BaseException as error:  # the firmware is a plug-in: whatever it raises stops its device only
             self.fail(f"{type(error).__name__}: {error}")
         self._empty_outbox()
+        is_polling = self._runtime.polls_from_ns <= now_ns
+        for uart in self.uarts.values():
+            if uart.busy_flag:
+                flags, name = uart.busy_flag
+                (flags.discard if is_polling else flags.add)(name)
 
     def interrupt(self, event: CoreEvent) -> None:
         """Let the firmware handle an interrupt, at the event's own time."""

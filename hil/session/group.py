@@ -4,10 +4,12 @@ The core runs the axes up to the group's horizon, the earliest time at which a f
 firmware runs at exactly that time; and so on. This loop is the same in real and in virtual time.
 """
 
+from heapq import heapify, heappop, heappush
+
 from hil.core import Core
 from hil.session.device import Device
 from hil.session.inputs import Input
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import FOREVER, SimTimeNs
 
 
 class Group:
@@ -18,6 +20,21 @@ class Group:
         self._native = core.native
         self.id = group
         self.devices: list[Device] = []
+        self._index: dict[int, int] = {}
+        """Of devices, by their axes."""
+        self._due: list[tuple[int, int]] = []
+        """A heap of when a device was due, and its index; what is no longer so is passed over. Only used with
+        several devices."""
+
+    def add(self, device: Device) -> None:
+        """Its firmware starts now."""
+        index = len(self.devices)
+        self.devices.append(device)
+        self._index[device.axis.id] = index
+        for uart in device.uarts.values():
+            uart.due_changed = lambda: self._note_due(index)
+        self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
+        heapify(self._due)
 
     def __enter__(self) -> None:
         """Own it, in real time: for as long as the block lasts the core's thread leaves it alone."""
@@ -34,8 +51,16 @@ class Group:
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which a firmware has to run."""
-        devices = self.devices
-        return devices[0].due_ns if len(devices) == 1 else min(device.due_ns for device in devices)
+        if len(self.devices) == 1:
+            return self.devices[0].due_ns
+        due = self._due
+        while due and due[0][0] != self.devices[due[0][1]].due_ns:
+            heappop(due)
+        return SimTimeNs(due[0][0]) if due else FOREVER
+
+    def _note_due(self, index: int) -> None:
+        if len(self.devices) > 1 and (due_ns := self.devices[index].due_ns) < FOREVER:
+            heappush(self._due, (due_ns, index))
 
     def advance(self, until_ns: SimTimeNs) -> None:
         """Run axes and firmwares up to and at ``until_ns``; never back."""
@@ -45,23 +70,35 @@ class Group:
             if has_news:
                 self._interrupts()
             if now_ns >= horizon_ns:
-                for device in self.devices:
-                    if device.due_ns <= now_ns:
-                        device.step(SimTimeNs(now_ns))
+                self._step(SimTimeNs(now_ns))
             elif now_ns >= until_ns:
                 return
+
+    def _step(self, now_ns: SimTimeNs) -> None:
+        """Run the firmwares that are due, in the order of their devices."""
+        if len(self.devices) == 1:
+            self.devices[0].step(now_ns)
+            return
+        due = self._due
+        while due and due[0][0] <= now_ns:
+            _, index = heappop(due)
+            device = self.devices[index]
+            if device.due_ns <= now_ns:
+                device.step(now_ns)
+            self._note_due(index)
 
     def apply(self, device: Device, given: Input) -> None:
         """An input takes effect now, and the firmware runs on it."""
         now_ns = self.now_ns
         device.apply(given, now_ns)
         device.step(now_ns)
+        self._note_due(self._index[device.axis.id])
 
     def _interrupts(self) -> None:
         for event in self._core.take_events(self.id):
-            for device in self.devices:
-                if device.axis.id == event.axis:
-                    device.interrupt(event)
+            index = self._index[event.axis]
+            self.devices[index].interrupt(event)
+            self._note_due(index)
         if self._native.failed(self.id):
             for device in self.devices:
                 if not device.failed:

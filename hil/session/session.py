@@ -6,6 +6,7 @@ Out: firmware -> device's UART -> ``Session.send`` -> port.
 
 from collections import deque
 from collections.abc import Callable
+from typing import Protocol
 
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -25,13 +26,20 @@ bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms b
 the bootloader runs first."""
 
 
+class HasLine(Protocol):
+    """A session whose line can have something new."""
+
+    def flush(self) -> None:
+        """Put what was sent on the line."""
+
+
 class Lines:
     """The paced lines of a bench. ``scheduled`` is called when bytes were put on one, for
     ``Session.release`` to be called in time."""
 
     def __init__(self, scheduled: Callable[[], None]) -> None:
         self._scheduled = scheduled
-        self.fresh: list[Session] = []
+        self.fresh: list[HasLine] = []
         """Those whose device has sent something since the last ``flush``."""
 
     def flush(self) -> None:

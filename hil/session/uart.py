@@ -5,9 +5,10 @@ baud each character has its time, there is no flow control, and what finds no ro
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from hil.firmware.uart import RxBuffer
+from hil.vocab.segment import HeardCharacter
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
 
@@ -39,6 +40,12 @@ class DeviceUart:
         self.polls_from_ns = FOREVER
         """From when on the sketch reads at once what comes: such bytes need no room in the buffer."""
         self._tx_buffer_bytes = tx_buffer_bytes
+        self.address: int | None = None
+        self.address_changed: Callable[[], None] = lambda: None
+        self.due_changed: Callable[[], None] = lambda: None
+        """Called when ``next_arrival_ns`` may be earlier than it was."""
+        self.busy_flag: tuple[set[str], str] | None = None
+        """Where a segment wants to know that the firmware does not poll, and under which name."""
         self._sent = sent
         self._in_flight: deque[tuple[int, int]] = deque()
         self._wake_byte: int | None = None
@@ -54,10 +61,17 @@ class DeviceUart:
         self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
         self.wake_on(None)
+        self.listen_for(None)
+
+    def listen_for(self, address: int | None) -> None:
+        if address != self.address:
+            self.address = address
+            self.address_changed()
 
     def wake_on(self, byte: int | None) -> None:
+        if byte != self._wake_byte:
+            self._is_woken = False
         self._wake_byte = byte
-        self._is_woken = False
         self._wakes = deque(at_ns for at_ns, flying in self._in_flight if flying == byte)
 
     @property
@@ -114,8 +128,20 @@ class DeviceUart:
         self._rx_free_ns = start_ns + character_ns(len(data), sent_baud)
         self.hear(start_ns, data, sent_baud)
 
+    @property
+    def baud_now(self) -> int:
+        """``hil.vocab.segment.Receiver``, as the next three."""
+        assert self.baud is not None
+        return self.baud
+
+    def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
+        self._fly([(each.at_ns, each.byte) for each in characters])
+
+    def retract(self, after_ns: SimTimeNs) -> None:
+        self._in_flight = deque(each for each in self._in_flight if each[0] <= after_ns)
+        self.wake_on(self._wake_byte)
+
     def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
-        """``hil.vocab.segment.Receiver``: bytes on the line from ``start_ns`` on. Only with a baud."""
         assert self.baud is not None
         if sent_baud == self.baud:
             times = [(start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data)]
@@ -125,9 +151,13 @@ class DeviceUart:
                 (start_ns + sampled.offset_ns + one_ns, sampled.byte)
                 for sampled in resample(data, sent_baud, self.baud)
             ]
+        self._fly(times)
+
+    def _fly(self, times: list[tuple[int, int]]) -> None:
         self._in_flight.extend(times)
         if self._wake_byte is not None:
             self._wakes.extend(at_ns for at_ns, byte in times if byte == self._wake_byte)
+        self.due_changed()
 
     @property
     def next_arrival_ns(self) -> SimTimeNs:

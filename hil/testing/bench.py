@@ -13,9 +13,11 @@ from hil.core import CoreMotion, Snapshot
 from hil.core.core import OUTPUTS
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.tap import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.firmware import MAIN
+from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
 from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
@@ -85,6 +87,28 @@ class PortFace:
         """The device sends; called by the bench."""
         self._unread.append((at_ns, data))
         self.timeline.append((at_ns, data))
+
+
+class TapFace:
+    """A tap on a segment, seen by the program that has it open."""
+
+    def __init__(self, bench: "Bench", tap: Tap) -> None:
+        self._bench = bench
+        self._tap = tap
+
+    def write(self, data: bytes) -> None:
+        """Send bytes on the wire, now, or when what was written before has gone out."""
+        self._bench.give_tap(self._tap, Bytes(bytes(data)))
+
+    def read(self) -> bytes:
+        """What was complete on the wire since the last call."""
+        return self._tap.take(self._bench.now_ns)
+
+    def read_timed(self) -> list[tuple[SimTimeNs, int]]:
+        """As ``read``: when each character was complete, and the character."""
+        heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._bench.now_ns]
+        self.read()
+        return heard
 
 
 class AxisFace:
@@ -259,6 +283,7 @@ class Bench:
         }
         self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
+        self._taps = {name: TapFace(self, tap) for name, tap in self._runtime.taps.items()}
         self._sampler = Sampler(self._runtime)
         self._edges: dict[str, list[tuple[SimTimeNs, str, int]]] = {name: [] for name in devices}
         for device in devices.values():
@@ -285,6 +310,16 @@ class Bench:
         """The port of a device: at its first serial interface, or at ``"network"``."""
         return self._ports[name, uart]
 
+    def tap(self, name: str) -> TapFace:
+        """A tap, as in ``bus0.master``."""
+        return self._taps[name]
+
+    def segment(self, name: str) -> Segment:
+        """A segment, with its counters settled to now."""
+        segment = self._runtime.segments[name]
+        segment.settle(self._now_ns)
+        return segment
+
     def axis(self, name: str) -> AxisFace:
         """The axis of a device."""
         return self._axes[name]
@@ -292,6 +327,10 @@ class Bench:
     def device(self, name: str) -> DeviceFace:
         """A device."""
         return self._devices[name]
+
+    def give_tap(self, tap: Tap, given: Input) -> None:
+        """What ``TapFace.write`` calls."""
+        self._runtime.give_tap(tap, given)
 
     def give(self, device: Device, given: Input) -> None:
         """An input takes effect now; what the faces call."""

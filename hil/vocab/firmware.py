@@ -83,6 +83,10 @@ class Uart(Protocol):
         """Only this byte meets a ``ByteAvailable``: the main loop polls what comes before it into a memory
         of its own. None, as after power-up: every byte does."""
 
+    def listen_for(self, address: int | None) -> None:
+        """On a segment: packets to other addresses than this and 0 need not be brought. None, as after
+        power-up: everything is."""
+
     def set_baud(self, baud: int | None) -> None:
         """Another speed of the line from now on, in baud; None: what it has at power-up.
 

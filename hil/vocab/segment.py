@@ -1,22 +1,71 @@
 """What an RS485 segment is to a bench: stations transmit on it, and hear each other with the line's times."""
 
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 from hil.vocab.time import SimTimeNs
+
+
+class HeardCharacter(Protocol):
+    """One that a receiver reads: complete at ``at_ns``; a framing error if its stop bit was low."""
+
+    @property
+    def at_ns(self) -> int: ...
+    @property
+    def byte(self) -> int: ...
+    @property
+    def is_framing_error(self) -> bool: ...
 
 
 class Receiver(Protocol):
     """A station's receiving half."""
 
+    @property
+    def baud_now(self) -> int:
+        """The speed that it reads at."""
+
     def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
         """Bytes that stand back to back on the line from ``start_ns`` on, at the sender's baud."""
+
+    def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
+        """What a disturbed line reads as."""
+
+    def retract(self, after_ns: SimTimeNs) -> None:
+        """What was told of and would be complete after this time does not come."""
 
 
 class Segment(Protocol):
     """A wire with stations, each under its name."""
 
+    busy: set[str]
+    """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
+
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
 
+    def set_address(self, station: str, address: int | None) -> None:
+        """From now on only packets to this address and to all concern the station; None: everything."""
+
+    def set_echo(self, station: str, has_echo: bool) -> None:
+        """Whether a station hears what it sends."""
+
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
         """A station sends a burst; its first start bit is at ``start_ns``, now or a little later."""
+
+    def set_cut(self, station: str, is_cut: bool) -> None:
+        """Take a station off the line, or put it back."""
+
+    def address_of(self, station: str) -> int | None:
+        """What ``set_address`` said."""
+
+    def clashes(self) -> Mapping[int, list[str]]:
+        """Addresses that several stations have."""
+
+    def clashes_with(self, address: int, but: str) -> list[str]:
+        """Stations on the line, but one, that have an address."""
+
+    def counters(self, elapsed_ns: int) -> dict[str, Any]:
+        """Statistics since the start, for JSON."""
+
+    def settle(self, until_ns: int) -> None:
+        """Count what has been on the line to its end by ``until_ns``."""

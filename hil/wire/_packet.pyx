@@ -89,6 +89,12 @@ cdef class PacketDecoder:
     def pending(self):
         return PyBytes_FromStringAndSize(<char *>self.state.raw, self.state.len)
 
+    def copy(self):
+        cdef PacketDecoder other = PacketDecoder.__new__(PacketDecoder)
+        other.state = self.state
+        other.fed = self.fed
+        return other
+
     def feed(self, data not None):
         cdef const uint8_t[::1] view = data
         cdef size_t left = view.shape[0], used = 0

@@ -1,21 +1,345 @@
-"""An RS485 wire: what one station sends, all others hear."""
+"""An RS485 wire with stations: half duplex, driver enable, collisions, and what can be wrong with it.
 
-from hil.vocab.segment import Receiver
+Pure: integer nanoseconds of simulated time come in as arguments. A burst, the bytes that a station sends in
+one go, is the unit of work: one that nothing disturbs costs the same for two stations and for 252, because it
+is decoded once and only those are told that it concerns.
+
+Not modelled: the cable's length (no delay, no reflections), rise times, a receiver's threshold (``waveform``
+says what contention reads as), parity and other character formats than eight data bits and one stop bit.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from hil.vocab.segment import HeardCharacter, Receiver
 from hil.vocab.time import SimTimeNs
+from hil.wire.packet import Malformed, Packet, PacketDecoder
+from hil.wire.serial_line import character_ns
+from virtual_ports.rs485.waveform import Character, Drive, inverted, low_line, read
+
+BROADCAST = 0
+MONITOR = ""
+"""The name of the listener that the statistics come from."""
+
+
+@dataclass(frozen=True)
+class Burst:
+    """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+
+    station: str
+    start_ns: int
+    data: bytes
+    baud: int
+    on_ns: int
+    off_ns: int
+
+    @property
+    def end_ns(self) -> int:
+        return self.start_ns + character_ns(len(self.data), self.baud)
+
+
+@dataclass
+class StationStats:
+    """What a station has sent."""
+
+    bursts: int = 0
+    bytes: int = 0
+    collisions: int = 0
+
+
+@dataclass
+class SegmentStats:
+    """Counters since the start; ``errors`` by what was wrong with what a listener made of the line."""
+
+    packets: int = 0
+    bytes: int = 0
+    busy_ns: int = 0
+    collisions: int = 0
+    errors: dict[str, int] = field(default_factory=dict)
+    stations: dict[str, StationStats] = field(default_factory=dict)
+
+    def load(self, elapsed_ns: int) -> float:
+        """Part of the time that somebody drove the line."""
+        return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class _Clean:
+    """A burst that nothing has disturbed yet, and the decoder as it was before it."""
+
+    burst: Burst
+    items: list[Packet | Malformed]
+    before: PacketDecoder
+
+
+@dataclass
+class Station:
+    """A transceiver on the wire, and what is wrong with it."""
+
+    name: str
+    receiver: Receiver
+    address: int | None = None
+    """Only packets to it and to all concern it; None: everything does."""
+    has_echo: bool = False
+    """Its receiver stays on while it drives."""
+    release_ns: int = 0
+    """How long its driver stays on after the last stop bit."""
+    is_stuck: bool = False
+    """Its driver is always on."""
+    is_swapped: bool = False
+    """Its two wires are swapped."""
+    is_cut: bool = False
+    """The wire to it is cut."""
+
+    @property
+    def is_odd(self) -> bool:
+        return (self.is_stuck or self.is_swapped) and not self.is_cut
 
 
 class Segment:
-    """Stations on one wire. Not modelled yet: collisions (two that send at once are both heard)."""
+    """Stations on one wire. Nobody senses the line before it sends: two that send at once collide."""
 
     def __init__(self) -> None:
-        self._receivers: dict[str, Receiver] = {}
+        self.stats = SegmentStats()
+        self.stations: dict[str, Station] = {}
+        self.listeners: list[Callable[[Burst, list[Packet | Malformed]], None]] = []
+        """Called with each burst that nothing disturbed."""
+        self.damaged: list[Callable[[list[Burst], list[Character]], None]] = []
+        """Called with bursts that disturbed each other, or stood on a wrong line, and what was heard."""
+        self.busy: set[str] = set()
+        """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
+        self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
+        self._decoder = PacketDecoder()
+        self._clean: list[_Clean] = []
+        self._cluster: list[Burst] = []
+        self._is_odd = False
+
+    # ---- stations ----
 
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
-        self._receivers[station] = receiver
+        self.stations[station] = Station(station, receiver)
+        self._by_address[None][station] = self.stations[station]
+        self.stats.stations[station] = StationStats()
+
+    def leave(self, station: str) -> None:
+        """Take a station off; what it has sent goes on."""
+        self._by_address[self.stations.pop(station).address].pop(station)
+        self.changed()
+
+    def set_address(self, station: str, address: int | None) -> None:
+        """From now on only packets to this address and to all concern the station."""
+        member = self.stations[station]
+        self._by_address[member.address].pop(station)
+        member.address = address
+        self._by_address.setdefault(address, {})[station] = member
+
+    def set_echo(self, station: str, has_echo: bool) -> None:
+        """Whether a station's receiver stays on while it drives."""
+        self.stations[station].has_echo = has_echo
+
+    def set_cut(self, station: str, is_cut: bool) -> None:
+        """Take a station off the line, or put it back."""
+        self.stations[station].is_cut = is_cut
+        self.changed()
+
+    def address_of(self, station: str) -> int | None:
+        """What ``set_address`` said."""
+        return self.stations[station].address
+
+    def clashes_with(self, address: int, but: str) -> list[str]:
+        """Stations on the line, but one, that have an address."""
+        members = self._by_address.get(address, {})
+        return [name for name, member in members.items() if name != but and not member.is_cut]
+
+    def counters(self, elapsed_ns: int) -> dict[str, Any]:
+        """Statistics since the start, for JSON."""
+        return {
+            "load": self.stats.load(elapsed_ns),
+            "packets": self.stats.packets,
+            "bytes": self.stats.bytes,
+            "collisions": self.stats.collisions,
+            "errors": dict(self.stats.errors),
+            "stations": {name: vars(each).copy() for name, each in self.stats.stations.items()},
+        }
+
+    def changed(self) -> None:
+        """Something about a station that can be wrong has changed."""
+        self._is_odd = any(station.is_odd for station in self.stations.values())
+
+    def clashes(self) -> Mapping[int, list[str]]:
+        """Addresses that several stations have."""
+        return {
+            address: list(members)
+            for address, members in self._by_address.items()
+            if address is not None and len(members) > 1
+        }
+
+    # ---- the wire ----
 
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """A station sends a burst; its first start bit is at ``start_ns``."""
-        for name, receiver in self._receivers.items():
-            if name != station:
-                receiver.hear(start_ns, data, baud)
+        """A station sends a burst; its first start bit is at ``start_ns``, now or later."""
+        self.settle(start_ns)
+        sender = self.stations[station]
+        end_ns = start_ns + character_ns(len(data), baud)
+        burst = Burst(station, start_ns, data, baud, start_ns, end_ns + sender.release_ns)
+        own = self.stats.stations[station]
+        own.bursts += 1
+        own.bytes += len(data)
+        if sender.is_cut:
+            return
+        self.stats.bytes += len(data)
+        on_line = [clean.burst for clean in self._clean] + self._cluster
+        self.stats.busy_ns += max(end_ns - max([start_ns, *(each.end_ns for each in on_line)]), 0)
+        overlaps = [each for each in on_line if each.station != station and each.off_ns > start_ns]
+        if overlaps:
+            self.stats.collisions += 1
+            for name in {station, *(each.station for each in overlaps)}:
+                self.stats.stations[name].collisions += 1
+        if overlaps or self._cluster or self._is_odd:
+            self._spoil()
+            self._cluster.append(burst)
+            self._tell_all(start_ns)
+        else:
+            self._bring(burst)
+
+    def settle(self, until_ns: int) -> None:
+        """Count, and tell listeners, what has been on the line to its end by ``until_ns``."""
+        while self._clean and self._clean[0].burst.off_ns <= until_ns:
+            clean = self._clean.pop(0)
+            self._count(clean.items)
+            for listener in self.listeners:
+                listener(clean.burst, clean.items)
+        if self._cluster and all(burst.off_ns <= until_ns for burst in self._cluster):
+            heard = self._heard_by(Station(MONITOR, NOBODY))
+            self._count(self._decoder.feed(bytes(each.byte for each in heard)))
+            for tell in self.damaged:
+                tell(self._cluster, heard)
+            self._cluster = []
+
+    def _bring(self, burst: Burst) -> None:
+        """A burst that nothing disturbs, so far."""
+        before = self._decoder.copy()
+        items = self._decoder.feed(burst.data)
+        self._clean.append(_Clean(burst, items, before))
+        if not before.pending and not self._decoder.pending:
+            receivers = self._concerned(items)
+        else:  # a piece of a packet: everybody's receiver has it
+            receivers = iter(self.stations.values())
+        for station in receivers:
+            if not station.is_cut and (station.name != burst.station or station.has_echo):
+                station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, burst.baud)
+
+    def _spoil(self) -> None:
+        """What is on the line is not what it was taken for."""
+        if self._clean:
+            self._decoder = self._clean[0].before
+            self._cluster += [clean.burst for clean in self._clean]
+            self._clean.clear()
+
+    def _concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
+        told: set[str] = set()
+        addresses: dict[int | None, None] = {None: None}
+        for item in items:
+            if isinstance(item, Packet):
+                if item.destination == BROADCAST:
+                    yield from self.stations.values()
+                    return
+                addresses[item.destination] = None
+        for address in addresses:
+            for name, station in self._by_address.get(address, {}).items():
+                told.add(name)
+                yield station
+        for name in self.busy - told:
+            if name in self.stations:
+                yield self.stations[name]
+
+    def _count(self, items: list[Packet | Malformed]) -> None:
+        for item in items:
+            if isinstance(item, Packet):
+                self.stats.packets += 1
+                fault = "" if item.is_good else "CRC"
+            else:
+                fault = item.fault
+            if fault:
+                self.stats.errors[fault] = self.stats.errors.get(fault, 0) + 1
+
+    def _tell_all(self, now_ns: int) -> None:
+        """From ``now_ns`` on everybody's receiver reads the line anew."""
+        shared: dict[tuple[bool, int], list[Character]] = {}
+        senders = {burst.station for burst in self._cluster}
+        for station in self.stations.values():
+            if station.is_cut:
+                continue
+            station.receiver.retract(SimTimeNs(now_ns))
+            if station.name in senders and not station.has_echo:
+                heard = self._heard_by(station)
+            else:
+                key = (station.is_swapped, station.receiver.baud_now)
+                if key not in shared:
+                    shared[key] = self._heard_by(station)
+                heard = shared[key]
+            station.receiver.hear_characters([each for each in heard if each.at_ns > now_ns])
+
+    def _heard_by(self, listener: Station) -> list[Character]:
+        from_ns = min(burst.on_ns for burst in self._cluster)
+        to_ns = max(burst.off_ns for burst in self._cluster)
+        drives = [
+            Drive(b.start_ns, b.data, b.baud, b.on_ns, b.off_ns, self._is_swapped(b.station))
+            for b in self._cluster
+        ]
+        drives += [
+            Drive(from_ns, b"", 1, from_ns, to_ns, station.is_swapped)
+            for station in self.stations.values()
+            if station.is_stuck and not station.is_cut
+        ]
+        lows = low_line(drives)
+        if listener.is_swapped:
+            lows = inverted(lows, from_ns, to_ns)
+        if not listener.has_echo:
+            for burst in self._cluster:
+                if burst.station == listener.name:
+                    lows = _without(lows, burst.on_ns, burst.off_ns)
+        return list(read(lows, listener.receiver.baud_now))
+
+    def _is_swapped(self, name: str) -> bool:
+        return name in self.stations and self.stations[name].is_swapped
+
+
+class _Nobody:
+    """Where nothing is kept."""
+
+    baud_now = 38400
+
+    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
+        return
+
+    def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
+        return
+
+    def retract(self, after_ns: SimTimeNs) -> None:
+        return
+
+
+NOBODY = _Nobody()
+
+
+def _without(lows: list[tuple[int, int]], from_ns: int, to_ns: int) -> list[tuple[int, int]]:
+    """The line as a receiver sees it that is off between two times."""
+    kept = []
+    for low_ns, high_ns in lows:
+        if low_ns < from_ns:
+            kept.append((low_ns, min(high_ns, from_ns)))
+        if high_ns > to_ns:
+            kept.append((max(low_ns, to_ns), high_ns))
+    return kept
+
+
+def poll_cycle_ns(nodes: int, command_bytes: int, baud: int, turnaround_characters: int = 2) -> int:
+    """How long a master takes to send each node a command of so many data bytes and to get its ACK.
+
+    Both packets (six bytes and the data, one byte in an ACK), a node's turnaround, the same for the master.
+    """
+    characters = (6 + command_bytes) + turnaround_characters + 7 + turnaround_characters
+    return nodes * character_ns(characters, baud)

@@ -3,6 +3,8 @@
 import asyncio
 import errno
 import socket
+from collections.abc import Callable
+from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -34,6 +36,30 @@ def make(options: Options, context: PortContext) -> Port:
     return TcpPort(options, context)
 
 
+class Codec(Protocol):
+    """What a client's bytes are wrapped in."""
+
+    baud: int | None
+
+    def decode(self, data: bytes) -> tuple[bytes, bytes]:
+        """Bytes of the line, never more than came, and what to answer the client."""
+
+    def encode(self, data: bytes) -> bytes:
+        """What the client gets for bytes of the line."""
+
+
+class Plain:
+    """Nothing."""
+
+    baud: int | None = None
+
+    def decode(self, data: bytes) -> tuple[bytes, bytes]:
+        return data, b""
+
+    def encode(self, data: bytes) -> bytes:
+        return data
+
+
 class TcpPort:
     """A ``Port``. What a client sends is merged in order of arrival; what the device sends goes to all.
 
@@ -41,8 +67,18 @@ class TcpPort:
     A client that shuts down its sending side has left.
     """
 
-    def __init__(self, options: Options, context: PortContext) -> None:
+    def __init__(
+        self,
+        options: Options,
+        context: PortContext,
+        codec: Callable[[], Codec] = Plain,
+        scheme: str = "socket",
+    ) -> None:
         self._options = options
+        self._make_codec = codec
+        self._scheme = scheme
+        self._codecs: dict[Client, Codec] = {}
+        self._last_codec: Codec | None = None
         self._title = f"tcp port of {context.device}"
         self._number = options.port
         self._listener: socket.socket | None = None
@@ -55,7 +91,8 @@ class TcpPort:
     @property
     def address(self) -> str:
         host = self._options.host
-        return f"socket://[{host}]:{self._number}" if ":" in host else f"socket://{host}:{self._number}"
+        shown = f"[{host}]" if ":" in host else host
+        return f"{self._scheme}://{shown}:{self._number}"
 
     async def open(self, host: PortHost) -> None:
         self._host = host
@@ -73,7 +110,7 @@ class TcpPort:
         self._loop.add_reader(self._listener, self._accept)
 
     def _where(self) -> str:
-        return self.address.removeprefix("socket://")
+        return self.address.partition("://")[2]
 
     def _why(self, error: OSError | UnicodeError) -> str:
         number = self._options.port
@@ -107,6 +144,7 @@ class TcpPort:
             self._connects += 1
             client = Client(connection, self._loop, self._count, self._client_drained, self._forget)
             self._clients[connection.fileno()] = client
+            self._codecs[client] = self._last_codec = self._make_codec()
             if self._reading:
                 self._read_from(client)
 
@@ -130,7 +168,7 @@ class TcpPort:
         if not self._clients:
             self._unheard_bytes += len(data)
         for client in self._clients.values():
-            client.write(data)
+            client.write(self._codecs[client].encode(data))
 
     def resume_reading(self) -> None:
         if not self._reading:
@@ -154,23 +192,31 @@ class TcpPort:
             return
         except OSError:
             data = b""  # reset or timed out: it has left as one that closes has
-        if data:
-            self._rx_bytes += len(data)
-            self._host.received(data)
-        else:
+        if not data:
             self._forget(client)
+            return
+        codec = self._codecs[client]
+        payload, answer = codec.decode(data)
+        if answer:
+            client.write(answer)
+        if payload:
+            self._last_codec = codec
+            self._rx_bytes += len(payload)
+            self._host.received(payload)
 
     def _forget(self, client: Client) -> None:
         if self._clients.pop(client.connection.fileno(), None) is client:
             client.close()
+            if self._codecs.pop(client) is self._last_codec:
+                self._last_codec = None
 
     def backlog(self) -> int:
         """Of the fastest client: one that does not read must not hold up the device for the others."""
         return min((client.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
-        """None: a socket has no baud."""
-        return None
+        """Of the client that sent last, where its codec has one."""
+        return self._last_codec.baud if self._last_codec else None
 
     def stats(self) -> PortStats:
         return PortStats(

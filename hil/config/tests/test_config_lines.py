@@ -82,7 +82,6 @@ def test_two_ports_in_one_place():
         (["m1.main"], "the serial interface of a mechaduino is USB"),
         (["s1", "s1.network"], "s1.network is on segment bus0 already"),
         (["s2"], "s2 is a real board"),
-        ([], "there is nothing in it"),
     ],
 )
 def test_a_segment_that_cannot_be(stations, problem):

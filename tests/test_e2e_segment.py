@@ -1,0 +1,107 @@
+"""Segments as their users have them: masters at taps, real lines, what status says."""
+
+import os
+import subprocess
+import sys
+import tty
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
+
+from hil.wire.packet import encode
+
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
+FOREIGN = Path(__file__).with_name("foreign_node.py")
+SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
+ACK = b"\x06"
+
+
+def bench(taps: dict[str, Any], count: int = 2, speed: float = 5, **segment: Any) -> str:
+    devices = {f"s{n}": SAC for n in range(1, count + 1)}
+    segments = {"bus0": {"stations": list(devices), "taps": taps} | segment}
+    return config(speed=speed, devices=devices, segments=segments)
+
+
+def start(place: Place, text: str, *options: str) -> Any:
+    server = place.serve(text, *options)
+    until(lambda: server.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")
+    for n, row in enumerate(server.ask("list")["devices"]):
+        if n:  # the first one keeps 85
+            with server.client(row["device"]) as terminal:
+                terminal.ask(b"$CM%d\r" % (85 + n), b"SAC>")
+                terminal.ask(b"$R\r", b"SAC>")
+    return server
+
+
+def address(server: Any, tap: str) -> str:
+    taps = server.ask("segments")[0]["taps"]
+    return next(row["address"] for row in taps if row["tap"] == tap)
+
+
+def test_a_master_at_a_pty_and_one_at_rfc2217(place: Place) -> None:
+    log = place.folder / "log.jsonl"
+    taps = {"master": {"port": "pty"}, "far": {"port": "rfc2217"}, "spy": {"port": "tcp", "listen": True}}
+    server = start(place, bench(taps), "--log", str(log))
+    path = address(server, "bus0.master")
+    assert path == f"{place.runtime}/t/bus0.master"
+    with Client(address(server, "bus0.spy")) as spy:
+        for node, data, answer in (("85", "m200v150ad", "ACK"), ("86", "!m1", "NAK"), ("86", "y", "ACK")):
+            run = [sys.executable, "-I", str(FOREIGN), path, "master", node, data]
+            said = subprocess.run(run, capture_output=True, text=True, timeout=PATIENCE_S).stdout
+            assert said == f"1 {node} {answer} True\n"
+        with serial.serial_for_url(address(server, "bus0.far"), 38400, timeout=PATIENCE_S) as far:
+            far.write(encode(86, 4, b"m100ad"))
+            assert far.read(7) == encode(4, 86, ACK)
+        heard = spy.read_until(encode(4, 86, ACK))
+        assert encode(85, 1, b"m200v150ad") in heard
+        spy.write(encode(85, 1, b"m999"))
+    until(lambda: server.status("s2")["snapshot"]["pulses"] == 200, "the second one's steps")
+    (row,) = server.ask("segments")
+    assert (row["packets"], row["errors"], row["collisions"]) == (8, {"CRC": 1}, 0)
+    assert set(row["stations"]) == {"s1.network", "s2.network", "bus0.master", "bus0.far", "bus0.spy"}
+    assert "bus0" in place.cli("status")
+    server.stop()
+    replayed = subprocess.run([HIL, "replay", str(log)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert replayed.stdout.startswith("identical: "), replayed
+
+
+def test_two_nodes_with_one_address_collide_and_status_says_so(place: Place) -> None:
+    server = place.serve(bench({"master": {}}))
+    until(lambda: server.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")
+    with Client(address(server, "bus0.master")) as master:
+        master.write(encode(85, 1, b"v99"))
+        until(lambda: server.ask("segments")[0]["packets"] == 2, "the answer")  # equal bits at equal times
+        (row,) = server.ask("segments")
+        assert row["collisions"] == 1
+        assert row["notes"] == ["two stations have one address 85: s1.network, s2.network"]
+        assert "two stations have one address 85" in place.cli("status")
+
+
+def test_a_real_node_keeps_its_address(place: Place) -> None:
+    """The real line is a pseudo-terminal, behind which the test is the node 86."""
+    link = place.folder / "ttyRS485"
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    link.symlink_to(os.ttyname(slave))
+    os.close(slave)
+    taps = {"line": {"port": {"kind": "serial", "url": str(link), "baud": 38400}}}
+    server = start(place, bench(taps))
+    with Client.__new__(Client) as node, server.client("s1") as terminal:
+        node._socket, node.fd, node.got = None, master, bytearray()
+        terminal.ask(b"86 are you real?\r", b"SAC>")
+        packet = encode(86, 85, b" are you real?")
+        assert node.read_until(b"\0").startswith(packet[:-2])
+        node.read_until(encode(85, 86, ACK))  # the twin's: nothing was known of a real one
+        node.write(encode(85, 86, b" yes"))
+        assert terminal.read_until(b"SAC>") == b"\r\nyes\r\nSAC>"
+        node.read_until(encode(86, 85, ACK))
+        terminal.ask(b"86 and now?\r", b"SAC>")
+        node.read_until(encode(86, 85, b" and now?"))
+        node.write(encode(85, 86, ACK))
+        (row,) = server.ask("segments")
+        assert row["notes"] == ["address 86 is a real node: s2.network was taken off the wire"]
+        assert terminal.ask(b"vd\r", b"SAC>") == b"vd\r\n0\t0\r\nSAC>"
+        assert node.quiet(0.2) == b""

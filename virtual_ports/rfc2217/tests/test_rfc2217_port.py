@@ -1,0 +1,149 @@
+"""Against pyserial's own client over a real socket, and the codec byte by byte."""
+
+import asyncio
+import threading
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import serial
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.testing.ports import RecordingHost, run_port, until
+from hil.vocab.ports import PortContext
+from virtual_ports.rfc2217.port import Options, make
+from virtual_ports.rfc2217.telnet import Telnet
+
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
+ALL = bytes(range(256))
+
+
+def made():
+    return make(Options(), PortContext("b", "s1", Path("/nowhere")))
+
+
+def with_client(script, answer=lambda data: b""):
+    """Run ``script(client)`` in a thread against a port; answers the host."""
+    port = made()
+    hosts: list[RecordingHost] = []
+    wrong: list[BaseException] = []
+
+    async def scenario(port, host):
+        hosts.append(host)
+        host.answer = answer
+
+        def talk():
+            try:
+                with serial.serial_for_url(port.address, 38400, timeout=10) as client:
+                    script(client)
+            except BaseException as error:
+                wrong.append(error)
+
+        thread = threading.Thread(target=talk)
+        thread.start()
+        await until(lambda: not thread.is_alive())
+
+    run_port(port, scenario)
+    assert wrong == []
+    return hosts[0]
+
+
+def test_every_byte_passes_both_ways():
+    def script(client):
+        client.write(ALL)
+        assert client.read(256) == ALL
+
+    host = with_client(script, answer=lambda data: data)
+    assert host.got == ALL
+    assert set(host.bauds) == {38400}
+
+
+def test_baud_break_and_modem_lines():
+    def script(client):
+        client.baudrate = 250_000
+        client.write(b"a")
+        client.send_break(0.01)
+        client.write(b"b")
+        client.dtr = False
+        client.rts = False
+        assert (client.cts, client.dsr, client.cd, client.ri) == (True, True, True, False)
+        client.write(b"c")
+        client.reset_input_buffer()
+
+    host = with_client(script)
+    assert host.got == b"a\0bc"
+    assert host.bauds == [250_000] * len(host.bauds)
+
+
+def test_the_next_client_starts_anew():
+    port = made()
+
+    async def scenario(port, host):
+        loop = asyncio.get_running_loop()
+
+        def talk(baud):
+            with serial.serial_for_url(port.address, baud, timeout=10) as client:
+                client.write(b"x")
+
+        for baud in (9600, 115200):
+            before = len(host.got)
+            await loop.run_in_executor(None, talk, baud)
+            await until(lambda: len(host.got) > before)  # noqa: B023 - awaited here
+            assert host.bauds[-1] == baud
+        await until(lambda: port.stats().clients == 0)
+        assert port.client_baud() is None
+
+    run_port(port, scenario)
+
+
+def test_negotiations_end():
+    telnet = Telnet("x")
+    assert telnet.decode(b"\xff\xfd\x2c") == (b"", b"\xff\xfb\x2c\xff\xfa\x2c\x6b\xb0\xff\xf0")
+    assert telnet.decode(b"\xff\xfd\x2c") == (b"", b"")
+    assert telnet.decode(b"\xff\xfb\x2c") == (b"", b"\xff\xfd\x2c")
+    assert telnet.decode(b"\xff\xfd\x63") == (b"", b"\xff\xfc\x63")
+    assert telnet.decode(b"\xff\xfb\x63") == (b"", b"\xff\xfe\x63")
+    assert telnet.decode(b"\xff\xfc\x63") == (b"", b"")
+    assert telnet.decode(b"\xff\xfe\x2c") == (b"", b"\xff\xfc\x2c")
+
+
+@pytest.mark.parametrize(
+    ("asked", "answered"),
+    [
+        (b"\x00", b"\x64hil"),
+        (b"\x01\x00\x00\x25\x80", b"\x65\x00\x00\x25\x80"),
+        (b"\x01\x00\x00\x00\x00", b"\x65\x00\x00\x00\x00"),
+        (b"\x02\x07", b"\x66\x08"),
+        (b"\x03\x02", b"\x67\x01"),
+        (b"\x04\x02", b"\x68\x01"),
+        (b"\x05\x03", b"\x69\x01"),
+        (b"\x05\x07", b"\x69\x08"),
+        (b"\x05\x09", b"\x69\x09"),
+        (b"\x0c\x03", b"\x70\x03"),
+    ],
+)
+def test_requests_are_answered_with_what_is_in_force(asked, answered):
+    wrap = b"\xff\xfa\x2c%b\xff\xf0"
+    assert Telnet("hil").decode(wrap % asked) == (b"", wrap % answered)
+
+
+@pytest.mark.parametrize("sub", [b"", b"\x2c", b"\x2c\x01\x00", b"\x63\x01", b"\x2c\x63\x01", b"\x2c" * 500])
+def test_requests_that_are_none_are_not_answered(sub):
+    assert Telnet("x").decode(b"\xff\xfa" + sub + b"\xff\xf0ok") == (b"ok", b"")
+
+
+@given(st.binary(max_size=300), st.lists(st.integers(0, 300), max_size=5))
+def test_any_bytes_in_any_pieces_mean_the_same(data, cuts):
+    whole = Telnet("x").decode(data)
+    telnet = Telnet("x")
+    ends = [0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]
+    parts = [telnet.decode(data[i:j]) for i, j in pairwise(ends)]
+    assert (b"".join(line for line, _ in parts), b"".join(reply for _, reply in parts)) == whole
+    assert len(whole[0]) <= len(data)
+
+
+@given(st.binary(max_size=300))
+def test_what_is_encoded_is_decoded(data):
+    telnet = Telnet("x")
+    assert telnet.decode(telnet.encode(data)) == (data, b"")
