@@ -212,8 +212,8 @@ class TapConfig(_Model):
     real: bool = Field(
         default=False,
         description=(
-            "A real line with real nodes hangs there: a twin whose address sends from there is taken off. True"
-            " where the port is `serial`, unless you say otherwise."
+            "A real line with real nodes hangs there: a twin whose address sends from there is taken off."
+            " True where the port is `serial`, unless you say otherwise."
         ),
     )
     listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")

@@ -3,15 +3,19 @@
 import asyncio
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from hil import __version__
 from hil.vocab.ports import Tap
+from hil.vocab.segment import Segment, SegmentEvent
 from hil.wire.pcapng import Event, header, record
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
+SETTLE_S = 0.02
+"""How long a burst that is over may be on its way to a reader."""
 BACKLOG_BYTES = 8 * 1024 * 1024
 """What may wait for a reader; more is lost, which the capture says."""
 
@@ -53,23 +57,52 @@ class Capture:
         return put
 
 
-def open_capture(daemon: "Daemon", ports: Sequence[str]) -> tuple[Capture, Callable[[], None]]:
-    """A capture of ports by their names, and what ends it.
+def open_capture(daemon: "Daemon", sources: Sequence[str]) -> tuple[Capture, Callable[[], None]]:
+    """A capture of ports and segments by their names, and what ends it.
 
     Raises:
-        KeyError: there is no such port.
+        KeyError: there is none of such a name.
     """
-    homes = [_taps(daemon, name) for name in ports]
-    capture = Capture(ports, daemon.epoch_ns)
-    taps = [capture.tap(index) for index in range(len(ports))]
-    for home, tap in zip(homes, taps, strict=True):
-        home.append(tap)
+    homes = {name: _taps(daemon, name) for name in sources if name not in daemon.bench.segments}
+    capture = Capture(sources, daemon.epoch_ns)
+    ends: list[Callable[[], None]] = []
+    for index, name in enumerate(sources):
+        if name in homes:
+            tap = capture.tap(index)
+            homes[name].append(tap)
+            ends.append(partial(homes[name].remove, tap))
+        else:
+            ends.append(_capture_segment(daemon, daemon.bench.segments[name], capture, index))
 
     def end() -> None:
-        for home, tap in zip(homes, taps, strict=True):
-            home.remove(tap)
+        for each in ends:
+            each()
 
     return capture, end
+
+
+def _capture_segment(daemon: "Daemon", segment: Segment, capture: Capture, index: int) -> Callable[[], None]:
+    """Each burst with its time; what a disturbed line reads as, with errors."""
+
+    def put(event: SegmentEvent) -> None:
+        kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
+        capture.put(index, kind, event.data, event.about, event.at_ns)
+
+    segment.watchers.append(put)
+    loop = asyncio.get_running_loop()
+    timer: list[asyncio.TimerHandle] = []
+
+    def settle() -> None:
+        segment.settle(daemon.bench.now_ns)
+        timer[:] = [loop.call_later(SETTLE_S, settle)]
+
+    settle()
+
+    def end() -> None:
+        timer[0].cancel()
+        segment.watchers.remove(put)
+
+    return end
 
 
 def _taps(daemon: "Daemon", name: str) -> list[Tap]:
@@ -82,4 +115,4 @@ def _taps(daemon: "Daemon", name: str) -> list[Tap]:
 
 def names(daemon: "Daemon") -> list[str]:
     """What can be captured."""
-    return [*daemon.sessions, *daemon.tap_sessions, *daemon.real]
+    return [*daemon.bench.segments, *daemon.sessions, *daemon.tap_sessions, *daemon.real]

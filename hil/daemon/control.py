@@ -12,6 +12,7 @@ import struct
 from collections.abc import Callable
 from contextlib import suppress
 from inspect import isawaitable
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,7 +23,7 @@ from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.faults import FaultRefused
 from hil.session.device import Device
-from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, SetField
+from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN, NETWORK
@@ -338,6 +339,17 @@ def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], 
         raise ControlError(f"there is no port {error}; there are {', '.join(names(daemon))}") from None
 
 
+def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]:
+    if tap not in daemon.bench.taps:
+        raise ControlError(f"there is no tap {tap!r}; there are {', '.join(daemon.bench.taps) or 'none'}")
+    rows = tuple((int(at_ns), str(data)) for at_ns, data in bursts)
+    if any(later[0] < earlier[0] for earlier, later in pairwise([(0, ""), *rows])):
+        raise ControlError("bursts have to stand in the order of their times")
+    for _, data in rows:
+        bytes.fromhex(data)
+    return {"effective_at_ns": daemon.bench.give_tap(daemon.bench.taps[tap], Play(rows))}
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -386,6 +398,9 @@ VERBS = {
     "clear": Verb(_clear, ("number",), "take a fault away"),
     "faults": Verb(_faults, (), "the faults that are active"),
     "capture": Verb(_capture, ("ports",), "the connection carries a pcapng capture of ports from now on"),
+    "play": Verb(
+        _play, ("tap", "bursts"), "send bursts on a segment: rows of nanoseconds from now, hexadecimal digits"
+    ),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -84,6 +84,7 @@ class BenchRuntime:
         group = self._group_of[device] if device else self._empty_group()
         self._group_of[tap.name] = group
         self.taps[tap.name] = tap
+        tap.at = group.at
         tap.segment.join(tap.name, tap)
 
     def _empty_group(self) -> Group:

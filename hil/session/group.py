@@ -4,6 +4,7 @@ The core runs the axes up to the group's horizon, the earliest time at which a f
 firmware runs at exactly that time; and so on. This loop is the same in real and in virtual time.
 """
 
+from collections.abc import Callable
 from heapq import heapify, heappop, heappush
 
 from hil.core import Core
@@ -20,6 +21,8 @@ class Group:
         self._native = core.native
         self.id = group
         self.devices: list[Device] = []
+        self._timers: list[tuple[int, int, Callable[[SimTimeNs], None]]] = []
+        self._timer_count = 0
         self._index: dict[int, int] = {}
         """Of devices, by their axes."""
         self._due: list[tuple[int, int]] = []
@@ -51,12 +54,20 @@ class Group:
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which a firmware has to run."""
+        timer_ns = self._timers[0][0] if self._timers else FOREVER
         if len(self.devices) == 1:
-            return self.devices[0].due_ns
-        due = self._due
-        while due and due[0][0] != self.devices[due[0][1]].due_ns:
-            heappop(due)
-        return SimTimeNs(due[0][0]) if due else FOREVER
+            due_ns = self.devices[0].due_ns
+        else:
+            due = self._due
+            while due and due[0][0] != self.devices[due[0][1]].due_ns:
+                heappop(due)
+            due_ns = SimTimeNs(due[0][0]) if due else FOREVER
+        return due_ns if due_ns < timer_ns else SimTimeNs(timer_ns)
+
+    def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
+        """Call at a time that has not been reached yet, before the firmwares that run then."""
+        self._timer_count += 1
+        heappush(self._timers, (at_ns, self._timer_count, call))
 
     def _note_due(self, index: int) -> None:
         if len(self.devices) > 1 and (due_ns := self.devices[index].due_ns) < FOREVER:
@@ -76,8 +87,11 @@ class Group:
 
     def _step(self, now_ns: SimTimeNs) -> None:
         """Run the firmwares that are due, in the order of their devices."""
+        while self._timers and self._timers[0][0] <= now_ns:
+            heappop(self._timers)[2](now_ns)
         if len(self.devices) == 1:
-            self.devices[0].step(now_ns)
+            if self.devices[0].due_ns <= now_ns:
+                self.devices[0].step(now_ns)
             return
         due = self._due
         while due and due[0][0] <= now_ns:

@@ -69,9 +69,17 @@ class CommitDone:
     durable: bool
 
 
-Input = Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+@dataclass(frozen=True)
+class Play:
+    """Bursts that a tap sends: rows of (nanoseconds from now, bytes as hexadecimal digits), ascending."""
+
+    bursts: tuple[tuple[int, str], ...]
+
+
+Input = Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
+    "play": Play,
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
@@ -120,6 +128,8 @@ def decode_line(line: str) -> Logged:
         if kind is Bytes:
             values["data"] = bytes.fromhex(values["data"])
             values.setdefault("port", MAIN)
+        if kind is Play:
+            values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])
         if kind is ScriptEncoder:
             values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
         if kind is Drive:

@@ -2,8 +2,9 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 
-from hil.session.inputs import Bytes, Input
+from hil.session.inputs import Bytes, Input, Play
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.packet import Packet, PacketDecoder
@@ -34,6 +35,8 @@ class Tap:
         """What a client sent to a tap that only listens."""
         self.heard: deque[tuple[int, int]] = deque()
         """When each character was complete, and the character."""
+        self.at: Callable[[int, Callable[[SimTimeNs], None]], None]
+        """Calls at a simulated time; the bench sets it."""
         self.fresh: Callable[[], None] = lambda: None
         """Called when something was heard."""
         self._free_ns = 0
@@ -41,6 +44,10 @@ class Tap:
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         """A client's bytes take effect."""
         self.now_ns = now_ns
+        if isinstance(given, Play):
+            for offset_ns, data in given.bursts:
+                self.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
+            return
         if not isinstance(given, Bytes):
             return
         if self.only_listens:
@@ -48,10 +55,12 @@ class Tap:
             return
         if self.is_real:
             self._leave_to_real_nodes(given.data)
-        baud = given.client_baud or self.baud_now
+        self._send(given.data, given.client_baud or self.baud_now, now_ns)
+
+    def _send(self, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
         start_ns = SimTimeNs(max(now_ns, self._free_ns))
-        self._free_ns = start_ns + character_ns(len(given.data), baud)
-        self.segment.transmit(self.name, start_ns, given.data, baud)
+        self._free_ns = start_ns + character_ns(len(data), baud)
+        self.segment.transmit(self.name, start_ns, data, baud)
 
     def _leave_to_real_nodes(self, data: bytes) -> None:
         for item in self._decoder.feed(data):

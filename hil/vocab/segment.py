@@ -1,6 +1,7 @@
 """What an RS485 segment is to a bench: stations transmit on it, and hear each other with the line's times."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from hil.vocab.time import SimTimeNs
@@ -34,8 +35,22 @@ class Receiver(Protocol):
         """What was told of and would be complete after this time does not come."""
 
 
+@dataclass(frozen=True)
+class SegmentEvent:
+    """What has been on a wire: a burst as it was sent, or what a disturbed line read as. ``about``: by whom,
+    and what was wrong."""
+
+    at_ns: SimTimeNs
+    data: bytes
+    about: str
+    is_damaged: bool = False
+
+
 class Segment(Protocol):
     """A wire with stations, each under its name."""
+
+    watchers: list[Callable[[SegmentEvent], None]]
+    """Called with what has been on the wire to its end, in order, by ``settle`` and ``transmit``."""
 
     busy: set[str]
     """Stations whose firmware does not take bytes as they come: each counts for their buffers."""

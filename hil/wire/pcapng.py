@@ -6,7 +6,8 @@ the link type says of its payloads is about other protocols; here they are a lin
 """
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
 
 LINKTYPE_RTAC_SERIAL = 250
@@ -15,6 +16,7 @@ _MAGIC = 0x1A2B3C4D
 _OPTION_END, _COMMENT, _IF_NAME, _USER_APPLICATION, _EPB_FLAGS, _IF_TSRESOL = 0, 1, 2, 4, 2, 9
 _NANOSECONDS = 9
 _INBOUND, _OUTBOUND = 1, 2
+_BLOCK_MAX = 1 << 24
 
 
 class Event(IntEnum):
@@ -27,6 +29,9 @@ class Event(IntEnum):
     PARITY_ERROR = 8
     BREAK = 9
     OVERFLOW = 10
+
+
+EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in Event}
 
 
 def header(program: str, interfaces: Sequence[str]) -> bytes:
@@ -51,6 +56,114 @@ def record(interface: int, at_ns: int, event: Event, data: bytes = b"", comment:
     if comment:
         options.append((_COMMENT, comment.encode()))
     return _block(_PACKET, head + _padded(payload) + _options(*options))
+
+
+@dataclass(frozen=True)
+class Record:
+    """One event as read back; ``offset`` is where its block begins in the file."""
+
+    interface: str
+    at_ns: int
+    event: int
+    data: bytes
+    comment: str
+    offset: int
+
+
+class CaptureError(Exception):
+    """A file is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
+
+
+def read(data: bytes) -> Iterator[Record]:
+    """The records of a capture that ``header`` and ``record`` wrote, or that has the same link type.
+
+    Raises:
+        CaptureError: after all whole records, where the file is cut off or not what it should be.
+    """
+    at, order, names, units = 0, "<", list[str](), list[int]()
+    while at < len(data):
+        if len(data) - at < 12:
+            raise CaptureError(f"cut off in the middle of a block at byte {at}")
+        if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
+            order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
+            names, units = [], []
+        elif at == 0:
+            raise CaptureError("this is no pcapng file")
+        kind, size = struct.unpack_from(f"{order}II", data, at)
+        if size < 12 or size % 4 or size > _BLOCK_MAX:
+            raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")
+        if at + size > len(data):
+            raise CaptureError(f"cut off in the middle of a block at byte {at}")
+        body = data[at + 8 : at + size - 4]
+        if kind == _INTERFACE:
+            (link,) = struct.unpack_from(f"{order}H", body)
+            if link != LINKTYPE_RTAC_SERIAL:
+                raise CaptureError(f"link type {link} at byte {at}; this reads {LINKTYPE_RTAC_SERIAL}")
+            options = dict(_read_options(body[8:], order))
+            names.append(options.get(_IF_NAME, b"").decode("utf-8", "replace") or str(len(names)))
+            units.append(options.get(_IF_TSRESOL, b"\x06")[0])
+        elif kind == _PACKET and len(body) >= 20:
+            yield _record(body, order, names, units, at)
+        at += size
+
+
+def whole_blocks(data: bytes) -> int:
+    """How many bytes at the front are whole blocks."""
+    at = 0
+    while at + 8 <= len(data):
+        (size,) = struct.unpack_from("<I", data, at + 4)
+        if at + size > len(data):
+            break
+        at += size
+    return at
+
+
+def header_length(data: bytes) -> int:
+    """How many bytes before the first record, 0 where there is none yet."""
+    at = 0
+    while at + 8 <= len(data):
+        kind, size = struct.unpack_from("<II", data, at)
+        if kind == _PACKET:
+            return at
+        at += size
+    return 0
+
+
+def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
+    """What was on a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
+
+    Raises:
+        CaptureError: it is no capture, it is cut off, or has nothing of that interface.
+    """
+    found = [each for each in read(data) if each.event in (Event.TX, Event.RX) and each.data]
+    names = list(dict.fromkeys(each.interface for each in found))
+    wanted = interface or (names[0] if names else None)
+    rows = [each for each in found if each.interface == wanted]
+    if not rows:
+        known = ", ".join(names) or "nothing"
+        raise CaptureError(f"there is nothing of {interface or 'a line'} in it; it has {known}")
+    return [(each.at_ns - rows[0].at_ns, each.data.hex()) for each in rows]
+
+
+def _record(body: bytes, order: str, names: list[str], units: list[int], at: int) -> Record:
+    interface, high, low, captured, _ = struct.unpack_from(f"{order}IIIII", body)
+    payload = body[20 : 20 + captured]
+    if interface >= len(names) or len(payload) < 12 or units[interface] > _NANOSECONDS:
+        raise CaptureError(f"a record at byte {at} that this does not read")
+    options = dict(_read_options(body[20 + captured + -captured % 4 :], order))
+    at_ns = (high << 32 | low) * 10 ** (_NANOSECONDS - units[interface])
+    comment = options.get(_COMMENT, b"").decode("utf-8", "replace")
+    return Record(names[interface], at_ns, payload[8], payload[12:], comment, at)
+
+
+def _read_options(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    at = 0
+    while at + 4 <= len(data):
+        code, size = struct.unpack_from(f"{order}HH", data, at)
+        if code == _OPTION_END:
+            return
+        yield code, data[at + 4 : at + 4 + size]
+        at += 4 + size + -size % 4
 
 
 def _padded(data: bytes) -> bytes:

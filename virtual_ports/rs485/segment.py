@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil.vocab.segment import HeardCharacter, Receiver
+from hil.vocab.segment import HeardCharacter, Receiver, SegmentEvent
 from hil.vocab.time import SimTimeNs
 from hil.wire.packet import Malformed, Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
@@ -103,10 +103,7 @@ class Segment:
     def __init__(self) -> None:
         self.stats = SegmentStats()
         self.stations: dict[str, Station] = {}
-        self.listeners: list[Callable[[Burst, list[Packet | Malformed]], None]] = []
-        """Called with each burst that nothing disturbed."""
-        self.damaged: list[Callable[[list[Burst], list[Character]], None]] = []
-        """Called with bursts that disturbed each other, or stood on a wrong line, and what was heard."""
+        self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.busy: set[str] = set()
         """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
@@ -209,14 +206,23 @@ class Segment:
         while self._clean and self._clean[0].burst.off_ns <= until_ns:
             clean = self._clean.pop(0)
             self._count(clean.items)
-            for listener in self.listeners:
-                listener(clean.burst, clean.items)
+            wrong = dict.fromkeys(_fault(item) for item in clean.items)
+            about = " ".join([clean.burst.station, *filter(None, wrong)])
+            self._show(clean.burst.start_ns, clean.burst.data, about)
         if self._cluster and all(burst.off_ns <= until_ns for burst in self._cluster):
             heard = self._heard_by(Station(MONITOR, NOBODY))
             self._count(self._decoder.feed(bytes(each.byte for each in heard)))
-            for tell in self.damaged:
-                tell(self._cluster, heard)
+            senders = " and ".join(dict.fromkeys(burst.station for burst in self._cluster))
+            about = (
+                f"collision of {senders}" if " and " in senders else f"{senders} on a line that is not right"
+            )
+            start_ns = min(burst.start_ns for burst in self._cluster)
+            self._show(start_ns, bytes(each.byte for each in heard), about, is_damaged=True)
             self._cluster = []
+
+    def _show(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None:
+        for watcher in self.watchers:
+            watcher(SegmentEvent(SimTimeNs(at_ns), data, about, is_damaged))
 
     def _bring(self, burst: Burst) -> None:
         """A burst that nothing disturbs, so far."""
@@ -257,12 +263,8 @@ class Segment:
 
     def _count(self, items: list[Packet | Malformed]) -> None:
         for item in items:
-            if isinstance(item, Packet):
-                self.stats.packets += 1
-                fault = "" if item.is_good else "CRC"
-            else:
-                fault = item.fault
-            if fault:
+            self.stats.packets += isinstance(item, Packet)
+            if fault := _fault(item):
                 self.stats.errors[fault] = self.stats.errors.get(fault, 0) + 1
 
     def _tell_all(self, now_ns: int) -> None:
@@ -305,6 +307,13 @@ class Segment:
 
     def _is_swapped(self, name: str) -> bool:
         return name in self.stations and self.stations[name].is_swapped
+
+
+def _fault(item: Packet | Malformed) -> str:
+    """What is wrong with it, "" for nothing."""
+    if isinstance(item, Malformed):
+        return item.fault
+    return "" if item.is_good else "CRC"
 
 
 class _Nobody:

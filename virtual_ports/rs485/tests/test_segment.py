@@ -175,14 +175,14 @@ def test_swapped_wires_are_gibberish_both_ways():
 def test_statistics():
     wire = Wire("a", "b")
     told = []
-    wire.listeners.append(lambda burst, items: told.append((burst.station, len(items))))
+    wire.watchers.append(lambda event: told.append((event.about, event.data)))
     wire.transmit("a", 0, Y, BAUD)
     wire.settle(0)
     assert told == []  # it is on the line still
     wire.transmit("b", 10**8, Y[:-3] + b"\3\x65\0", BAUD)
     wire.transmit("a", 2 * 10**8, b"noise" + Y, BAUD)
     wire.settle(10**9)
-    assert told == [("a", 1), ("b", 1), ("a", 2)]
+    assert told == [("a", Y), ("b CRC", Y[:-3] + b"\3\x65\0"), ("a noise", b"noise" + Y)]
     stats = wire.stats
     assert (stats.packets, stats.errors, stats.bytes) == (3, {"CRC": 1, "noise": 1}, 7 + 7 + 12)
     assert stats.load(10**9) == pytest.approx((7 + 7 + 12) * 10 / BAUD, abs=1e-6)
