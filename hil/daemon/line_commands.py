@@ -127,9 +127,9 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
     head, held, written, number = b"", b"", 0, 0
     while data := client.recv(65536):
         held += data
-        if not head:
-            head = held[: header_length(held)]
         size = whole_blocks(held)
+        if written == len(head):  # no record yet
+            head += held[: header_length(held[:size])]
         if rotate_bytes and head and written and written + size > rotate_bytes:
             number += 1
             out.close()
@@ -156,7 +156,7 @@ def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE
     """
     from hil.wire.packet import PacketDecoder
     from hil.wire.packet_text import packet_text
-    from hil.wire.pcapng import CaptureError, Event, read
+    from hil.wire.pcapng import EVENT_NAMES, CaptureError, Event, read
 
     try:
         data = file.read_bytes()
