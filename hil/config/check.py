@@ -91,7 +91,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
         real = {name for name, raw in value["devices"].items() if raw.get("at") is not None}
         findings += wire_findings(value.get("wires"), profiles, real)
         findings += segment_findings(value.get("segments"), profiles, real)
-        findings += fault_findings(value.get("faults"), real)
+        findings += fault_findings(value.get("faults"), value.get("segments"), profiles, real)
         findings += _same_at(value["devices"])
     if config is not None and not findings:
         findings += _too_stiff(config, catalogue)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.daemon.ask import Bench, RuntimeDir, ask_bench, control_path, fail
-from hil.vocab.faults import FAULT_KINDS
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
     help="Make things go wrong, and well again.", no_args_is_help=True, rich_markup_mode=None
@@ -18,12 +18,12 @@ fault_app = typer.Typer(
 def kinds() -> None:
     """List what can go wrong, with the parameters."""
     for kind in FAULT_KINDS.values():
-        typer.echo(f"{kind.name}: {kind.about} (on a {kind.targets})")
+        typer.echo(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
         for parameter in kind.parameters:
-            values = " or ".join(parameter.choices) or f"{parameter.minimum:g} to {parameter.maximum:g}"
-            unit = f" {parameter.unit}" if parameter.unit else ""
-            default = "needed" if parameter.default is None else f"default {parameter.default}"
-            typer.echo(f"  {parameter.name}: {parameter.about}, {values}{unit}, {default}")
+            typer.echo(f"  {parameter.name}: {parameter.described()}")
+    typer.echo("every kind:")
+    for parameter in TIMING:
+        typer.echo(f"  {parameter.name}: {parameter.described()}")
 
 
 @fault_app.command()

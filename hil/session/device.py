@@ -52,6 +52,8 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.is_hung = False
+        """Its main program stands still (a fault)."""
         self.notes: dict[str, str] = {}
         """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
@@ -78,7 +80,7 @@ class Device:
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        if self.failed:
+        if self.failed or self.is_hung:
             return FOREVER
         due_ns, arrival_ns = self._runtime.due_ns, self.uart.next_arrival_ns
         if self.network and (other_ns := self.network.next_arrival_ns) < arrival_ns:
@@ -87,7 +89,7 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self.failed:
+        if self.failed or self.is_hung:
             return
         polls_from_ns = self._runtime.polls_from_ns
         for uart in self.uarts.values():
@@ -144,6 +146,12 @@ class Device:
                 self._runtime.close()
                 self.failed = None
                 self._start()
+
+    def lose_power(self, why: str) -> None:
+        """Until a reset it does nothing, and nothing is heard of it."""
+        self._runtime.close()
+        self.axis.power_up()
+        self.failed = why
 
     def commit_done(self, durable: bool) -> None:
         """The store has answered; a failed commit leaves the old content."""
