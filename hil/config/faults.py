@@ -15,18 +15,28 @@ from hil.vocab.faults import (
     SERVO,
     SHAFT,
     STATION,
+    SUPPLIED,
     TARGETS,
+    TWIN_PORT,
     fault_of,
 )
 from hil.vocab.firmware import MAIN, NETWORK
 
 
 def fault_findings(
-    faults: object, segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+    faults: object,
+    segments: object,
+    devices: Mapping[str, ProfileInfo],
+    real: Collection[str],
+    full: Collection[str],
 ) -> list[Finding]:
-    """What is wrong with ``faults``. ``devices``: those whose profile is known; ``real``: real boards."""
+    """What is wrong with ``faults``. ``devices``: those whose profile is known; ``real``: real boards;
+    ``full``: those with the full plant."""
     findings: list[Finding] = []
     places = _places(segments, devices, real)
+    for name in full:
+        if SUPPLIED not in places.get(name, {SUPPLIED}):
+            places[name].add(SUPPLIED)
     for index, entry in enumerate(faults if isinstance(faults, list) else ()):
         if not isinstance(entry, dict):
             continue
@@ -65,10 +75,12 @@ def _places(
         if name in real:
             places[name] = {PORT}
             continue
-        places[name] = {DEVICE, SHAFT, PORT} | ({SERVO} if not AXIS_PINS[profile.law].outputs else set())
+        places[name] = {DEVICE, SHAFT, PORT, TWIN_PORT} | (
+            {SERVO} if not AXIS_PINS[profile.law].outputs else set()
+        )
         places[f"{name}.{MAIN}"] = places[name]
         if profile.network_baud is not None:
-            places[f"{name}.{NETWORK}"] = {DEVICE, SHAFT, PORT}
+            places[f"{name}.{NETWORK}"] = {DEVICE, SHAFT, PORT, TWIN_PORT}
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if not isinstance(segment, dict):
             continue

@@ -10,11 +10,22 @@ from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.inputs import Reset
 from hil.session.uart import DeviceUart
-from hil.vocab.faults import FAULT_KINDS, PORT, SEGMENT, SERVO, STATION, TARGETS, Fault, FaultRefused
+from hil.vocab.faults import (
+    FAULT_KINDS,
+    PORT,
+    SEGMENT,
+    SERVO,
+    STATION,
+    SUPPLIED,
+    TARGETS,
+    TWIN_PORT,
+    Fault,
+    FaultRefused,
+)
 from hil.vocab.firmware import MAIN
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
+from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_fault
 
 if TYPE_CHECKING:
     from hil.session.bench import BenchRuntime
@@ -39,8 +50,10 @@ class Place:
         """Whether a fault that needs this kind of target can be here."""
         return {
             PORT: self.uart is not None,
+            TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
+            SUPPLIED: self.device is not None and self.device.axis.supply_V() > 0,
             SERVO: self.device is not None and SERVO_FIELD in OF_KIND[self.device.axis.kind],
         }.get(target, self.device is not None)
 
@@ -132,6 +145,19 @@ def _on_bytes(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Cal
     return lambda: (ways.pop(number), None)[1]
 
 
+def _host(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
+    assert place.uart
+    ways = [place.uart.tx_faults] + ([place.uart.rx_faults] if fault.kind == "host_close" else [])
+    for way in ways:
+        way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0)
+
+    def undo() -> None:
+        for way in ways:
+            way.pop(number)
+
+    return undo
+
+
 def _on_segment(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
     segment = place.segment
     assert segment
@@ -212,13 +238,59 @@ def _encoder(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Call
     return lambda: axis.script_encoder((), False)
 
 
+def _shaft(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
+    assert place.device
+    axis = place.device.axis
+    values: dict[str, float] = {}
+    undone: dict[str, float] = {}
+    match fault.kind:
+        case "shaft_jam":
+            values["jam"] = 1
+        case "steps_lost":
+            axis.fault("shift_rev", fault.number("turn_deg") / 360)
+        case "phase_open":
+            values["open_a" if fault.parameters["coil"] == "A" else "open_b"] = 1
+        case "thermal_trip":
+            values |= {"open_a": 1, "open_b": 1}
+        case "supply_sag":
+            undone["supply_V"] = axis.supply_V()
+            values["supply_V"] = fault.number("supply_V")
+        case "encoder_slip":
+            values["slip_counts"] = fault.number("counts")
+        case "encoder_noise":
+            axis.fault("noise_seed", fault.number("seed"))
+            values["noise_counts"] = fault.number("counts")
+    for what, value in values.items():
+        axis.fault(what, value)
+
+    def undo() -> None:
+        for what in values:
+            axis.fault(what, undone.get(what, 0))
+
+    return undo
+
+
 _EFFECTS: dict[str, Effect] = {
     **dict.fromkeys(("byte_flip", "byte_drop", "byte_duplicate", "byte_delay"), _on_bytes),
+    "host_stop_reading": _host,
+    "host_close": _host,
     "node_babble": _babble,
     "node_reset": _reset,
     "node_brown_out": _brown_out,
     "node_hang": _hang,
     "shaft_load": _load,
+    **dict.fromkeys(
+        (
+            "shaft_jam",
+            "steps_lost",
+            "phase_open",
+            "thermal_trip",
+            "supply_sag",
+            "encoder_slip",
+            "encoder_noise",
+        ),
+        _shaft,
+    ),
     "encoder_freeze": _encoder,
     "encoder_disconnect": _encoder,
 }

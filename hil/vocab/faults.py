@@ -7,14 +7,17 @@ A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-DEVICE, PORT, STATION, SEGMENT, SERVO, SHAFT = "device", "port", "station", "segment", "servo", "shaft"
+DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
+SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 TARGETS = {
     DEVICE: "a twin",
     PORT: "a port of a twin, or a real board",
+    TWIN_PORT: "a port of a twin",
     STATION: "a twin's port on a segment, or a tap",
     SEGMENT: "a segment",
     SERVO: "a twin with an encoder",
     SHAFT: "a twin with a motor",
+    SUPPLIED: "a twin with plant: full",
 }
 
 
@@ -52,7 +55,7 @@ class FaultParameter:
 
 @dataclass(frozen=True)
 class FaultKind:
-    """One thing that goes wrong: its layer (byte, packet, wire, node, physics) and what it can be on."""
+    """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and what it can be on."""
 
     name: str
     layer: str
@@ -139,6 +142,43 @@ _KINDS = (
         SHAFT,
         "a torque on the shaft, beside the load that is there",
         (FaultParameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
+    ),
+    FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
+    FaultKind(
+        "steps_lost",
+        "physics",
+        SHAFT,
+        "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
+        (FaultParameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
+    ),
+    FaultKind(
+        "phase_open",
+        "physics",
+        SHAFT,
+        "a coil's wire is broken",
+        (FaultParameter("coil", "which", default="A", choices=("A", "B")),),
+    ),
+    FaultKind("thermal_trip", "physics", SHAFT, "the driver is too hot: no current in either coil"),
+    FaultKind(
+        "supply_sag",
+        "physics",
+        SUPPLIED,
+        "the supply has another voltage",
+        (FaultParameter("supply_V", "what is left", "V", 0.0, 100.0),),
+    ),
+    FaultKind(
+        "encoder_slip",
+        "physics",
+        SERVO,
+        "the magnet has slipped on the shaft",
+        (FaultParameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
+    ),
+    FaultKind(
+        "encoder_noise",
+        "physics",
+        SERVO,
+        "readings scatter",
+        (FaultParameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
     ),
     FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),
     FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),

@@ -13,6 +13,7 @@ CONFIG = {
         "s1": {"profile": "sac"},
         "s2": {"profile": "sac"},
         "m1": {"profile": "mechaduino", "flash": {"table": "identity"}},
+        "m2": {"profile": "mechaduino", "flash": {"table": "identity"}, "plant": "full"},
     },
     "segments": {"bus0": {"stations": ["s1", "s2"], "taps": {"master": {"port": "memory"}}}},
 }
@@ -53,7 +54,7 @@ class Rig:
         assert self.ask() == [ACK]
         assert self.ask(address=86) == [ACK]
         assert self.type("vd\r") == b"vd\r\n0\t0\r\nSAC>"
-        assert self.type("p", 200, "m1").startswith(b"stepNumber: 0 , Angle: ")
+        assert b" , Angle: " in self.type("p", 200, "m1")
         assert self.bench._runtime.faults.active == {}
 
 
@@ -102,6 +103,35 @@ def _moved(rig):
     return abs(rig.bench.axis("m1").snapshot().position_deg - before) > 0.1
 
 
+def _position(rig):
+    return rig.bench.axis("m1").snapshot().position_deg
+
+
+def _pushed(rig):
+    before = _position(rig)
+    rig.bench.axis("m1").load_torque_Nm = 0.3
+    rig.bench.run(ms=300)
+    after = _position(rig)
+    rig.bench.axis("m1").load_torque_Nm = 0.0
+    return abs(after - before) > 0.1
+
+
+def _currents(rig, name="m1"):
+    """After a step, which energises both coils."""
+    rig.type("s", 300, name)
+    shot = rig.bench.axis(name).snapshot()
+    return shot.current_a_A, shot.current_b_A
+
+
+def _raw(rig, ms=0.0):
+    rig.bench.run(ms=ms)
+    return rig.bench.axis("m1").snapshot().raw
+
+
+def _shaft_count(rig):
+    return int(_position(rig) / 360 % 1 * 16384)
+
+
 def _started_again(rig):
     rig.bench.run(ms=1100)
     return rig.terminal.read().endswith(b"SAC 1.0\r\nSAC>")
@@ -112,6 +142,8 @@ SEEN = {
     "byte_drop": ("s1", {"rate": 0.5, "towards": "board"}, _terminal),
     "byte_duplicate": ("s1", {"rate": 1.0}, _terminal),
     "byte_delay": ("s1", {"rate": 1.0, "delay_ms": 30}, _late),
+    "host_stop_reading": ("s1", {}, lambda rig: rig.type("m9ad\r") == b"" and rig.bench.run(1000) is None),
+    "host_close": ("s1", {}, lambda rig: rig.type("\r") == b""),
     "packet_bad_crc": ("s1.network", {}, lambda rig: rig.ask() == ["CRC"]),
     "packet_no_ack": ("s1.network", {}, lambda rig: rig.ask() == []),
     "packet_nak": ("s1.network", {}, lambda rig: rig.ask() == [NAK]),
@@ -126,6 +158,13 @@ SEEN = {
     "node_brown_out": ("s1", {}, lambda rig: (rig.ask(), rig.type("\r")) == ([], b"")),
     "node_hang": ("s1", {}, lambda rig: (rig.ask(), rig.type("\r")) == ([], b"")),
     "shaft_load": ("m1", {"torque_Nm": 0.3}, _moved),
+    "shaft_jam": ("m1", {}, lambda rig: not _pushed(rig)),
+    "steps_lost": ("m1", {"turn_deg": -7.2}, lambda rig: _position(rig) < 0),
+    "phase_open": ("m1", {"coil": "A"}, lambda rig: [_currents(rig)[0] for _ in range(2)] == [0, 0]),
+    "thermal_trip": ("m1", {}, lambda rig: _currents(rig) == (0, 0)),
+    "supply_sag": ("m2", {"supply_V": 0.0}, lambda rig: max(map(abs, _currents(rig, "m2"))) < 0.01),
+    "encoder_slip": ("m1", {"counts": 100}, lambda rig: _raw(rig) == (_shaft_count(rig) + 100) % 16384),
+    "encoder_noise": ("m1", {"counts": 5}, lambda rig: len({_raw(rig, 1.0) for _ in range(20)}) > 5),
     "encoder_freeze": ("m1", {}, _encoder),
     "encoder_disconnect": ("m1", {}, lambda rig: b"raw encoder: 16383" in rig.type("p", 200, "m1")),
 }
@@ -187,8 +226,8 @@ def test_a_hung_board_goes_on_where_it_was(rig):
 @pytest.mark.parametrize(
     ("kind", "target", "parameters", "why"),
     [
-        ("node_hang", "s9", {}, "there is no 's9'; there are s1, s2, m1, s1.network"),
-        ("encoder_freeze", "s1", {}, "encoder_freeze is on a twin with an encoder, as m1; not on s1"),
+        ("node_hang", "s9", {}, "there is no 's9'; there are s1, s2, m1, m2, s1.network"),
+        ("encoder_freeze", "s1", {}, "encoder_freeze is on a twin with an encoder, as m1, m2; not on s1"),
         ("packet_nak", "m1", {}, "packet_nak is on a twin's port on a segment, or a tap, as s1.network"),
         ("wire_noise", "s1", {"rate": 0.1}, "wire_noise is on a segment, as bus0; not on s1"),
         ("byte_flip", "s1", {}, "rate: this one is missing"),
