@@ -55,7 +55,7 @@ class FaultParameter:
 
 @dataclass(frozen=True)
 class FaultKind:
-    """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and what it can be on."""
+    """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and its target."""
 
     name: str
     layer: str
@@ -93,6 +93,8 @@ _KINDS = (
         "bytes come late, and those behind them too",
         (_BYTE_RATE, FaultParameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED),
     ),
+    FaultKind("host_stop_reading", "host", TWIN_PORT, "nobody reads: what the board sends is lost"),
+    FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
     FaultKind(
         "packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC", (_PACKET_RATE, _SEED)
     ),
