@@ -4,8 +4,11 @@ Without a baud (USB CDC) bytes take no time and the host is held up while the de
 baud each character has its time, there is no flow control, and what finds no room is an overrun.
 """
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 from hil.firmware.uart import RxBuffer
 from hil.vocab.segment import HeardCharacter
@@ -17,6 +20,14 @@ USB_HELD_BYTES = 16
 be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
 """Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+
+
+class _Flight(NamedTuple):
+    """Characters on the line, at least one."""
+
+    times_ns: tuple[int, ...]
+    """When each is complete, ascending."""
+    data: bytes
 
 
 class DeviceUart:
@@ -47,7 +58,11 @@ class DeviceUart:
         self.busy_flag: tuple[set[str], str] | None = None
         """Where a segment wants to know that the firmware does not poll, and under which name."""
         self._sent = sent
-        self._in_flight: deque[tuple[int, int]] = deque()
+        self._in_flight: deque[_Flight] = deque()
+        self._taken = 0
+        """How many characters of the first flight have come."""
+        self.next_arrival_ns = FOREVER
+        """When the next character on the line is complete, of those that the sketch is woken for."""
         self._wake_byte: int | None = None
         self._wakes: deque[int] = deque()
         self._is_woken = False
@@ -72,7 +87,13 @@ class DeviceUart:
         if byte != self._wake_byte:
             self._is_woken = False
         self._wake_byte = byte
-        self._wakes = deque(at_ns for at_ns, flying in self._in_flight if flying == byte)
+        self._wakes = deque(at_ns for at_ns, flying in self.in_flight() if flying == byte)
+        self._find_next()
+
+    def in_flight(self) -> list[tuple[int, int]]:
+        """What is on the line: when each character is complete, and the character."""
+        every = [each for flight in self._in_flight for each in zip(*flight, strict=True)]
+        return every[self._taken :]
 
     @property
     def has_input(self) -> bool:
@@ -115,7 +136,10 @@ class DeviceUart:
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""
-        waiting = self._rx.available() if self.baud is None else len(self._in_flight)
+        if self.baud is None:
+            waiting = self._rx.available()
+        else:
+            waiting = sum(len(flight.data) for flight in self._in_flight) - self._taken
         return max(0, USB_HELD_BYTES - waiting)
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
@@ -135,45 +159,93 @@ class DeviceUart:
         return self.baud
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
-        self._fly([(each.at_ns, each.byte) for each in characters])
+        if characters:
+            times_ns = tuple(each.at_ns for each in characters)
+            self._fly(_Flight(times_ns, bytes(each.byte for each in characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
-        self._in_flight = deque(each for each in self._in_flight if each[0] <= after_ns)
+        left = [each for each in self.in_flight() if each[0] <= after_ns]
+        self._in_flight.clear()
+        self._taken = 0
+        if left:
+            self._in_flight.append(_Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left)))
         self.wake_on(self._wake_byte)
-
-    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
-        assert self.baud is not None
-        if sent_baud == self.baud:
-            times = [(start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data)]
-        else:
-            one_ns = character_ns(1, self.baud)
-            times = [
-                (start_ns + sampled.offset_ns + one_ns, sampled.byte)
-                for sampled in resample(data, sent_baud, self.baud)
-            ]
-        self._fly(times)
-
-    def _fly(self, times: list[tuple[int, int]]) -> None:
-        self._in_flight.extend(times)
-        if self._wake_byte is not None:
-            self._wakes.extend(at_ns for at_ns, byte in times if byte == self._wake_byte)
         self.due_changed()
 
-    @property
-    def next_arrival_ns(self) -> SimTimeNs:
-        """When the next character on the line is complete, of those that the sketch is woken for."""
+    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
+        if flight := _heard(start_ns, data, sent_baud, self.baud_now):
+            self._fly(flight)
+
+    def _fly(self, flight: _Flight) -> None:
+        self._in_flight.append(flight)
         if self._wake_byte is not None:
-            return SimTimeNs(self._wakes[0]) if self._wakes else FOREVER
-        return SimTimeNs(self._in_flight[0][0]) if self._in_flight else FOREVER
+            self._wakes.extend(_times_of(self._wake_byte, flight))
+        if self.next_arrival_ns == FOREVER:
+            self._find_next()
+            self.due_changed()
+
+    def _find_next(self) -> None:
+        next_ns: int = FOREVER
+        if self._wake_byte is not None:
+            if self._wakes:
+                next_ns = self._wakes[0]
+        elif self._in_flight:
+            next_ns = self._in_flight[0].times_ns[self._taken]
+        self.next_arrival_ns = SimTimeNs(next_ns)
 
     def take_arrivals(self) -> None:
         """Characters complete by now enter the receive buffer, or are lost to an overrun."""
-        while self._in_flight and self._in_flight[0][0] <= self.now_ns:
-            at_ns, byte = self._in_flight.popleft()
-            at_once = self._wake_byte is not None and at_ns >= self.polls_from_ns
+        if not self._in_flight:
+            return
+        now_ns, wakes = self.now_ns, self._wakes
+        while self._in_flight:
+            flight, first = self._in_flight[0], self._taken
+            if flight.times_ns[-1] <= now_ns:
+                self._in_flight.popleft()
+                self._taken = 0
+                self._receive(flight if first == 0 else _Flight(flight.times_ns[first:], flight.data[first:]))
+                continue
+            end = bisect_right(flight.times_ns, now_ns, first)
+            if end > first:
+                self._taken = end
+                self._receive(_Flight(flight.times_ns[first:end], flight.data[first:end]))
+            break
+        while wakes and wakes[0] <= now_ns:
+            wakes.popleft()
+        self._find_next()
+
+    def _receive(self, flight: _Flight) -> None:
+        wake_byte = self._wake_byte
+        at_once = wake_byte is not None and flight.times_ns[0] >= self.polls_from_ns
+        if at_once or len(flight.data) <= self._rx.room():
+            self._rx.feed(flight.data, at_once=at_once)
+            if wake_byte is not None and wake_byte in flight.data:
+                self._is_woken = True
+            return
+        for at_ns, byte in zip(*flight, strict=True):
+            at_once = wake_byte is not None and at_ns >= self.polls_from_ns
             if not self._rx.feed(bytes((byte,)), at_once=at_once):
                 self.overrun_bytes += 1
-            elif byte == self._wake_byte:
+            elif byte == wake_byte:
                 self._is_woken = True
-        while self._wakes and self._wakes[0] <= self.now_ns:
-            self._wakes.popleft()
+
+
+@lru_cache(maxsize=4)
+def _heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> _Flight | None:
+    """What a receiver makes of bytes on a line; kept, because all receivers on it make the same."""
+    if sent_baud == baud:
+        times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
+        return _Flight(times_ns, data) if data else None
+    one_ns = character_ns(1, baud)
+    sampled = resample(data, sent_baud, baud)
+    times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)
+    return _Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None
+
+
+def _times_of(byte: int, flight: _Flight) -> list[int]:
+    """When that byte is complete in a flight, each time."""
+    times_ns, at = [], flight.data.find(byte)
+    while at >= 0:
+        times_ns.append(flight.times_ns[at])
+        at = flight.data.find(byte, at + 1)
+    return times_ns
