@@ -130,7 +130,7 @@ class DeviceUart:
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """When all but a transmit buffer of what was written has gone out."""
-        if self.baud is None:
+        if self.baud is None or self.tx_free_ns <= now_ns:
             return now_ns
         return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
 
