@@ -110,6 +110,11 @@ class Device:
         self._empty_outbox()
         is_polling = runtime.polls_from_ns <= now_ns
         for uart in self.uarts.values():
+            if not is_polling:
+                if not uart.ignores_mark:
+                    uart.ignore_mark()
+            elif uart.ignores_mark and self._print_returns(now_ns) <= now_ns:
+                uart.ignores_mark = False
             if uart.busy_flag:
                 flags, name = uart.busy_flag
                 (flags.discard if is_polling else flags.add)(name)
@@ -126,6 +131,9 @@ class Device:
             raise
         except BaseException as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
+        if self._outbox:  # the next thing that wakes the main program lets it wait until this is out
+            for uart in self.uarts.values():
+                uart.ignore_mark()
         self.interrupting = True
         self._empty_outbox()
         self.interrupting = False

@@ -64,6 +64,12 @@ class DeviceUart:
         self.next_arrival_ns = FOREVER
         """When the next character on the line is complete, of those that the sketch is woken for."""
         self._wake_byte: int | None = None
+        self._mark: int | None = None
+        self._before = b""
+        """The last two bytes on the line, if they are known."""
+        self._is_gapless = True
+        """What the sketch gets has stood on the line like that."""
+        self.ignores_mark = False
         self._wakes: deque[int] = deque()
         self._is_woken = False
         self._rx_free_ns = 0
@@ -83,12 +89,17 @@ class DeviceUart:
             self.address = address
             self.address_changed()
 
-    def wake_on(self, byte: int | None) -> None:
+    def wake_on(self, byte: int | None, mark: int | None = None) -> None:
         if byte != self._wake_byte:
             self._is_woken = False
-        self._wake_byte = byte
+        self._wake_byte, self._mark = byte, mark
         self._wakes = deque(at_ns for at_ns, flying in self.in_flight() if flying == byte)
         self._find_next()
+
+    def ignore_mark(self) -> None:
+        """Until ``ignores_mark`` is false again every wake byte counts."""
+        self.ignores_mark = True
+        self.wake_on(self._wake_byte, self._mark)
 
     def in_flight(self) -> list[tuple[int, int]]:
         """What is on the line: when each character is complete, and the character."""
@@ -167,9 +178,10 @@ class DeviceUart:
         left = [each for each in self.in_flight() if each[0] <= after_ns]
         self._in_flight.clear()
         self._taken = 0
+        self._before = b""
         if left:
             self._in_flight.append(_Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left)))
-        self.wake_on(self._wake_byte)
+        self.wake_on(self._wake_byte, self._mark)
         self.due_changed()
 
     def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
@@ -179,7 +191,9 @@ class DeviceUart:
     def _fly(self, flight: _Flight) -> None:
         self._in_flight.append(flight)
         if self._wake_byte is not None:
-            self._wakes.extend(_times_of(self._wake_byte, flight))
+            mark = self._mark if self._is_gapless and not self.ignores_mark else None
+            self._wakes.extend(_wakes(flight, self._wake_byte, mark, self._before))
+        self._before = flight.data[-2:]
         if self.next_arrival_ns == FOREVER:
             self._find_next()
             self.due_changed()
@@ -197,7 +211,7 @@ class DeviceUart:
         """Characters complete by now enter the receive buffer, or are lost to an overrun."""
         if not self._in_flight:
             return
-        now_ns, wakes = self.now_ns, self._wakes
+        now_ns = self.now_ns
         while self._in_flight:
             flight, first = self._in_flight[0], self._taken
             if flight.times_ns[-1] <= now_ns:
@@ -210,8 +224,8 @@ class DeviceUart:
                 self._taken = end
                 self._receive(_Flight(flight.times_ns[first:end], flight.data[first:end]))
             break
-        while wakes and wakes[0] <= now_ns:
-            wakes.popleft()
+        while self._wakes and self._wakes[0] <= now_ns:
+            self._wakes.popleft()
         self._find_next()
 
     def _receive(self, flight: _Flight) -> None:
@@ -222,12 +236,17 @@ class DeviceUart:
             if wake_byte is not None and wake_byte in flight.data:
                 self._is_woken = True
             return
+        is_gapless = True
         for at_ns, byte in zip(*flight, strict=True):
             at_once = wake_byte is not None and at_ns >= self.polls_from_ns
             if not self._rx.feed(bytes((byte,)), at_once=at_once):
                 self.overrun_bytes += 1
+                is_gapless = False
             elif byte == wake_byte:
                 self._is_woken = True
+        if not is_gapless:
+            self._is_gapless = False
+            self.wake_on(wake_byte, self._mark)
 
 
 @lru_cache(maxsize=4)
@@ -242,10 +261,14 @@ def _heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> _Flight | N
     return _Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None
 
 
-def _times_of(byte: int, flight: _Flight) -> list[int]:
-    """When that byte is complete in a flight, each time."""
-    times_ns, at = [], flight.data.find(byte)
-    while at >= 0:
-        times_ns.append(flight.times_ns[at])
-        at = flight.data.find(byte, at + 1)
-    return times_ns
+@lru_cache(maxsize=4)
+def _wakes(flight: _Flight, byte: int, mark: int | None, before: bytes) -> tuple[int, ...]:
+    """When that byte is complete, each time; with a mark, unless another byte is known to stand two places
+    before it. ``before``: what stands before the flight."""
+    stream = before + flight.data
+    places = range(len(before), len(stream))
+    return tuple(
+        at_ns
+        for at_ns, place in zip(flight.times_ns, places, strict=True)
+        if stream[place] == byte and (mark is None or place < 2 or stream[place - 2] == mark)
+    )
