@@ -15,7 +15,6 @@ from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware
 from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 
-
 _UNGUARDED = nullcontext()
 
 

@@ -6,9 +6,9 @@ baud each character has its time, there is no flow control, and what finds no ro
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 from hil.firmware.uart import RxBuffer
 from hil.vocab.segment import HeardCharacter
@@ -22,12 +22,20 @@ UART_BUFFER_BYTES = 64
 """Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
 
 
-class _Flight(NamedTuple):
-    """Characters on the line, at least one."""
+@dataclass(frozen=True, eq=False)
+class _Flight:
+    """Characters on the line, at least one. Equal is only one to itself, so that it is found quickly."""
 
     times_ns: tuple[int, ...]
     """When each is complete, ascending."""
     data: bytes
+
+    def part(self, first: int, end: int) -> "_Flight":
+        """Some of the characters."""
+        return _Flight(self.times_ns[first:end], self.data[first:end])
+
+    def characters(self) -> Iterator[tuple[int, int]]:
+        return zip(self.times_ns, self.data, strict=True)
 
 
 class DeviceUart:
@@ -103,7 +111,7 @@ class DeviceUart:
 
     def in_flight(self) -> list[tuple[int, int]]:
         """What is on the line: when each character is complete, and the character."""
-        every = [each for flight in self._in_flight for each in zip(*flight, strict=True)]
+        every = [each for flight in self._in_flight for each in flight.characters()]
         return every[self._taken :]
 
     @property
@@ -180,7 +188,9 @@ class DeviceUart:
         self._taken = 0
         self._before = b""
         if left:
-            self._in_flight.append(_Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left)))
+            self._in_flight.append(
+                _Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left))
+            )
         self.wake_on(self._wake_byte, self._mark)
         self.due_changed()
 
@@ -217,12 +227,12 @@ class DeviceUart:
             if flight.times_ns[-1] <= now_ns:
                 self._in_flight.popleft()
                 self._taken = 0
-                self._receive(flight if first == 0 else _Flight(flight.times_ns[first:], flight.data[first:]))
+                self._receive(flight if first == 0 else flight.part(first, len(flight.data)))
                 continue
             end = bisect_right(flight.times_ns, now_ns, first)
             if end > first:
                 self._taken = end
-                self._receive(_Flight(flight.times_ns[first:end], flight.data[first:end]))
+                self._receive(flight.part(first, end))
             break
         while self._wakes and self._wakes[0] <= now_ns:
             self._wakes.popleft()
@@ -237,7 +247,7 @@ class DeviceUart:
                 self._is_woken = True
             return
         is_gapless = True
-        for at_ns, byte in zip(*flight, strict=True):
+        for at_ns, byte in flight.characters():
             at_once = wake_byte is not None and at_ns >= self.polls_from_ns
             if not self._rx.feed(bytes((byte,)), at_once=at_once):
                 self.overrun_bytes += 1
