@@ -1,6 +1,6 @@
 """Reads what is typed at a SAC: numbers, and the attributes of a motion command."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hil.vocab.motion import MotionEntry
 
@@ -20,7 +20,7 @@ class Text:
 
     def peek(self) -> str:
         """The next character, "" at the end."""
-        return self._text[self._at : self._at + 1]
+        return self._text[self._at] if self._at < len(self._text) else ""
 
     def take(self) -> str:
         """The next character, and go on; "" at the end."""
@@ -37,7 +37,7 @@ class Text:
 
     def is_digit(self) -> bool:
         """Whether a digit comes next."""
-        return self.peek() != "" and self.peek() in "0123456789"
+        return self._at < len(self._text) and self._text[self._at] in "0123456789"
 
     def number(self) -> int | None:
         """Digits, as the board's 32 bits hold them; None where there are none."""
@@ -57,10 +57,10 @@ class Text:
         return whole * 100 + int((decimals + "00")[:2])
 
     def _digits(self) -> str:
-        digits = ""
+        start = self._at
         while self.is_digit():
-            digits += self.take()
-        return digits
+            self._at += 1
+        return self._text[start : self._at]
 
     def rest(self) -> str:
         """All that is left."""
@@ -117,20 +117,20 @@ class Attributes:
             acc = default_acc if self.acc < 0 else self.acc
         if self.dec is not None:
             dec = default_dec if self.dec < 0 else self.dec
-        changed = replace(
-            entry,
-            is_linear=is_linear,
+        velocity = self.velocity or entry
+        return MotionEntry(
+            steps=entry.steps if self.steps is None else self.steps,
+            rpm=velocity.rpm,
+            cycle_us=velocity.cycle_us,
+            wait_us=entry.wait_us if self.wait_us is None else self.wait_us,
             acc_hundredths=acc,
             dec_hundredths=dec,
-            **{
-                name: value
-                for name in ("steps", "is_ccw", "extra_pulses", "is_sync", "wait_us", "is_pulses")
-                if (value := getattr(self, name)) is not None
-            },
+            is_ccw=entry.is_ccw if self.is_ccw is None else self.is_ccw,
+            is_linear=is_linear,
+            extra_pulses=entry.extra_pulses if self.extra_pulses is None else self.extra_pulses,
+            is_sync=entry.is_sync if self.is_sync is None else self.is_sync,
+            is_pulses=entry.is_pulses if self.is_pulses is None else self.is_pulses,
         )
-        if self.velocity:
-            changed = replace(changed, rpm=self.velocity.rpm, cycle_us=self.velocity.cycle_us)
-        return changed
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """The SAC's commands that move the motor or set how the next one will: a line in, calls of the engine out."""
 
 from dataclasses import replace
+from functools import lru_cache
 
-from device_profiles.sac.line import Attributes, Text, from_cycle, read_attributes, read_steps
+from device_profiles.sac.line import Attributes, Text, Velocity, from_cycle, read_attributes, read_steps
 from device_profiles.sac.queue_memory import POSITIONS, QueueMemory
 from device_profiles.sac.session import Session
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, QUEUE_LEN, Motion, MotionEntry
@@ -68,7 +69,7 @@ class Moves:
         """``v``: the system's default without a number; a continuous motion follows at once."""
         parameters = self._session.parameters
         if text.peek():
-            velocity = read_attributes(Text("v" + text.rest()), parameters.steps_per_rev).velocity
+            velocity = _velocity(text.rest(), parameters.steps_per_rev)
         else:
             velocity = from_cycle(parameters.cycle_us, parameters.steps_per_rev)
         if velocity:
@@ -118,3 +119,9 @@ class Moves:
     def loop_array(self, text: Text) -> None:
         """Passes of the xRef array; 0, and no number: for ever."""
         self._motion.loop_array((text.number() or 0) % PASSES)
+
+
+@lru_cache(maxsize=4)
+def _velocity(text: str, steps_per_rev: int) -> Velocity | None:
+    """What follows a ``v`` of its own; kept, because a packet to all has every node read the same."""
+    return read_attributes(Text("v" + text), steps_per_rev).velocity

@@ -21,7 +21,7 @@ REPLY = "\\/"
 TURNAROUND_CHARACTERS = 2
 """From a packet's last bit to the first of its acknowledgement (decision)."""
 _FRAME_ONLY = b"\0\2\3"
-_END = 0
+_END, _ETX = 0, 3
 
 Steps = Generator[Request, Any, None]
 
@@ -40,7 +40,7 @@ class Network:
         if uart is not self._uart:
             self._decoder = PacketDecoder()
         self._uart = uart
-        uart.wake_on(_END)
+        uart.wake_on(_END, _ETX)  # the address 0 is no end
         uart.listen_for(self._session.parameters.device_id)
 
     # ---- out ----

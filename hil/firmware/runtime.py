@@ -43,6 +43,8 @@ class Runtime:
         self._committing = False
         self._ready_ns = SimTimeNs(0)
         self._deadline_ns = SimTimeNs(0)
+        self.polls_from_ns = FOREVER
+        """From when on the program reads what comes in as it comes."""
         self.due_ns = SimTimeNs(0)
 
     def resume(self, now_ns: SimTimeNs) -> None:
@@ -63,11 +65,6 @@ class Runtime:
             self._begin(self._print_returns(now_ns))
         raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
 
-    @property
-    def polls_from_ns(self) -> SimTimeNs:
-        """From when on the program reads what comes in as it comes."""
-        return self._ready_ns if isinstance(self._waiting, ByteAvailable) else FOREVER
-
     def commit_done(self, durable: bool) -> None:
         """The store has answered; call ``resume`` next."""
         self._committing = False
@@ -83,6 +80,7 @@ class Runtime:
         self._answer = None
         self._ready_ns = start_ns
         self._deadline_ns = FOREVER
+        self.polls_from_ns = start_ns if isinstance(request, ByteAvailable) else FOREVER
         if isinstance(request, Delay):
             self._deadline_ns = SimTimeNs(start_ns + request.duration_ns)
         elif isinstance(request, ByteAvailable):

@@ -1,7 +1,5 @@
 """The receive side of a board's serial interface, with the Arduino core's held byte."""
 
-from collections import deque
-
 
 class RxBuffer:
     """Received bytes that the sketch has not read: at most ``capacity``, and the one held by ``peek``.
@@ -12,7 +10,7 @@ class RxBuffer:
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
-        self._unread: deque[int] = deque()
+        self._unread = bytearray()
         self._held = -1
 
     def feed(self, data: bytes, *, at_once: bool = False) -> int:
@@ -45,5 +43,6 @@ class RxBuffer:
     def peek(self) -> int:
         """The next byte, or -1; it is held until ``read``."""
         if self._held < 0 and self._unread:
-            self._held = self._unread.popleft()
+            self._held = self._unread[0]
+            del self._unread[:1]
         return self._held

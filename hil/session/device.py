@@ -15,6 +15,8 @@ from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware
 from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 
+_UNGUARDED = nullcontext()
+
 
 class Store(Protocol):
     """Where a device's memory is kept. It answers each commit once, by an input ``CommitDone``, or by
@@ -59,7 +61,7 @@ class Device:
         self.on_failed: Callable[[Device], None] | None = None
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
-        self.guard: Callable[[], AbstractContextManager[object]] = nullcontext
+        self.guard: Callable[[], AbstractContextManager[object]] = lambda: _UNGUARDED
         self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((MAIN, at_ns, data)))
         self.network = None
         if network_baud is not None:
@@ -82,30 +84,38 @@ class Device:
         """The earliest time at which ``step`` has to be called."""
         if self.failed or self.is_hung:
             return FOREVER
-        due_ns, arrival_ns = self._runtime.due_ns, self.uart.next_arrival_ns
-        if self.network and (other_ns := self.network.next_arrival_ns) < arrival_ns:
-            arrival_ns = other_ns
-        return due_ns if due_ns < arrival_ns else arrival_ns
+        due_ns = self._runtime.due_ns
+        if (arrival_ns := self.uart.next_arrival_ns) < due_ns:
+            due_ns = arrival_ns
+        if self.network and (arrival_ns := self.network.next_arrival_ns) < due_ns:
+            due_ns = arrival_ns
+        return due_ns
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
         if self.failed or self.is_hung:
             return
-        polls_from_ns = self._runtime.polls_from_ns
+        runtime = self._runtime
+        polls_from_ns = runtime.polls_from_ns
         for uart in self.uarts.values():
             uart.now_ns = now_ns
             uart.polls_from_ns = polls_from_ns
             uart.take_arrivals()
         try:
             with self.guard():
-                self._runtime.resume(now_ns)
+                runtime.resume(now_ns)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # the firmware is a plug-in: whatever it raises stops its device only
             self.fail(f"{type(error).__name__}: {error}")
         self._empty_outbox()
-        is_polling = self._runtime.polls_from_ns <= now_ns
+        is_polling = runtime.polls_from_ns <= now_ns
         for uart in self.uarts.values():
+            if not is_polling:
+                if not uart.ignores_mark:
+                    uart.ignore_mark()
+            elif uart.ignores_mark and self._print_returns(now_ns) <= now_ns:
+                uart.ignores_mark = False
             if uart.busy_flag:
                 flags, name = uart.busy_flag
                 (flags.discard if is_polling else flags.add)(name)
@@ -122,6 +132,9 @@ class Device:
             raise
         except BaseException as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
+        if self._outbox:  # the next thing that wakes the main program lets it wait until this is out
+            for uart in self.uarts.values():
+                uart.ignore_mark()
         self.interrupting = True
         self._empty_outbox()
         self.interrupting = False

@@ -99,7 +99,8 @@ class Group:
             device = self.devices[index]
             if device.due_ns <= now_ns:
                 device.step(now_ns)
-            self._note_due(index)
+            if (due_ns := device.due_ns) < FOREVER:
+                heappush(due, (due_ns, index))
 
     def apply(self, device: Device, given: Input) -> None:
         """An input takes effect now, and the firmware runs on it."""

@@ -4,8 +4,11 @@ Without a baud (USB CDC) bytes take no time and the host is held up while the de
 baud each character has its time, there is no flow control, and what finds no room is an overrun.
 """
 
+from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 from hil.firmware.uart import RxBuffer
 from hil.vocab.segment import HeardCharacter
@@ -18,6 +21,22 @@ USB_HELD_BYTES = 16
 be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
 """Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Flight:
+    """Characters on the line, at least one. Equal is only one to itself, so that it is found quickly."""
+
+    times_ns: tuple[int, ...]
+    """When each is complete, ascending."""
+    data: bytes
+
+    def part(self, first: int, end: int) -> "_Flight":
+        """Some of the characters."""
+        return _Flight(self.times_ns[first:end], self.data[first:end])
+
+    def characters(self) -> Iterator[tuple[int, int]]:
+        return zip(self.times_ns, self.data, strict=True)
 
 
 class DeviceUart:
@@ -51,8 +70,18 @@ class DeviceUart:
         self.busy_flag: tuple[set[str], str] | None = None
         """Where a segment wants to know that the firmware does not poll, and under which name."""
         self._sent = sent
-        self._in_flight: deque[tuple[int, int]] = deque()
+        self._in_flight: deque[_Flight] = deque()
+        self._taken = 0
+        """How many characters of the first flight have come."""
+        self.next_arrival_ns = FOREVER
+        """When the next character on the line is complete, of those that the sketch is woken for."""
         self._wake_byte: int | None = None
+        self._mark: int | None = None
+        self._before = b""
+        """The last two bytes on the line, if they are known."""
+        self._is_gapless = True
+        """What the sketch gets has stood on the line like that."""
+        self.ignores_mark = False
         self._wakes: deque[int] = deque()
         self._is_woken = False
         self._rx_free_ns = 0
@@ -72,11 +101,22 @@ class DeviceUart:
             self.address = address
             self.address_changed()
 
-    def wake_on(self, byte: int | None) -> None:
+    def wake_on(self, byte: int | None, mark: int | None = None) -> None:
         if byte != self._wake_byte:
             self._is_woken = False
-        self._wake_byte = byte
-        self._wakes = deque(at_ns for at_ns, flying in self._in_flight if flying == byte)
+        self._wake_byte, self._mark = byte, mark
+        self._wakes = deque(at_ns for at_ns, flying in self.in_flight() if flying == byte)
+        self._find_next()
+
+    def ignore_mark(self) -> None:
+        """Until ``ignores_mark`` is false again every wake byte counts."""
+        self.ignores_mark = True
+        self.wake_on(self._wake_byte, self._mark)
+
+    def in_flight(self) -> list[tuple[int, int]]:
+        """What is on the line: when each character is complete, and the character."""
+        every = [each for flight in self._in_flight for each in flight.characters()]
+        return every[self._taken :]
 
     @property
     def has_input(self) -> bool:
@@ -120,13 +160,16 @@ class DeviceUart:
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """When all but a transmit buffer of what was written has gone out."""
-        if self.baud is None:
+        if self.baud is None or self.tx_free_ns <= now_ns:
             return now_ns
         return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""
-        waiting = self._rx.available() if self.baud is None else len(self._in_flight)
+        if self.baud is None:
+            waiting = self._rx.available()
+        else:
+            waiting = sum(len(flight.data) for flight in self._in_flight) - self._taken
         return max(0, USB_HELD_BYTES - waiting)
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
@@ -134,11 +177,11 @@ class DeviceUart:
         if self.rx_faults:
             for delay_ns, piece in apply_all(self.rx_faults.values(), data):
                 self._rx_free_ns = max(self.now_ns, self._rx_free_ns) + delay_ns
-                self._receive(piece, client_baud)
+                self._begin(piece, client_baud)
         else:
-            self._receive(data, client_baud)
+            self._begin(data, client_baud)
 
-    def _receive(self, data: bytes, client_baud: int | None) -> None:
+    def _begin(self, data: bytes, client_baud: int | None) -> None:
         if self.baud is None:
             self._rx.feed(data)
             return
@@ -154,45 +197,107 @@ class DeviceUart:
         return self.baud
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
-        self._fly([(each.at_ns, each.byte) for each in characters])
+        if characters:
+            times_ns = tuple(each.at_ns for each in characters)
+            self._fly(_Flight(times_ns, bytes(each.byte for each in characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
-        self._in_flight = deque(each for each in self._in_flight if each[0] <= after_ns)
-        self.wake_on(self._wake_byte)
-
-    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
-        assert self.baud is not None
-        if sent_baud == self.baud:
-            times = [(start_ns + character_ns(i + 1, self.baud), byte) for i, byte in enumerate(data)]
-        else:
-            one_ns = character_ns(1, self.baud)
-            times = [
-                (start_ns + sampled.offset_ns + one_ns, sampled.byte)
-                for sampled in resample(data, sent_baud, self.baud)
-            ]
-        self._fly(times)
-
-    def _fly(self, times: list[tuple[int, int]]) -> None:
-        self._in_flight.extend(times)
-        if self._wake_byte is not None:
-            self._wakes.extend(at_ns for at_ns, byte in times if byte == self._wake_byte)
+        left = [each for each in self.in_flight() if each[0] <= after_ns]
+        self._in_flight.clear()
+        self._taken = 0
+        self._before = b""
+        if left:
+            self._in_flight.append(
+                _Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left))
+            )
+        self.wake_on(self._wake_byte, self._mark)
         self.due_changed()
 
-    @property
-    def next_arrival_ns(self) -> SimTimeNs:
-        """When the next character on the line is complete, of those that the sketch is woken for."""
+    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
+        if flight := _heard(start_ns, data, sent_baud, self.baud_now):
+            self._fly(flight)
+
+    def _fly(self, flight: _Flight) -> None:
+        self._in_flight.append(flight)
         if self._wake_byte is not None:
-            return SimTimeNs(self._wakes[0]) if self._wakes else FOREVER
-        return SimTimeNs(self._in_flight[0][0]) if self._in_flight else FOREVER
+            mark = self._mark if self._is_gapless and not self.ignores_mark else None
+            self._wakes.extend(_wakes(flight, self._wake_byte, mark, self._before))
+        self._before = flight.data[-2:]
+        if self.next_arrival_ns == FOREVER:
+            self._find_next()
+            self.due_changed()
+
+    def _find_next(self) -> None:
+        next_ns: int = FOREVER
+        if self._wake_byte is not None:
+            if self._wakes:
+                next_ns = self._wakes[0]
+        elif self._in_flight:
+            next_ns = self._in_flight[0].times_ns[self._taken]
+        self.next_arrival_ns = SimTimeNs(next_ns)
 
     def take_arrivals(self) -> None:
         """Characters complete by now enter the receive buffer, or are lost to an overrun."""
-        while self._in_flight and self._in_flight[0][0] <= self.now_ns:
-            at_ns, byte = self._in_flight.popleft()
-            at_once = self._wake_byte is not None and at_ns >= self.polls_from_ns
+        if not self._in_flight:
+            return
+        now_ns = self.now_ns
+        while self._in_flight:
+            flight, first = self._in_flight[0], self._taken
+            if flight.times_ns[-1] <= now_ns:
+                self._in_flight.popleft()
+                self._taken = 0
+                self._receive(flight if first == 0 else flight.part(first, len(flight.data)))
+                continue
+            end = bisect_right(flight.times_ns, now_ns, first)
+            if end > first:
+                self._taken = end
+                self._receive(flight.part(first, end))
+            break
+        while self._wakes and self._wakes[0] <= now_ns:
+            self._wakes.popleft()
+        self._find_next()
+
+    def _receive(self, flight: _Flight) -> None:
+        wake_byte = self._wake_byte
+        at_once = wake_byte is not None and flight.times_ns[0] >= self.polls_from_ns
+        if at_once or len(flight.data) <= self._rx.room():
+            self._rx.feed(flight.data, at_once=at_once)
+            if wake_byte is not None and wake_byte in flight.data:
+                self._is_woken = True
+            return
+        is_gapless = True
+        for at_ns, byte in flight.characters():
+            at_once = wake_byte is not None and at_ns >= self.polls_from_ns
             if not self._rx.feed(bytes((byte,)), at_once=at_once):
                 self.overrun_bytes += 1
-            elif byte == self._wake_byte:
+                is_gapless = False
+            elif byte == wake_byte:
                 self._is_woken = True
-        while self._wakes and self._wakes[0] <= self.now_ns:
-            self._wakes.popleft()
+        if not is_gapless:
+            self._is_gapless = False
+            self.wake_on(wake_byte, self._mark)
+
+
+@lru_cache(maxsize=4)
+def _heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> _Flight | None:
+    """What a receiver makes of bytes on a line; kept, because all receivers on it make the same."""
+    if sent_baud == baud:
+        times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
+        return _Flight(times_ns, data) if data else None
+    one_ns = character_ns(1, baud)
+    sampled = resample(data, sent_baud, baud)
+    times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)
+    return _Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None
+
+
+@lru_cache(maxsize=4)
+def _wakes(flight: _Flight, byte: int, mark: int | None, before: bytes) -> tuple[int, ...]:
+    """When that byte is complete, each time; with a mark, unless another byte is known to stand two places
+    before it. ``before``: what stands before the flight."""
+    stream = before + flight.data
+    places = range(len(before), len(stream))
+    return tuple(
+        at_ns
+        for at_ns, place in zip(flight.times_ns, places, strict=True)
+        if stream[place] == byte and (mark is None or place < 2 or stream[place - 2] == mark)
+    )

@@ -79,9 +79,10 @@ class Uart(Protocol):
     def write(self, data: bytes) -> None:
         """Send bytes, now."""
 
-    def wake_on(self, byte: int | None) -> None:
+    def wake_on(self, byte: int | None, mark: int | None = None) -> None:
         """Only this byte meets a ``ByteAvailable``: the main loop polls what comes before it into a memory
-        of its own. None, as after power-up: every byte does."""
+        of its own. None, as after power-up: every byte does. ``mark``: it means nothing, and may be polled
+        too, unless this byte stands two places before it."""
 
     def listen_for(self, address: int | None) -> None:
         """On a segment: packets to other addresses than this and 0 need not be brought. None, as after

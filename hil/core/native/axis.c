@@ -202,6 +202,12 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
     else axis_run_plant(a, t_ns);
 }
 
+int axis_is_idle(const hil_axis *a)
+{
+    if (!(a->is_full ? a->full.at_rest : a->plant.at_rest) || (a->stepper && a->stepper->is_turned)) return 0;
+    return axis_next_ns(a) == HIL_FOREVER;
+}
+
 /* ---- the firmware's and the daemon's face ---- */
 
 static hil_axis *at(hil_core *c, int axis, int64_t *now_ns)
@@ -209,6 +215,13 @@ static hil_axis *at(hil_core *c, int axis, int64_t *now_ns)
     hil_axis *a = &c->axes[axis];
     *now_ns = atomic_load_explicit(&c->groups[a->group].now_ns, memory_order_relaxed);
     return a;
+}
+
+/* For what changes the axis. */
+static hil_axis *stirred(hil_core *c, int axis, int64_t *now_ns)
+{
+    core_stir(c, axis);
+    return at(c, axis, now_ns);
 }
 
 int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
@@ -234,6 +247,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     a->full = full;
     a->group = group;
     a->next_in_group = c->groups[group].first_axis;
+    a->order = a->next_in_group < 0 ? 0 : c->axes[a->next_in_group].order + 1;
     c->groups[group].first_axis = axis;
     a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
@@ -251,7 +265,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
 void hil_axis_power_up(hil_core *c, int axis)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     if (a->stepper) {
         stepper_power_up(c, a, now_ns);
         return;
@@ -266,7 +280,7 @@ void hil_axis_power_up(hil_core *c, int axis)
 void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     axis_make_node(a, now_ns);
     mechaduino_output(&a->law, c->sine, theta_deg, effort);
     drive(a);
@@ -283,14 +297,14 @@ static void set_vref(hil_axis *a, int vref1, int vref2, int64_t at_ns)
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     set_vref(a, vref1, vref2, now_ns);
 }
 
 void hil_axis_loop(hil_core *c, int axis, int on)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     set_loop(a, on, now_ns);
 }
 
@@ -307,6 +321,7 @@ float *hil_axis_table(hil_core *c, int axis) { return c->axes[axis].table; }
 void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns)
 {
     hil_axis *a = &c->axes[axis];
+    core_stir(c, axis);
     level = level != 0;
     if (a->stepper) {
         stepper_pin(c, a, pin, level, at_ns);
@@ -468,7 +483,7 @@ static int set_law(mechaduino *m, hil_field field, double value)
 int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     if (field >= HIL_FIELDS || hil_field_table[field].kind == (a->stepper ? KIND_SERVO : KIND_STEPPER)) return -1;
     switch (field) {
     case HIL_FIELD_load_torque_Nm:

@@ -65,7 +65,7 @@ int hil_group_open(hil_core *c, int64_t now_ns)
     g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
     g->reported = 1;
     g->open = 1;
-    g->first_axis = -1;
+    g->first_axis = g->first_active = -1;
     if (group >= atomic_load(&c->groups_used)) atomic_store(&c->groups_used, group + 1);
     return group;
 }
@@ -83,7 +83,7 @@ void hil_group_close(hil_core *c, int group)
         stepper_close(&c->axes[i]);
         c->axes[i].open = 0;
     }
-    g->first_axis = -1;
+    g->first_axis = g->first_active = -1;
     g->open = 0;
     atomic_store(&c->due[group], 0);
 }
@@ -97,18 +97,41 @@ void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
     g->stops |= kind == HIL_EVENT_COMMAND_BEGUN || kind == HIL_EVENT_COMMAND_ENDED;
 }
 
+/* Idle axes are left where they are, however many a group has: a plant at rest stands on the same grid of nodes
+   whenever it is asked, and whoever asks names the time. */
+void core_stir(hil_core *c, int axis)
+{
+    hil_axis *a = &c->axes[axis];
+    hil_group *g = &c->groups[a->group];
+    if (a->is_active) return;
+    a->is_active = 1;
+    a->next_active = g->first_active;
+    g->first_active = axis;
+}
+
+static void run_active(hil_core *c, hil_group *g, int64_t until_ns)
+{
+    for (int *link = &g->first_active; *link >= 0;) {
+        hil_axis *a = &c->axes[*link];
+        axis_advance(c, a, *link, until_ns);
+        a->is_active = !axis_is_idle(a);
+        if (a->is_active) link = &a->next_active;
+        else *link = a->next_active;
+    }
+}
+
 /* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
-   several at the same time, the one that was opened first, which is the last of the list. */
+   several at the same time, the one that was opened first. */
 static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at_ns)
 {
     int next = -1;
     *at_ns = until_ns;
-    for (int i = c->groups[group].first_axis; i >= 0; i = c->axes[i].next_in_group) {
+    for (int i = c->groups[group].first_active; i >= 0; i = c->axes[i].next_active) {
         int64_t axis_ns = axis_next_ns(&c->axes[i]);
-        if (axis_ns <= *at_ns && axis_ns < HIL_FOREVER) {
-            next = i;
-            *at_ns = axis_ns;
-        }
+        if (axis_ns > *at_ns || axis_ns == HIL_FOREVER) continue;
+        if (next >= 0 && axis_ns == *at_ns && c->axes[next].order < c->axes[i].order) continue;
+        next = i;
+        *at_ns = axis_ns;
     }
     return next;
 }
@@ -134,8 +157,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
         axis_advance(c, &c->axes[axis], axis, at_ns);
         if (g->stops || ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
     }
-    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group)
-        axis_advance(c, &c->axes[i], i, until_ns);
+    run_active(c, g, until_ns);
     atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
     return until_ns;
 }

@@ -53,6 +53,8 @@ typedef struct hil_axis {
     seqlock published_lock; /* with published, outlives the axis: any thread may be reading */
     _Atomic uint64_t published[SNAPSHOT_WORDS];
     int open, group, next_in_group; /* -1: the last of its group */
+    int order;                  /* of its opening in the group, which decides ties */
+    int is_active, next_active; /* -1: the last of the group's active ones */
     mechaduino law;
     int is_full; /* which of the two plants moves */
     plant plant;
@@ -80,6 +82,7 @@ enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
 
 typedef struct hil_group {
     int open, first_axis; /* -1: none */
+    int first_active;     /* of the axes that time does something to, in no order; -1: none */
     _Atomic int owner;
     _Atomic int64_t now_ns;
     _Atomic int failed;
@@ -139,6 +142,8 @@ static inline void axis_currents(const hil_axis *a, double *a_A, double *b_A)
 
 void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* all that happens up to and at t_ns */
 int64_t axis_next_ns(const hil_axis *a); /* when something happens next; HIL_FOREVER: never */
+int axis_is_idle(const hil_axis *a);     /* at rest, and nothing will happen by itself */
+void core_stir(hil_core *c, int axis);   /* before anything is done to it: it may be idle no more */
 void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns);
 void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out);
 void source_edge(hil_core *c, hil_axis *a, int axis); /* the edge at next_ns */

@@ -30,6 +30,7 @@ int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
     free(a->source.rows);
     a->source = (source){.rows = copy, .n = n, .start_ns = hil_group_now(c, a->group)};
     enter_row(&a->source);
+    core_stir(c, axis);
     return 0;
 }
 

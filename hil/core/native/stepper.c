@@ -272,6 +272,7 @@ void hil_motion_setup(hil_core *c, int axis, const motion_setup *setup)
     motion *m = &a->stepper->motion;
     int64_t now_ns = hil_group_now(c, a->group);
     counts was = counts_of(m);
+    core_stir(c, axis);
     motion_configure(m, setup, half_us_after(now_ns));
     settle(c, a, was, now_ns);
 }
@@ -290,6 +291,7 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
     motion *m = &a->stepper->motion;
     int64_t now_ns = hil_group_now(c, a->group), now = half_us_after(now_ns);
     counts was = counts_of(m);
+    core_stir(c, axis);
     switch (call) {
     case HIL_MOTION_ENQUEUE: motion_enqueue(m, (int)x, now); break;
     case HIL_MOTION_ONCE: motion_once(m, (int)x, now); break;

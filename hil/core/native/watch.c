@@ -12,6 +12,7 @@ int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity)
     free(a->watch.ring);
     a->watch = (watch){.ring = ring, .capacity = capacity, .interval_ns = interval_ns, .next_ns = HIL_FOREVER};
     int64_t now_ns = hil_group_now(c, a->group);
+    core_stir(c, axis);
     if (interval_ns) a->watch.next_ns = (now_ns / interval_ns + 1) * interval_ns;
     return 0;
 }
