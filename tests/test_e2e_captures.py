@@ -85,7 +85,7 @@ def test_a_capture_as_text_and_again_on_the_wire(place: Place, server: Any) -> N
     ]
     before = server.ask("segments")[0]["packets"]
     played = hil(place, "play", str(captured.path), "bus0.other")
-    assert played.stdout.startswith("7 bursts in "), played
+    assert played.stdout.startswith("7 bursts begin now"), played
     until(lambda: server.ask("segments")[0]["packets"] >= before + 7, "the capture on the wire")
     assert hil(place, "play", str(captured.path), "bus0.none").returncode == 1
     assert hil(place, "play", str(captured.path), "bus0.other", "--source", "x").returncode == 1

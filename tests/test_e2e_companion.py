@@ -1,6 +1,8 @@
 """``hil sac``: a companion's files to a twin, and to a board that is only a serial port."""
 
 import os
+import re
+import signal
 import subprocess
 import threading
 import tty
@@ -103,3 +105,15 @@ def test_an_adapter_that_disappears_says_where_it_stopped(place: Place, queue: P
     assert "Traceback" not in stopped.stderr
     assert stopped.stdout == ""
     assert b"qs" not in lines
+
+
+def test_ctrl_c_says_what_is_in_the_board(place: Place, queue: Path) -> None:
+    place.serve(config(speed=1, devices={"s1": SAC}))
+    command = [HIL, "sac", "load", str(queue), "--runtime-dir", str(place.runtime)]
+    loading = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert loading.stderr
+    assert loading.stderr.readline().startswith("row 3 of 30")
+    loading.send_signal(signal.SIGINT)
+    said = loading.communicate(timeout=PATIENCE_S)[1]
+    assert loading.returncode == 130
+    assert re.search(r"hil: stopped at row \d+ of 30: interrupted; .*load it again\n$", said), said

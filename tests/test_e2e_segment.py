@@ -105,3 +105,41 @@ def test_a_real_node_keeps_its_address(place: Place) -> None:
         assert row["notes"] == ["address 86 is a real node: s2.network was taken off the wire"]
         assert terminal.ask(b"vd\r", b"SAC>") == b"vd\r\n0\t0\r\nSAC>"
         assert node.quiet(0.2) == b""
+
+
+def test_more_than_a_tap_takes_at_once_goes_out_all_the_same(place: Place) -> None:
+    """Nothing else happens on the wire that could wake anybody."""
+    text = config(
+        speed=5,
+        devices={"s1": SAC},
+        segments={"bus0": {"taps": {"a": {}, "b": {"port": "tcp", "listen": True}}}},
+    )
+    server = place.serve(text)
+    with Client(address(server, "bus0.a")) as talker, Client(address(server, "bus0.b")) as listener:
+        data = bytes(range(256)) * 20
+        talker.write(data)
+        assert listener.read_exactly(len(data)) == data
+        for _ in range(80):
+            talker.write(encode(99, 1, b"y"))
+        assert listener.read_exactly(80 * 7) == encode(99, 1, b"y") * 80
+    listed = place.cli("list")
+    assert "bus0.a" in listed
+    assert "bus0.b" in listed
+
+
+def test_faults_of_twins_are_listed_and_a_capture_may_outlive_the_bench(place: Place) -> None:
+    server = place.serve(bench({"master": {}}))
+    path = place.folder / "c.pcapng"
+    where = ["--runtime-dir", str(place.runtime)]
+    capture = subprocess.Popen([HIL, "capture", "bus0", "-w", str(path), *where])
+    until(lambda: path.exists() and path.stat().st_size > 0, "the capture's beginning")
+
+    def hil(*arguments: str) -> str:
+        done = subprocess.run([HIL, *arguments, *where], capture_output=True, text=True, timeout=PATIENCE_S)
+        return done.stdout + done.stderr
+
+    assert hil("fault", "inject", "byte_drop", "s1", "rate=.1") == "fault 1\n"
+    assert hil("fault", "inject", "byte_drop", "s1", "rate=.1", "rate=.2") == "hil: rate is given twice\n"
+    assert hil("fault", "list").startswith("1: byte_drop s1 rate=0.1 towards=client")
+    server.stop()  # says it if there is a traceback
+    assert capture.wait(PATIENCE_S) == 0

@@ -20,7 +20,7 @@ _LARGEST = (ROWS, WORD - 1, 1, 1, WORD - 1, WORD - 1, 1, 99900, 99900, 255, 1, W
 _HUNDREDTHS = (7, 8)
 LINE_BYTES = 80
 _FILE_BYTES = 100_000
-_NUMBER = re.compile(r"\d*\.?\d+|\d+\.")
+_NUMBER = re.compile(r"[0-9]*\.?[0-9]+|[0-9]+\.")
 
 
 class Row(NamedTuple):

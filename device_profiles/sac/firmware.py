@@ -12,13 +12,14 @@ from device_profiles.sac import screens
 from device_profiles.sac.eeprom import Eeprom, EepromError
 from device_profiles.sac.line import Attributes, Text
 from device_profiles.sac.moves import Moves
-from device_profiles.sac.network import DC1, DC2, NAK, SEPARATORS, Network, is_signal
+from device_profiles.sac.network import BROADCAST, DC1, DC2, NAK, SEPARATORS, Network, is_signal
 from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, Parameters, change
 from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Terminal
 from hil.vocab.firmware import MAIN, NETWORK, Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
+from hil.wire.packet import UNUSABLE_ADDRESSES
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
@@ -106,6 +107,8 @@ class Sac:
         self._motion.gap(self._session.is_gap_on)
         self._motion.encoder_mode(self._session.is_throttle)
         self._motion.report(self._session.is_soft_ops_on)
+        is_lost = parameters.device_id in (BROADCAST, *UNUSABLE_ADDRESSES)
+        self._note("id", f"d_id is {parameters.device_id}: no packet reaches it" if is_lost else None)
         is_too_fast = parameters.software_baud > SOFTWARE_BAUD_LIMIT
         self._note("sw", "the software port is above 38400 baud" if is_too_fast else None)
         if parameters.bauds() != self._bauds:

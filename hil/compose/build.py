@@ -108,7 +108,7 @@ def partners(devices: Iterable[str], joints: Iterable[Iterable[str]]) -> dict[st
     """For each device that ``joints`` join with others, over whatever way, the first of them."""
     first = {name: name for name in devices}
     order = {name: place for place, name in enumerate(first)}
-    for joint in joints:
+    for joint in filter(None, map(tuple, joints)):
         joined = {first[name] for name in joint}
         head = min(joined, key=order.__getitem__)
         first = {name: head if to in joined else to for name, to in first.items()}

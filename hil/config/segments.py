@@ -16,6 +16,9 @@ def segment_findings(
     findings: list[Finding] = []
     taken: dict[tuple[str, str], str] = {}
     for name, segment in segments.items() if isinstance(segments, dict) else ():
+        if name in devices:
+            message = f"a device has the name {shown(name)} already"
+            findings.append(Finding(("segments", name), message, "give the segment another", at_key=True))
         stations = segment.get("stations") if isinstance(segment, dict) else None
         for index, station in enumerate(stations if isinstance(stations, list) else ()):
             if not isinstance(station, str):

@@ -106,7 +106,7 @@ def _say_started(daemon: "Daemon") -> None:
         typer.echo(
             f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
         )
-        if not address.startswith("socket://"):
+        if "://" not in address:
             typer.echo(f"  picocom -b {baud} {address}")
         client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
         greeting = profile.greeting.encode()

@@ -55,6 +55,7 @@ class ControlServer:
         self._daemon = daemon
         self._path = path
         self._server: asyncio.Server | None = None
+        self._capturing: set[asyncio.StreamWriter] = set()
 
     async def open(self) -> None:
         """Listen.
@@ -80,6 +81,8 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
+        for writer in self._capturing:
+            writer.close()
         if self._server:
             self._server.close()
             with suppress(FileNotFoundError):
@@ -107,9 +110,11 @@ class ControlServer:
     ) -> None:
         """The connection carries a capture until its client leaves."""
         capture.begin(writer)
+        self._capturing.add(writer)
         try:
             await reader.read(1)
         finally:
+            self._capturing.discard(writer)
             end()
 
     async def _line(self, reader: asyncio.StreamReader) -> bytes:
@@ -192,10 +197,16 @@ def _list(daemon: "Daemon") -> dict[str, Any]:
                 "address": session.port.address if session else "",
                 "clients": session.port.stats().clients if session else 0,
                 "network": network.port.address if network else None,
+                "network_clients": network.port.stats().clients if network else 0,
                 "failed": daemon.bench.devices[name].failed,
             }
         )
-    return {"bench": daemon.config.bench, "pid": os.getpid(), "version": __version__, "devices": devices}
+    taps = [
+        {"tap": name, "port": session.port.address, "clients": session.port.stats().clients}
+        for name, session in daemon.tap_sessions.items()
+    ]
+    head = {"bench": daemon.config.bench, "pid": os.getpid(), "version": __version__}
+    return head | {"devices": devices, "taps": taps}
 
 
 def _status(daemon: "Daemon") -> dict[str, Any]:

@@ -6,6 +6,8 @@ A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that a
 
 import inspect
 import os
+import signal
+import termios
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
@@ -28,6 +30,8 @@ OnPort = Annotated[
 ]
 OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default: the board's usual one]")]
 PROFILES = "device_profiles"
+GONE = "it was disconnected"
+"""For pyserial's longer sentence."""
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
 
 
@@ -103,10 +107,10 @@ def _carry_out(
     with SerialTalk(port, baud or usual_baud, speed) as talk:
         try:
             typer.echo(task.report(talk.run(task.dialogue)))
-        except KeyboardInterrupt:
+        except Interrupted as error:
             if task.after_interrupt:
                 talk.run(task.after_interrupt())
-            raise fail("hil: interrupted", 130) from None
+            raise fail(f"hil: {error}", 130) from None
 
 
 def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
@@ -127,6 +131,10 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
             f"another program has {row['address']} open, and would get some of the answers; close it"
         )
     return str(row["address"]), float(status["speed"])
+
+
+class Interrupted(Exception):
+    """Ctrl-C: ``str(error)`` says what the dialogue has to say of it."""
 
 
 class SerialTalk:
@@ -155,22 +163,32 @@ class SerialTalk:
             self._port.close()
 
     def run(self, dialogue: Dialogue[Result]) -> Result:
-        """The dialogue's result; progress goes to standard error."""
-        with _Bar() as bar:
-            answer: Heard | None = None
-            try:
+        """The dialogue's result; progress goes to standard error.
+
+        Raises:
+            DialogueError: as the dialogue says.
+            Interrupted: Ctrl-C, noticed between two steps.
+        """
+        interrupts: list[int] = []
+        before = signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
+        try:
+            with _Bar() as bar:
+                answer: Heard | None = None
                 step = next(dialogue)
                 while True:
+                    if interrupts:
+                        raise Interrupted(_last_words(dialogue))
                     try:
                         answer = self._do(step, bar)
-                    except OSError as error:
-                        gone = DialogueError(f"{self._url} has gone ({_reason(error)})")
-                        step = dialogue.throw(gone)
+                    except (OSError, termios.error) as error:
+                        step = dialogue.throw(DialogueError(f"{self._url} has gone ({_reason(error)})"))
                         continue
                     step = dialogue.send(answer)
-            except StopIteration as done:
-                result: Result = done.value
-                return result
+        except StopIteration as done:
+            result: Result = done.value
+            return result
+        finally:
+            signal.signal(signal.SIGINT, before)
 
     def _do(self, step: Send | Listen | Progress, bar: "_Bar") -> Heard | None:
         if isinstance(step, Send):
@@ -222,5 +240,18 @@ class _Bar:
         self._bar.update(self._bar.task_ids[0], completed=step.done, description=step.about)
 
 
+def _last_words(dialogue: Dialogue[Any]) -> str:
+    """What a dialogue says to an interruption."""
+    try:
+        dialogue.throw(DialogueError("interrupted"))
+    except DialogueError as error:
+        return str(error)
+    return "interrupted"
+
+
 def _reason(error: Exception) -> str:
-    return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+    if isinstance(error, termios.error):
+        return str(error.args[-1])
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    return GONE if "readiness to read" in str(error) else str(error)

@@ -35,7 +35,11 @@ def inject(
     runtime_dir: RuntimeDir = None,
 ) -> None:
     """Make something go wrong, until it is cleared."""
-    given = dict(_parameter(text) for text in parameters or [])
+    given: dict[str, Any] = {}
+    for name, value in map(_parameter, parameters or []):
+        if name in given:
+            raise fail(f"hil: {name} is given twice", 2)
+        given[name] = value
     answer = ask_bench(bench, runtime_dir, "inject", fault=fault, target=target, parameters=given)
     typer.echo(f"fault {answer['number']}")
 
@@ -45,7 +49,7 @@ def _parameter(text: str) -> tuple[str, Any]:
     if not equals:
         raise fail(f'hil: "{text}" is no parameter; write it as in rate=0.01', 2)
     try:
-        return name, json.loads(value)
+        return name, float(value)
     except ValueError:
         return name, value
 
@@ -70,9 +74,8 @@ def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
     rows = ask_bench(bench, runtime_dir, "faults")
     for row in rows:
         parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
-        typer.echo(
-            f"{row['number']}: {row['kind']} {row['target']} {parameters}, {row['changed_bytes']} bytes"
-        )
+        changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
+        typer.echo(f"{row['number']}: {row['kind']} {row['target']} {parameters}{changed}")
     if not rows:
         typer.echo("no fault is active")
 
@@ -184,7 +187,8 @@ def play(
     file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")],
     tap: Annotated[str, typer.Argument(help="A tap of the segment to play it on, as in bus0.master.")],
     source: Annotated[
-        str | None, typer.Option("--source", help="Which of the capture's interfaces. [default: the first]")
+        str | None,
+        typer.Option("--source", help="Which of its interfaces. [default: the only one]"),
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
@@ -199,4 +203,4 @@ def play(
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
     ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
-    typer.echo(f"{len(rows)} bursts in {rows[-1][0] / 1e9:.3f} s")
+    typer.echo(f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s")

@@ -34,7 +34,9 @@ def listed(real: PassThrough, config: DeviceConfig) -> dict[str, Any]:
 def status(real: PassThrough) -> dict[str, Any]:
     """What ``status`` adds to the row."""
     client, board = real.client.stats(), real.board.stats()
-    away = None if board.clients else f"{real.board.address} is away, tried again each second"
+    notes = [] if board.clients else [f"{real.board.address} is away, tried again each second"]
+    if lost := board.unheard_bytes + board.dropped_bytes:
+        notes.append(f"{lost} bytes for it were not sent")
     return {
         "connects": client.connects,
         "rx_bytes": client.rx_bytes,
@@ -43,7 +45,7 @@ def status(real: PassThrough) -> dict[str, Any]:
         "unheard_bytes": client.unheard_bytes + board.unheard_bytes,
         "backlog_bytes": real.client.backlog(),
         "overrun_bytes": 0,
-        "note": away,
+        "note": "; ".join(notes) or None,
         "flash": "ok",
         "port_failure": real.failures.get("board"),
         "snapshot": None,

@@ -22,7 +22,10 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
         profile = f"{row['profile']} {row['hardware']}"
         table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
         if row["network"]:
-            table.add_row(f"{row['device']}.network", "", "", Text(row["network"]))
+            clients = str(row["network_clients"])
+            table.add_row(f"{row['device']}.network", "", "", Text(row["network"]), clients)
+    for row in listed["taps"]:
+        table.add_row(row["tap"], "tap", "", Text(row["port"]), str(row["clients"]))
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
     return Group(table, *_remarks(stopped))
 

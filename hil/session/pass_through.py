@@ -47,7 +47,7 @@ class _Way:
             return
         loop = asyncio.get_running_loop()
         for delay_ns, piece in apply_all(self.faults.values(), data):
-            self._free_s = max(self._free_s, loop.time()) + delay_ns / 1e9
+            self._free_s = max(self._free_s, loop.time() + delay_ns / 1e9)
             if delay_ns == 0 and not self._waiting:
                 self._pass(piece)
             else:

@@ -42,6 +42,10 @@ class Lines:
         self.fresh: list[HasLine] = []
         """Those whose device has sent something since the last ``flush``."""
 
+    def schedule(self) -> None:
+        """A session has something to do at a time that its ``release`` says."""
+        self._scheduled()
+
     def flush(self) -> None:
         """Put what devices have sent on their lines; called after firmware has run."""
         if self.fresh:

@@ -75,6 +75,11 @@ class Tap:
         waiting = max(self._free_ns - now_ns, 0) // character_ns(1, self.baud_now)
         return max(0, TAP_ROOM_BYTES - int(waiting))
 
+    @property
+    def room_ns(self) -> SimTimeNs:
+        """When half of what may wait has gone out."""
+        return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
+
     def take(self, until_ns: int) -> bytes:
         """What was complete by then."""
         out = bytearray()

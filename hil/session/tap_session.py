@@ -32,6 +32,9 @@ class TapSession:
     def room(self) -> int:
         is_full = self.port.backlog() > BACKLOG_HOLD_BYTES
         room = 0 if is_full else self.tap.room(self._bench.now_ns)
+        if room == 0 and not self._held:
+            self._held = True
+            self._lines.schedule()
         self._held = room == 0
         return room
 
@@ -64,4 +67,8 @@ class TapSession:
             for listener in self.taps:
                 listener("client", data)
             self.port.write(data)
-        return self.tap.next_ns
+        if not self._held:
+            return self.tap.next_ns
+        if self.tap.room_ns <= now_ns:
+            self.refresh()
+        return self.tap.next_ns if not self._held else min(self.tap.next_ns, self.tap.room_ns)

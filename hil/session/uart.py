@@ -154,7 +154,7 @@ class DeviceUart:
         if self.baud is None:
             self._sent(self.now_ns, data)
             return
-        start_ns = max(self.now_ns, self.tx_free_ns) + delay_ns
+        start_ns = max(self.now_ns + delay_ns, self.tx_free_ns)
         self.tx_free_ns = start_ns + character_ns(len(data), self.baud)
         self._sent(SimTimeNs(start_ns), data)
 
@@ -176,7 +176,7 @@ class DeviceUart:
         """A client starts to send ``data`` now, at its own baud (None: at ours)."""
         if self.rx_faults:
             for delay_ns, piece in apply_all(self.rx_faults.values(), data):
-                self._rx_free_ns = max(self.now_ns, self._rx_free_ns) + delay_ns
+                self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
                 self._begin(piece, client_baud)
         else:
             self._begin(data, client_baud)

@@ -34,7 +34,7 @@ class ByteFault:
     duplicate_rate: float = 0.0
     delay_rate: float = 0.0
     delay_ns: int = 0
-    """A byte that is delayed holds up those behind it, as on a line."""
+    """How late. Those behind it keep their order."""
 
 
 class ByteFaults:
@@ -47,8 +47,8 @@ class ByteFaults:
         """Bytes that did not come through as they were."""
 
     def apply(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Pieces with the time (ns) by which each comes after the one before. A byte's fate depends on how
-        many came before it, not on the pieces they come in."""
+        """Pieces with the time (ns) by which each is late; none may overtake the one before. A byte's fate
+        depends on how many came before it, not on the pieces they come in."""
         fault, chance = self._fault, self._chance
         piece = bytearray()
         delay_ns = 0
@@ -56,13 +56,13 @@ class ByteFaults:
             if fault.drop_rate and chance.below(fault.drop_rate):
                 self.changed_bytes += 1
                 continue
-            if fault.delay_rate and chance.below(fault.delay_rate):
-                self.changed_bytes += 1
-                if piece:
+            if fault.delay_rate:
+                is_late = chance.below(fault.delay_rate)
+                self.changed_bytes += is_late
+                if piece and is_late != (delay_ns > 0):
                     yield delay_ns, bytes(piece)
                     piece.clear()
-                    delay_ns = 0
-                delay_ns += fault.delay_ns
+                delay_ns = fault.delay_ns if is_late else 0
             flipped = byte
             if fault.bit_error_rate:
                 for place in range(8):
@@ -91,8 +91,6 @@ def apply_all(faults: Iterable[ByteFaults], data: bytes) -> list[tuple[int, byte
     pieces = [(0, data)]
     for fault in faults:
         pieces = [
-            (delay_ns * (index == 0) + more_ns, part)
-            for delay_ns, piece in pieces
-            for index, (more_ns, part) in enumerate(fault.apply(piece))
+            (delay_ns + more_ns, part) for delay_ns, piece in pieces for more_ns, part in fault.apply(piece)
         ]
     return pieces

@@ -80,6 +80,8 @@ def read(data: bytes) -> Iterator[Record]:
     Raises:
         CaptureError: after all whole records, where the file is cut off or not what it should be.
     """
+    if not data:
+        raise CaptureError("the file is empty")
     at, order, names, units = 0, "<", list[str](), list[int]()
     while at < len(data):
         if len(data) - at < 12:
@@ -137,6 +139,8 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
     """
     found = [each for each in read(data) if each.event in (Event.TX, Event.RX) and each.data]
     names = list(dict.fromkeys(each.interface for each in found))
+    if interface is None and len(names) > 1:
+        raise CaptureError(f"it has several lines; choose one with --source: {', '.join(names)}")
     wanted = interface or (names[0] if names else None)
     rows = [each for each in found if each.interface == wanted]
     if not rows:

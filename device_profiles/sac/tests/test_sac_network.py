@@ -180,6 +180,16 @@ def test_packets_one_after_the_other_are_all_answered(board):
     assert board.raw(raw) == [(1, 85, ACK), (4, 85, ACK), (5, 85, ACK)]
 
 
+@pytest.mark.parametrize("number", [0, 2, 3])
+def test_an_address_that_nobody_can_reach_is_told_to_the_operator(board, number):
+    board.type(f"$CM{number}")
+    board.type("$R")
+    assert board.bench.device("s1").notes["id"] == f"d_id is {number}: no packet reaches it"
+    board.type("$CM90")
+    board.type("$R")
+    assert "id" not in board.bench.device("s1").notes
+
+
 # ---- the terminal ----
 
 

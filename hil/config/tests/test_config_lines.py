@@ -140,3 +140,8 @@ def test_the_schema_has_the_keys():
     device = schema(CATALOGUE)["$defs"]["DeviceConfig"]["properties"]
     assert {"type": "null"} in device["network"]["anyOf"]
     assert "at" in device
+
+
+def test_a_segment_with_a_devices_name():
+    (said,) = problems(devices={"s1": SAC}, segments={"s1": {"stations": ["s1"]}})
+    assert said.startswith('a device has the name "s1" already')

@@ -77,7 +77,7 @@ def _late(rig):
     rig.terminal.write(b"\r")
     rig.bench.run(ms=500)
     rig.terminal.read()
-    return rig.terminal.timeline[-1][0] - start_ns > 40_000_000
+    return rig.terminal.timeline[-1][0] - start_ns > 30_000_000
 
 
 def _collides(rig):

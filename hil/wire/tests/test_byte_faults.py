@@ -44,8 +44,10 @@ def test_certainty():
 def test_late_bytes_keep_their_order():
     pieces = list(ByteFaults(ByteFault(delay_rate=0.1, delay_ns=500), 3).apply(DATA))
     assert b"".join(piece for _, piece in pieces) == DATA
-    late = [delay_ns for delay_ns, _ in pieces if delay_ns]
-    assert 0.08 < sum(late) / 500 / len(DATA) < 0.12
+    late_bytes = sum(len(piece) for delay_ns, piece in pieces if delay_ns)
+    assert {delay_ns for delay_ns, _ in pieces} == {0, 500}
+    assert 0.08 < late_bytes / len(DATA) < 0.12
+    assert list(ByteFaults(ByteFault(delay_rate=1.0, delay_ns=500), 3).apply(DATA)) == [(500, DATA)]
     assert pieces[0][0] in (0, 500)
 
 
