@@ -83,7 +83,7 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
             place, "fault", "inject", "byte_duplicate", "s2", "rate=1", "towards=board", "-b", "r"
         ).stdout
         assert (
-            "1: byte_drop s2 rate=1 towards=client seed=0, 13 bytes"
+            "1: byte_drop s2 rate=1 towards=client seed=0 start_s=0.0 for_s=0.0, 13 bytes"
             in hil(place, "fault", "list", "-b", "r").stdout
         )
         assert hil(place, "fault", "clear", "1", "-b", "r").returncode == 0
@@ -93,7 +93,7 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
         assert hil(place, "fault", "list", "-b", "r").stdout == "no fault is active\n"
     for parameters, said in (
         (("byte_dop", "s2"), "there is no fault"),
-        (("byte_drop", "s9", "rate=1"), "s9 is no real board; there are: s2"),
+        (("byte_drop", "s9", "rate=1"), "there is no 's9'"),
         (("byte_drop", "s2"), "rate: this one is missing"),
         (("byte_drop", "s2", "rate=2"), "rate: write 0 to 1"),
         (("byte_drop", "s2", "rate=1", "x=1"), "x: parameters of byte_drop are rate, towards, seed"),

@@ -31,3 +31,9 @@ def test_the_tuning_draws_both_responses(tmp_path: Path) -> None:
     assert {"<!-- factory: yw [deg] -->", "<!-- tuned: yw [deg] -->"} <= set(
         line.strip() for line in picture.read_text().splitlines()
     )
+
+
+def test_the_bus_masters_own_tests_pass() -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "bus_master"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)
+    assert "4 passed" in done.stdout, done.stdout

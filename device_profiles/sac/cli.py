@@ -6,7 +6,14 @@ from typing import Annotated
 import typer
 
 from device_profiles.sac import companion
-from device_profiles.sac.companion_files import FileError, Row, read_one_shot, read_queue, write_queue
+from device_profiles.sac.companion_files import (
+    LINE_BYTES,
+    FileError,
+    Row,
+    read_one_shot,
+    read_queue,
+    write_queue,
+)
 from hil.vocab.dialogue import Refusal, Task
 
 HELP = "Files of the SAC's companion program, for twins and real boards."
@@ -65,7 +72,20 @@ def oneshot(
         command = read_one_shot(_content(file), str(file), number)
     except FileError as error:
         raise Refusal(str(error)) from None
-    return Task(companion.one_shot(command), lambda lines: "\n".join([f"sent: {command}", *lines]))
+    return Task(companion.commands([command]), lambda lines: "\n".join([f"sent: {command}", *lines]))
+
+
+def command(
+    lines: Annotated[list[str], typer.Argument(help="As typed at the prompt.", metavar="LINE...")],
+) -> Task:
+    """Type lines at a board, and print what it says.
+
+    Quote what the shell would take for its own: hil sac command '$CM90' '$R'
+    """
+    for line in lines:
+        if len(line) > LINE_BYTES or not line.isascii() or not line.isprintable():
+            raise Refusal(f"{line!r}: a line has at most {LINE_BYTES} printable ASCII characters")
+    return Task(companion.commands(lines), "\n".join)
 
 
 def calibrate(
@@ -79,7 +99,7 @@ def calibrate(
     return Task(companion.calibrate(rpm), _judged, companion.stop_and_restore)
 
 
-COMMANDS = (load, save, oneshot, calibrate)
+COMMANDS = (load, save, oneshot, command, calibrate)
 
 
 def _content(file: Path) -> bytes:

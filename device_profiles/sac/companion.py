@@ -4,7 +4,7 @@ Source: SAC user manual, companion app, Appendix C.
 """
 
 import re
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -128,12 +128,14 @@ def save() -> Dialogue[list[Row]]:
     return rows
 
 
-def one_shot(command: str) -> Dialogue[list[str]]:
-    """Send one line; what the board says to it."""
+def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
+    """Send lines, each after the prompt of the one before; what the board says to them."""
     terminal = Terminal()
     yield from terminal.sync()
-    lines = yield from terminal.ask(command)
-    return [line for line in lines if line]
+    said = []
+    for line in lines:
+        said += [answer for answer in (yield from terminal.ask(line, 40 * NS_PER_S)) if answer]
+    return said
 
 
 def _steps_per_rev(terminal: Terminal) -> Dialogue[int]:

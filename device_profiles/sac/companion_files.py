@@ -18,7 +18,7 @@ COLUMNS = (
 )  # fmt: skip
 _LARGEST = (ROWS, WORD - 1, 1, 1, WORD - 1, WORD - 1, 1, 99900, 99900, 255, 1, WORD - 1)
 _HUNDREDTHS = (7, 8)
-_LINE_BYTES = 80
+LINE_BYTES = 80
 _FILE_BYTES = 100_000
 _NUMBER = re.compile(r"\d*\.?\d+|\d+\.")
 
@@ -198,6 +198,6 @@ def read_one_shot(data: bytes, file: str, number: int) -> str:
         raise FileError(
             f"{file}:{number}:1: one-shot {number} is empty; filled are {', '.join(filled) or 'none'}"
         )
-    if len(command) > _LINE_BYTES or not command.isascii() or not command.isprintable():
-        raise FileError(f"{file}:{number}:1: no command: at most {_LINE_BYTES} printable ASCII characters")
+    if len(command) > LINE_BYTES or not command.isascii() or not command.isprintable():
+        raise FileError(f"{file}:{number}:1: no command: at most {LINE_BYTES} printable ASCII characters")
     return command

@@ -13,6 +13,7 @@ from hil.config import from_dict
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLog, Sent, read_input_log, sent_now
+from hil.session.inputs import Clear, Inject
 from hil.vocab.time import SimTimeNs
 
 
@@ -87,7 +88,9 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
         )
     )
     for logged in read.inputs:
-        if logged.device in runtime.taps:
+        if isinstance(logged.input, Inject | Clear):
+            runtime.give_fault(logged.device, logged.input, logged.at_ns)
+        elif logged.device in runtime.taps:
             runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)
         else:
             runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)

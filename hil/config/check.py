@@ -89,9 +89,10 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     findings += _clashes(ports, runtime_dir)
     if profiles and len(profiles) == len(value["devices"]):
         real = {name for name, raw in value["devices"].items() if raw.get("at") is not None}
+        full = {name for name, raw in value["devices"].items() if raw.get("plant") == "full"} - real
         findings += wire_findings(value.get("wires"), profiles, real)
         findings += segment_findings(value.get("segments"), profiles, real)
-        findings += fault_findings(value.get("faults"), real)
+        findings += fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
         findings += _same_at(value["devices"])
     if config is not None and not findings:
         findings += _too_stiff(config, catalogue)

@@ -142,6 +142,8 @@ cdef extern from "native/hil_core.h" nogil:
     int hil_axis_spi(hil_core *, int, int)
     float *hil_axis_table(hil_core *, int)
     void hil_axis_pin(hil_core *, int, int, int)
+    int hil_axis_fault(hil_core *, int, int, double)
+    double hil_axis_supply_V(const hil_core *, int)
     int hil_axis_script_encoder(hil_core *, int, int, const int64_t *, const int64_t *, int)
     int hil_axis_drive(hil_core *, int, int, const hil_edges *)
     int hil_axis_watch(hil_core *, int, int64_t, int)
@@ -314,6 +316,13 @@ cdef class NativeCore:
                            else hil_axis_script_encoder(self.core, axis, 0, NULL, NULL, 0))
         if failed:
             raise MemoryError("no memory for the encoder's script")
+
+    def fault(self, int axis, int what, double value):
+        if hil_axis_fault(self.core, axis, what, value):
+            raise ValueError("this axis cannot have that")
+
+    def supply_V(self, int axis):
+        return hil_axis_supply_V(self.core, axis)
 
     def motion_setup(self, int axis, dict setup):
         cdef motion_setup s = setup  # by name: every member has to be there

@@ -11,6 +11,8 @@ from hil.vocab.firmware import CoreEvent
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.time import SimTimeNs
 
+FAULTS = ("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev")
+"""HIL_FAULT_* of hil_core.h, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended"}
 """Names of ``hil_event_kind`` in ``native/hil_core.h``."""
 
@@ -184,6 +186,18 @@ class CoreAxis:
         """Drive an input; of a servo D0 (direction: high is towards smaller counts), D1 (step, rising
         edge), D2 (enable, active low), D3. Raises KeyError for another name."""
         self._native.pin(self.id, self.pins[name], level)
+
+    def fault(self, what: str, value: float) -> None:
+        """Something of ``FAULTS`` goes wrong, or is right again (0).
+
+        Raises:
+            ValueError: this axis cannot have it.
+        """
+        self._native.fault(self.id, FAULTS.index(what), value)
+
+    def supply_V(self) -> float:
+        """Of the full plant, 0 for the simple one."""
+        return self._native.supply_V(self.id)
 
     def script_encoder(self, points: Sequence[tuple[int, int]], linear: bool) -> None:
         """Encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""

@@ -21,11 +21,11 @@ from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
-from hil.daemon.faults import FaultRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.vocab.dialogue import DialogueError
+from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
@@ -320,7 +320,9 @@ def _unwatch(daemon: "Daemon", watch: int) -> dict[str, Any]:
 
 
 def _inject(daemon: "Daemon", fault: str, target: str, parameters: dict[str, Any]) -> dict[str, int]:
-    return {"number": daemon.faults.inject(fault, target, parameters)}
+    number = daemon.faults.inject(fault, target, parameters)
+    daemon.lines.flush()
+    return {"number": number}
 
 
 def _clear(daemon: "Daemon", number: int) -> dict[str, Any]:

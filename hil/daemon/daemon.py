@@ -33,6 +33,7 @@ from hil.session.inputs import CommitDone
 from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
 from hil.session.tap_session import TapSession
+from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -202,6 +203,7 @@ class Daemon:
             raise StartError("\n".join(problems))
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
+        self.faults.bench = self.bench
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
         store.answered = self.lines.flush
@@ -269,8 +271,11 @@ class Daemon:
                 problems.append(str(error))
         if problems:
             raise StartError("\n".join(problems))
-        for fault in self.config.faults:
-            self.faults.inject(fault.fault, fault.target, fault.model_extra or {})
+        try:
+            for fault in self.config.faults:
+                self.faults.inject(fault.fault, fault.target, fault.model_extra or {})
+        except FaultRefused as error:
+            raise StartError(f"faults: {error}") from None
 
     async def _open_real(self, name: str, config: DeviceConfig) -> None:
         context = PortContext(self.config.bench, name, self.runtime_dir)

@@ -1,25 +1,22 @@
-"""The faults that are active in a daemon: injected under numbers, listed, cleared."""
+"""Faults in the daemon: of twins and segments, and of real boards' lines, under one count of numbers."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 from hil.config.explain import suggestion
+from hil.session.bench import BenchRuntime
 from hil.session.pass_through import PassThrough
-from hil.vocab.faults import FAULT_KINDS, Fault, fault_of
-
-
-class FaultRefused(Exception):
-    """A fault cannot be: ``str(error)`` says why."""
+from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused, fault_refusal
 
 
 class FaultRegistry:
     """``real``: the boards that byte faults can be on, by name."""
 
     def __init__(self, real: Mapping[str, PassThrough]) -> None:
+        self.bench: BenchRuntime
         self._real = real
         self._active: dict[int, Fault] = {}
-        self._next = 1
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
         """Put a fault there; its number.
@@ -29,13 +26,12 @@ class FaultRegistry:
         """
         if kind not in FAULT_KINDS:
             raise FaultRefused(f"there is no fault {kind!r}; {suggestion(kind, FAULT_KINDS)}")
-        fault, problems = fault_of(kind, target, parameters)
-        if fault is None:
-            raise FaultRefused("; ".join(f"{name}: {problem}" for name, problem in problems.items()))
+        fault = fault_refusal(kind, target, parameters)
         if target not in self._real:
-            known = ", ".join(self._real) or "none"
-            raise FaultRefused(f"{target} is no real board; there are: {known}")
-        number, self._next = self._next, self._next + 1
+            return self.bench.inject(fault)
+        if FAULT_KINDS[kind].target != PORT or fault.number("start_s") or fault.number("for_s"):
+            raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
+        number = self.bench.new_fault_number()
         self._real[target].inject(number, fault)
         self._active[number] = fault
         return number
@@ -46,19 +42,17 @@ class FaultRegistry:
         Raises:
             FaultRefused: there is none of this number.
         """
-        fault = self._active.pop(number, None)
-        if fault is None:
-            active = ", ".join(map(str, self._active)) or "none"
-            raise FaultRefused(f"there is no fault {number}; there are: {active}")
-        self._real[fault.target].clear(number)
+        if fault := self._active.pop(number, None):
+            self._real[fault.target].clear(number)
+        else:
+            self.bench.clear_fault(number)
 
     def listed(self) -> list[dict[str, Any]]:
-        """All that are active, with how many bytes each has changed."""
-        return [
-            {
-                "number": number,
-                **asdict(fault),
-                "changed_bytes": self._real[fault.target].changed_bytes(number),
-            }
-            for number, fault in self._active.items()
+        """All that are active; those of real lines with how many bytes each has changed."""
+        rows: list[dict[str, Any]] = [
+            {"number": number, **asdict(fault)} for number, fault in self.bench.faults.active.items()
         ]
+        for number, fault in self._active.items():
+            changed_bytes = self._real[fault.target].changed_bytes(number)
+            rows.append({"number": number, **asdict(fault), "changed_bytes": changed_bytes})
+        return rows

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.daemon.ask import Bench, RuntimeDir, ask_bench, control_path, fail
-from hil.vocab.faults import FAULT_KINDS
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
     help="Make things go wrong, and well again.", no_args_is_help=True, rich_markup_mode=None
@@ -18,12 +18,12 @@ fault_app = typer.Typer(
 def kinds() -> None:
     """List what can go wrong, with the parameters."""
     for kind in FAULT_KINDS.values():
-        typer.echo(f"{kind.name}: {kind.about} (on a {kind.targets})")
+        typer.echo(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
         for parameter in kind.parameters:
-            values = " or ".join(parameter.choices) or f"{parameter.minimum:g} to {parameter.maximum:g}"
-            unit = f" {parameter.unit}" if parameter.unit else ""
-            default = "needed" if parameter.default is None else f"default {parameter.default}"
-            typer.echo(f"  {parameter.name}: {parameter.about}, {values}{unit}, {default}")
+            typer.echo(f"  {parameter.name}: {parameter.described()}")
+    typer.echo("every kind:")
+    for parameter in TIMING:
+        typer.echo(f"  {parameter.name}: {parameter.described()}")
 
 
 @fault_app.command()
@@ -127,9 +127,9 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
     head, held, written, number = b"", b"", 0, 0
     while data := client.recv(65536):
         held += data
-        if not head:
-            head = held[: header_length(held)]
         size = whole_blocks(held)
+        if written == len(head):  # no record yet
+            head += held[: header_length(held[:size])]
         if rotate_bytes and head and written and written + size > rotate_bytes:
             number += 1
             out.close()
@@ -156,7 +156,7 @@ def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE
     """
     from hil.wire.packet import PacketDecoder
     from hil.wire.packet_text import packet_text
-    from hil.wire.pcapng import CaptureError, Event, read
+    from hil.wire.pcapng import EVENT_NAMES, CaptureError, Event, read
 
     try:
         data = file.read_bytes()

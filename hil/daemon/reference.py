@@ -10,7 +10,7 @@ from hil.compose import find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
-from hil.vocab.faults import FAULT_KINDS
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 
 def reference(app: typer.Typer) -> str:
@@ -75,14 +75,10 @@ def _faults() -> str:
         "|---|---|---|---|---|",
     ]
     for kind in FAULT_KINDS.values():
-        parameters = []
-        for each in kind.parameters:
-            values = " or ".join(each.choices) or f"{each.minimum:g} to {each.maximum:g}"
-            unit = f" {each.unit}" if each.unit else ""
-            default = "needed" if each.default is None else f"default {each.default}"
-            parameters.append(f"`{each.name}`: {each.about}, {values}{unit} ({default})")
-        cells = (f"`{kind.name}`", kind.layer, kind.targets, kind.about, "; ".join(parameters))
+        parameters = [f"`{each.name}`: {each.described()}" for each in kind.parameters]
+        cells = (f"`{kind.name}`", kind.layer, TARGETS[kind.target], kind.about, "; ".join(parameters))
         rows.append("| " + " | ".join(cells) + " |")
+    rows += ["", *(f"Every kind takes `{each.name}`: {each.described()}." for each in TIMING)]
     return "\n".join(rows) + "\n"
 
 

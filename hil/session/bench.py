@@ -3,15 +3,17 @@
 Every input goes through ``give``, which fixes its effective time once and logs it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 
 from hil.core import AxisPlan, Core, CoreAxis, Snapshot
 from hil.session.device import Device
+from hil.session.faults import Faults
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import Input, Logged
+from hil.session.inputs import Clear, Inject, Input, Logged
 from hil.session.tap import Tap
+from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment
 from hil.vocab.time import SimTimeNs
 
@@ -32,6 +34,8 @@ class BenchRuntime:
         self.core = core
         self.devices: dict[str, Device] = {}
         self.taps: dict[str, Tap] = {}
+        self.faults = Faults(self)
+        self._fault_count = 0
         self.segments: dict[str, Segment] = {}
         self.listeners: list[Listener] = []
         self.log: InputLogWriter | None = None
@@ -91,6 +95,64 @@ class BenchRuntime:
         group = Group(self.core, self.core.native.group_open(self.now_ns))
         self._groups[group.id] = group
         return group
+
+    def group_of(self, name: str) -> Group:
+        """Of a device, a tap or a segment."""
+        if name in self.segments:
+            return next(self._group_of[each] for each in self._on_segment(self.segments[name]))
+        return self._group_of[name]
+
+    def _on_segment(self, segment: Segment) -> Iterator[str]:
+        yield from (device for (device, _), wire in self._segment_of.items() if wire is segment)
+        yield from (name for name, tap in self.taps.items() if tap.segment is segment)
+
+    def segment_of(self, device: str, uart: str) -> Segment | None:
+        """What a device's serial interface is on."""
+        return self._segment_of.get((device, uart))
+
+    def inject(self, fault: Fault) -> int:
+        """A fault begins; its number.
+
+        Raises:
+            FaultRefused: it cannot be where it is wanted.
+        """
+        self.faults.check(fault)
+        number = self.new_fault_number()
+        self.give_fault(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
+        return number
+
+    def new_fault_number(self) -> int:
+        """One that no other fault of this bench has."""
+        self._fault_count += 1
+        return self._fault_count
+
+    def clear_fault(self, number: int) -> None:
+        """A fault ends.
+
+        Raises:
+            FaultRefused: there is none of this number.
+        """
+        if number not in self.faults.active:
+            active = ", ".join(map(str, self.faults.active)) or "none"
+            raise FaultRefused(f"there is no fault {number}; there are: {active}")
+        self.give_fault(self.faults.active[number].target, Clear(number))
+
+    def give_fault(
+        self, target: str, given: Inject | Clear, arrival_ns: SimTimeNs | None = None
+    ) -> SimTimeNs:
+        """A fault's input takes effect, as ``give``."""
+        group = self.group_of(target.partition(".")[0] if target not in self.taps else target)
+        with self._owning(group):
+            group.advance(self.now_ns if arrival_ns is None else arrival_ns)
+            at_ns = group.now_ns
+            if self.log:
+                self.log.write(Logged(at_ns, target, given))
+            if isinstance(given, Inject):
+                self.faults.inject(given.number, Fault(given.kind, target, dict(given.parameters)), at_ns)
+            else:
+                self.faults.clear(given.number, at_ns)
+            group.advance(at_ns)
+        return at_ns
 
     def give_tap(self, tap: Tap, given: Input) -> SimTimeNs:
         """A client's bytes at a tap take effect, as ``give``."""

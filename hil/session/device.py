@@ -54,6 +54,8 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.is_hung = False
+        """Its main program stands still (a fault)."""
         self.notes: dict[str, str] = {}
         """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
@@ -80,7 +82,7 @@ class Device:
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        if self.failed:
+        if self.failed or self.is_hung:
             return FOREVER
         due_ns = self._runtime.due_ns
         if (arrival_ns := self.uart.next_arrival_ns) < due_ns:
@@ -91,7 +93,7 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self.failed:
+        if self.failed or self.is_hung:
             return
         runtime = self._runtime
         polls_from_ns = runtime.polls_from_ns
@@ -157,6 +159,12 @@ class Device:
                 self._runtime.close()
                 self.failed = None
                 self._start()
+
+    def lose_power(self, why: str) -> None:
+        """Until a reset it does nothing, and nothing is heard of it."""
+        self._runtime.close()
+        self.axis.power_up()
+        self.failed = why
 
     def commit_done(self, durable: bool) -> None:
         """The store has answered; a failed commit leaves the old content."""

@@ -109,6 +109,10 @@ class Group:
         device.step(now_ns)
         self._note_due(self._index[device.axis.id])
 
+    def note_due(self, device: Device) -> None:
+        """A device has run for another reason than that it was due."""
+        self._note_due(self._index[device.axis.id])
+
     def _interrupts(self) -> None:
         for event in self._core.take_events(self.id):
             index = self._index[event.axis]

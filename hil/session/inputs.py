@@ -76,10 +76,28 @@ class Play:
     bursts: tuple[tuple[int, str], ...]
 
 
-Input = Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+@dataclass(frozen=True)
+class Inject:
+    """A fault begins, under a number; its kind and parameters as ``hil.vocab.faults`` has them."""
+
+    number: int
+    kind: str
+    parameters: tuple[tuple[str, float | str], ...]
+
+
+@dataclass(frozen=True)
+class Clear:
+    """A fault ends."""
+
+    number: int
+
+
+Input = Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "play": Play,
+    "inject": Inject,
+    "clear": Clear,
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
@@ -128,6 +146,8 @@ def decode_line(line: str) -> Logged:
         if kind is Bytes:
             values["data"] = bytes.fromhex(values["data"])
             values.setdefault("port", MAIN)
+        if kind is Inject:
+            values["parameters"] = tuple((str(name), value) for name, value in values["parameters"])
         if kind is Play:
             values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])
         if kind is ScriptEncoder:

@@ -11,7 +11,7 @@ from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, S
 from hil.vocab.faults import Fault
 from hil.vocab.ports import Port, Tap
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-from hil.wire.byte_faults import ByteFault, ByteFaults
+from hil.wire.byte_faults import ByteFaults, apply_all, byte_fault
 
 Towards = Literal["board", "client"]
 HOLD_BYTES = 64 * 1024
@@ -46,14 +46,7 @@ class _Way:
             self._pass(data)
             return
         loop = asyncio.get_running_loop()
-        pieces = [(0, data)]
-        for fault in self.faults.values():
-            pieces = [
-                (delay_ns * (index == 0) + more_ns, part)
-                for delay_ns, piece in pieces
-                for index, (more_ns, part) in enumerate(fault.apply(piece))
-            ]
-        for delay_ns, piece in pieces:
+        for delay_ns, piece in apply_all(self.faults.values(), data):
             self._free_s = max(self._free_s, loop.time()) + delay_ns / 1e9
             if delay_ns == 0 and not self._waiting:
                 self._pass(piece)
@@ -107,16 +100,10 @@ class PassThrough:
 
     def inject(self, number: int, fault: Fault) -> None:
         """Put a fault of the layer ``byte`` on one direction, under a number."""
-        rate = float(fault.parameters["rate"])
         delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
-        rates = {
-            "byte_flip": ByteFault(bit_error_rate=rate),
-            "byte_drop": ByteFault(drop_rate=rate),
-            "byte_duplicate": ByteFault(duplicate_rate=rate),
-            "byte_delay": ByteFault(delay_rate=rate, delay_ns=delay_ns),
-        }
+        effect = byte_fault(fault.kind, fault.number("rate"), delay_ns)
         way = self.to_board if fault.parameters["towards"] == "board" else self.to_client
-        way.faults[number] = ByteFaults(rates[fault.kind], int(fault.parameters["seed"]))
+        way.faults[number] = ByteFaults(effect, int(fault.number("seed")))
 
     def clear(self, number: int) -> None:
         """The line is as it was without that fault."""

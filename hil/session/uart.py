@@ -13,6 +13,7 @@ from functools import lru_cache
 from hil.firmware.uart import RxBuffer
 from hil.vocab.segment import HeardCharacter
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.byte_faults import ByteFaults, apply_all
 from hil.wire.serial_line import character_ns, resample
 
 USB_HELD_BYTES = 16
@@ -56,6 +57,9 @@ class DeviceUart:
         self._power_up_baud = baud
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
+        self.rx_faults: dict[int, ByteFaults] = {}
+        self.tx_faults: dict[int, ByteFaults] = {}
+        """By the numbers that they were injected under."""
         self.polls_from_ns = FOREVER
         """From when on the sketch reads at once what comes: such bytes need no room in the buffer."""
         self._tx_buffer_bytes = tx_buffer_bytes
@@ -140,10 +144,17 @@ class DeviceUart:
     def write(self, data: bytes) -> None:
         if not data:
             return
+        if self.tx_faults:
+            for delay_ns, piece in apply_all(self.tx_faults.values(), data):
+                self._send(piece, delay_ns)
+        else:
+            self._send(data, 0)
+
+    def _send(self, data: bytes, delay_ns: int) -> None:
         if self.baud is None:
             self._sent(self.now_ns, data)
             return
-        start_ns = max(self.now_ns, self.tx_free_ns)
+        start_ns = max(self.now_ns, self.tx_free_ns) + delay_ns
         self.tx_free_ns = start_ns + character_ns(len(data), self.baud)
         self._sent(SimTimeNs(start_ns), data)
 
@@ -163,6 +174,14 @@ class DeviceUart:
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
         """A client starts to send ``data`` now, at its own baud (None: at ours)."""
+        if self.rx_faults:
+            for delay_ns, piece in apply_all(self.rx_faults.values(), data):
+                self._rx_free_ns = max(self.now_ns, self._rx_free_ns) + delay_ns
+                self._receive(piece, client_baud)
+        else:
+            self._receive(data, client_baud)
+
+    def _receive(self, data: bytes, client_baud: int | None) -> None:
         if self.baud is None:
             self._rx.feed(data)
             return

@@ -11,11 +11,13 @@ from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion, Snapshot
 from hil.core.core import OUTPUTS
+from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.session.tap import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, Sampler, Subscription, check_signals
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
+from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import MAIN
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, SimTimeNs, ms
@@ -109,6 +111,30 @@ class TapFace:
         heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._bench.now_ns]
         self.read()
         return heard
+
+
+class FaultFace:
+    """A fault that was injected; as a context it is cleared at the end."""
+
+    def __init__(self, number: int, runtime: BenchRuntime) -> None:
+        self.number = number
+        self._runtime = runtime
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it has not ended yet; also true before it begins."""
+        return self.number in self._runtime.faults.active
+
+    def clear(self) -> None:
+        """Take it away; nothing if it has ended."""
+        if self.is_active:
+            self._runtime.clear_fault(self.number)
+
+    def __enter__(self) -> "FaultFace":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.clear()
 
 
 class AxisFace:
@@ -289,6 +315,8 @@ class Bench:
         for device in devices.values():
             if isinstance(device.axis, CoreMotion):
                 device.axis.record_edges(True)
+        for fault in self.config.faults:
+            self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self._recordings: list[tuple[Subscription, Recording]] = []
         self._busy: dict[str, list[tuple[SimTimeNs, SimTimeNs]]] = {name: [] for name in devices}
         self._runtime.listeners.append(self._sent)
@@ -313,6 +341,15 @@ class Bench:
     def tap(self, name: str) -> TapFace:
         """A tap, as in ``bus0.master``."""
         return self._taps[name]
+
+    def fault(self, kind: str, target: str, **parameters: float | str) -> FaultFace:
+        """Make something go wrong (``hil.vocab.faults`` has the kinds), until it is cleared.
+
+        Raises:
+            FaultRefused: there is no such kind or target, or a parameter does not do.
+        """
+        number = self._runtime.inject(fault_refusal(kind, target, parameters))
+        return FaultFace(number, self._runtime)
 
     def segment(self, name: str) -> Segment:
         """A segment, with its counters settled to now."""

@@ -1,4 +1,4 @@
-"""The pytest plugin: the ``bench`` fixture."""
+"""The pytest plugin: the fixtures ``bench``, ``segment`` and ``fault``."""
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from hil.testing.bench import Bench
+    from hil.testing.bench import Bench, FaultFace
 
 
 @pytest.fixture
@@ -24,3 +24,31 @@ def bench() -> "Iterator[Callable[..., Bench]]":
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture
+def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
+    """Makes a bench of SACs on one segment, past their cold start: ``segment(32)`` has ``s4`` to ``s35`` with
+    those addresses on ``bus0``, and a tap ``bus0.master``. ``baud`` is the line's, ``first`` the first
+    address."""
+
+    def make(nodes: int, *, baud: int = 38400, first: int = 4, seed: int = 0) -> "Bench":
+        from hil.testing.nodes import segment_of
+
+        return segment_of(bench, nodes, baud=baud, first=first, seed=seed)
+
+    return make
+
+
+@pytest.fixture
+def fault() -> "Iterator[Callable[..., FaultFace]]":
+    """Makes things go wrong until the test's end: ``fault(b, "packet_no_ack", "s4.network", rate=0.5)``."""
+    made: list[FaultFace] = []
+
+    def inject(bench: "Bench", kind: str, target: str, **parameters: float | str) -> "FaultFace":
+        made.append(bench.fault(kind, target, **parameters))
+        return made[-1]
+
+    yield inject
+    for each in reversed(made):
+        each.clear()

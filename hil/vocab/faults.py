@@ -1,7 +1,24 @@
-"""Everything that can be made to go wrong, in one table that configuration, commands and reference use."""
+"""Everything that can be made to go wrong, in one table that configuration, commands, kit and reference use.
+
+A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.master``) or a segment
+(``bus0``). What a kind can be on is said in the table.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
+SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
+TARGETS = {
+    DEVICE: "a twin",
+    PORT: "a port of a twin, or a real board",
+    TWIN_PORT: "a port of a twin",
+    STATION: "a twin's port on a segment, or a tap",
+    SEGMENT: "a segment",
+    SERVO: "a twin with an encoder",
+    SHAFT: "a twin with a motor",
+    SUPPLIED: "a twin with plant: full",
+}
 
 
 @dataclass(frozen=True)
@@ -28,48 +45,147 @@ class FaultParameter:
             return f"write {self.minimum:g} to {self.maximum:g}"
         return None
 
+    def described(self) -> str:
+        """Values, unit and default, in one line."""
+        values = " or ".join(self.choices) or f"{self.minimum:g} to {self.maximum:g}"
+        unit = f" {self.unit}" if self.unit else ""
+        default = "needed" if self.default is None else f"default {self.default}"
+        return f"{self.about}, {values}{unit}, {default}"
+
 
 @dataclass(frozen=True)
 class FaultKind:
-    """One thing that goes wrong: its layer (byte, packet, node, physics, host) and what it can be on."""
+    """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and its target."""
 
     name: str
     layer: str
-    targets: str
+    target: str
+    """A key of ``TARGETS``."""
     about: str
-    parameters: tuple[FaultParameter, ...]
+    parameters: tuple[FaultParameter, ...] = ()
 
 
-_RATE = FaultParameter("rate", "probability for each byte", default=None)
+_BYTE_RATE = FaultParameter("rate", "probability for each byte")
+_PACKET_RATE = FaultParameter("rate", "probability for each packet", default=1.0)
 _TOWARDS = FaultParameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
-_SEED = FaultParameter("seed", "where its chance starts", maximum=2**63, default=0)
+_SEED = FaultParameter("seed", "where its chance starts", maximum=2**53, default=0)
+_DAY_S = 86_400.0
+TIMING = (
+    FaultParameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
+    FaultParameter("for_s", "how long it lasts; 0: until it is cleared", "s", 0.0, _DAY_S, 0.0),
+)
+"""What every kind takes, in simulated seconds."""
 
-FAULT_KINDS: Mapping[str, FaultKind] = {
-    kind.name: kind
-    for kind in (
-        FaultKind(
-            "byte_flip",
-            "byte",
-            "device",
-            "bits of bytes are inverted",
-            (FaultParameter("rate", "probability for each bit", default=None), _TOWARDS, _SEED),
+_KINDS = (
+    FaultKind(
+        "byte_flip",
+        "byte",
+        PORT,
+        "bits of bytes are inverted",
+        (FaultParameter("rate", "probability for each bit"), _TOWARDS, _SEED),
+    ),
+    FaultKind("byte_drop", "byte", PORT, "bytes are lost", (_BYTE_RATE, _TOWARDS, _SEED)),
+    FaultKind("byte_duplicate", "byte", PORT, "bytes come twice", (_BYTE_RATE, _TOWARDS, _SEED)),
+    FaultKind(
+        "byte_delay",
+        "byte",
+        PORT,
+        "bytes come late, and those behind them too",
+        (_BYTE_RATE, FaultParameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED),
+    ),
+    FaultKind("host_stop_reading", "host", TWIN_PORT, "nobody reads: what the board sends is lost"),
+    FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
+    FaultKind(
+        "packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC", (_PACKET_RATE, _SEED)
+    ),
+    FaultKind("packet_no_ack", "packet", STATION, "acknowledgements are not sent", (_PACKET_RATE, _SEED)),
+    FaultKind("packet_nak", "packet", STATION, "NAK is sent for ACK", (_PACKET_RATE, _SEED)),
+    FaultKind(
+        "wire_noise",
+        "wire",
+        SEGMENT,
+        "bits on the wire are inverted, for all alike",
+        (FaultParameter("rate", "probability for each bit"), _SEED),
+    ),
+    FaultKind("wire_cut", "wire", STATION, "the wire to a station is cut"),
+    FaultKind("wire_swapped", "wire", STATION, "a station's two wires are swapped"),
+    FaultKind("driver_stuck", "wire", STATION, "a station's driver is always on"),
+    FaultKind(
+        "driver_late",
+        "wire",
+        STATION,
+        "a station's driver goes off late",
+        (FaultParameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),),
+    ),
+    FaultKind(
+        "node_babble",
+        "node",
+        STATION,
+        "a station sends nonsense, whoever else does",
+        (
+            FaultParameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
+            FaultParameter("every_ms", "from one time to the next", "ms", 0.1, 1e6, 100.0),
+            _SEED,
         ),
-        FaultKind("byte_drop", "byte", "device", "bytes are lost", (_RATE, _TOWARDS, _SEED)),
-        FaultKind("byte_duplicate", "byte", "device", "bytes come twice", (_RATE, _TOWARDS, _SEED)),
-        FaultKind(
-            "byte_delay",
-            "byte",
-            "device",
-            "bytes come late, and those behind them too",
-            (
-                _RATE,
-                FaultParameter("delay_ms", "how late", "ms", 0.0, 60_000.0, default=10.0),
-                _TOWARDS,
-                _SEED,
-            ),
-        ),
-    )
-}
+    ),
+    FaultKind(
+        "node_clash",
+        "node",
+        SEGMENT,
+        "another node acknowledges what goes to an address",
+        (FaultParameter("address", "its address", "", 4.0, 255.0),),
+    ),
+    FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once"),
+    FaultKind("node_brown_out", "node", DEVICE, "the board has no power, and starts again afterwards"),
+    FaultKind("node_hang", "node", DEVICE, "the main program stands still; motor and interrupts go on"),
+    FaultKind(
+        "shaft_load",
+        "physics",
+        SHAFT,
+        "a torque on the shaft, beside the load that is there",
+        (FaultParameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
+    ),
+    FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
+    FaultKind(
+        "steps_lost",
+        "physics",
+        SHAFT,
+        "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
+        (FaultParameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
+    ),
+    FaultKind(
+        "phase_open",
+        "physics",
+        SHAFT,
+        "a coil's wire is broken",
+        (FaultParameter("coil", "which", default="A", choices=("A", "B")),),
+    ),
+    FaultKind("thermal_trip", "physics", SHAFT, "the driver is too hot: no current in either coil"),
+    FaultKind(
+        "supply_sag",
+        "physics",
+        SUPPLIED,
+        "the supply has another voltage",
+        (FaultParameter("supply_V", "what is left", "V", 0.0, 100.0),),
+    ),
+    FaultKind(
+        "encoder_slip",
+        "physics",
+        SERVO,
+        "the magnet has slipped on the shaft",
+        (FaultParameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
+    ),
+    FaultKind(
+        "encoder_noise",
+        "physics",
+        SERVO,
+        "readings scatter",
+        (FaultParameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
+    ),
+    FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),
+    FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),
+)
+FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
 
 
 @dataclass(frozen=True)
@@ -80,6 +196,19 @@ class Fault:
     target: str
     parameters: Mapping[str, float | str] = field(default_factory=dict)
 
+    @property
+    def layer(self) -> str:
+        """Of its kind."""
+        return FAULT_KINDS[self.kind].layer
+
+    def number(self, name: str) -> float:
+        """A parameter that is a number."""
+        return float(self.parameters[name])
+
+
+class FaultRefused(Exception):
+    """A fault cannot be: ``str(error)`` says why."""
+
 
 def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault | None, dict[str, str]]:
     """The fault with its kind's defaults filled in, or what is wrong, by the name of the parameter (the
@@ -89,7 +218,7 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
         return None, {"fault": f"kinds are {', '.join(FAULT_KINDS)}"}
     problems: dict[str, str] = {}
     parameters: dict[str, float | str] = {}
-    names = {parameter.name: parameter for parameter in known.parameters}
+    names = {parameter.name: parameter for parameter in (*known.parameters, *TIMING)}
     for name in given:
         if name not in names:
             problems[name] = f"parameters of {kind} are {', '.join(names)}"
@@ -102,3 +231,15 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
         elif isinstance(value, int | float | str):
             parameters[name] = value
     return (None, problems) if problems else (Fault(kind, target, parameters), {})
+
+
+def fault_refusal(kind: str, target: str, given: Mapping[str, object]) -> Fault:
+    """As ``fault_of``.
+
+    Raises:
+        FaultRefused: with all problems.
+    """
+    fault, problems = fault_of(kind, target, given)
+    if fault is None:
+        raise FaultRefused("; ".join(f"{name}: {problem}" for name, problem in problems.items()))
+    return fault

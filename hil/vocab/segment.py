@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 
 
@@ -67,6 +68,12 @@ class Segment(Protocol):
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
         """A station sends a burst; its first start bit is at ``start_ns``, now or a little later."""
 
+    def has(self, station: str) -> bool:
+        """Whether a station is on the wire."""
+
+    def baud_of(self, station: str) -> int:
+        """The speed of a station, in baud."""
+
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
 
@@ -81,6 +88,15 @@ class Segment(Protocol):
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
+
+    def inject(
+        self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
+    ) -> None:
+        """A fault of the layers packet or wire, or ``node_clash``, begins. ``answer(at_ns, station, raw)``
+        sends for a station at a later time."""
+
+    def clear(self, number: int, fault: Fault, station: str) -> None:
+        """A fault ends."""
 
     def settle(self, until_ns: int) -> None:
         """Count what has been on the line to its end by ``until_ns``."""

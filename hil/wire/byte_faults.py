@@ -1,6 +1,6 @@
 """What a bad line does to bytes: flips bits, loses bytes, doubles them, delays them. Pure and seeded."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 _MASK = (1 << 64) - 1
@@ -74,3 +74,25 @@ class ByteFaults:
                 piece.append(flipped)
         if piece:
             yield delay_ns, bytes(piece)
+
+
+def byte_fault(kind: str, rate: float, delay_ns: int = 0) -> ByteFault:
+    """What a fault of the layer ``byte`` does (``hil.vocab.faults``)."""
+    return {
+        "byte_flip": ByteFault(bit_error_rate=rate),
+        "byte_drop": ByteFault(drop_rate=rate),
+        "byte_duplicate": ByteFault(duplicate_rate=rate),
+        "byte_delay": ByteFault(delay_rate=rate, delay_ns=delay_ns),
+    }[kind]
+
+
+def apply_all(faults: Iterable[ByteFaults], data: bytes) -> list[tuple[int, bytes]]:
+    """Several, one after the other; as ``ByteFaults.apply``."""
+    pieces = [(0, data)]
+    for fault in faults:
+        pieces = [
+            (delay_ns * (index == 0) + more_ns, part)
+            for delay_ns, piece in pieces
+            for index, (more_ns, part) in enumerate(fault.apply(piece))
+        ]
+    return pieces

@@ -119,14 +119,14 @@ def whole_blocks(data: bytes) -> int:
 
 
 def header_length(data: bytes) -> int:
-    """How many bytes before the first record, 0 where there is none yet."""
+    """How many bytes of whole blocks stand before the first record, all of them where there is none."""
     at = 0
-    while at + 8 <= len(data):
+    while at < len(data):
         kind, size = struct.unpack_from("<II", data, at)
         if kind == _PACKET:
-            return at
+            break
         at += size
-    return 0
+    return at
 
 
 def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:

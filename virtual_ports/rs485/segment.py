@@ -12,10 +12,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hil.vocab.faults import Fault
 from hil.vocab.segment import HeardCharacter, Receiver, SegmentEvent
 from hil.vocab.time import SimTimeNs
+from hil.wire.byte_faults import ByteFault, ByteFaults
 from hil.wire.packet import Malformed, Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
+from virtual_ports.rs485.packet_faults import Phantom, Transform, packet_fault
 from virtual_ports.rs485.waveform import Character, Drive, inverted, low_line, read
 
 BROADCAST = 0
@@ -91,6 +94,8 @@ class Station:
     """Its two wires are swapped."""
     is_cut: bool = False
     """The wire to it is cut."""
+    transforms: dict[int, Transform] = field(default_factory=dict)
+    """What it sends instead of its packets, by the numbers of faults."""
 
     @property
     def is_odd(self) -> bool:
@@ -104,6 +109,8 @@ class Segment:
         self.stats = SegmentStats()
         self.stations: dict[str, Station] = {}
         self.watchers: list[Callable[[SegmentEvent], None]] = []
+        self.noise: dict[int, ByteFaults] = {}
+        """What the wire does to all bytes, by the numbers of faults."""
         self.busy: set[str] = set()
         """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
@@ -136,6 +143,14 @@ class Segment:
         """Whether a station's receiver stays on while it drives."""
         self.stations[station].has_echo = has_echo
 
+    def has(self, station: str) -> bool:
+        """Whether a station is on the wire."""
+        return station in self.stations
+
+    def baud_of(self, station: str) -> int:
+        """The speed of a station, in baud."""
+        return self.stations[station].receiver.baud_now
+
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
         self.stations[station].is_cut = is_cut
@@ -161,6 +176,51 @@ class Segment:
             "stations": {name: vars(each).copy() for name, each in self.stats.stations.items()},
         }
 
+    # ---- faults (hil.vocab.faults) ----
+
+    def inject(
+        self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
+    ) -> None:
+        """A fault of the layers packet or wire, or ``node_clash``, begins. ``answer(at_ns, station, raw)``
+        sends for a station at a later time."""
+        if fault.kind == "wire_noise":
+            self.noise[number] = ByteFaults(
+                ByteFault(bit_error_rate=fault.number("rate")), int(fault.number("seed"))
+            )
+        elif fault.kind == "node_clash":
+            name = f"fault {number}"
+            address = int(fault.number("address"))
+            baud = next(iter(self.stations.values())).receiver.baud_now
+            self.join(name, Phantom(address, baud, lambda at_ns, raw: answer(at_ns, name, raw)))
+            self.set_address(name, address)
+        elif fault.kind.startswith("packet_"):
+            transform = packet_fault(fault.kind, fault.number("rate"), int(fault.number("seed")))
+            self.stations[station].transforms[number] = transform
+        else:
+            self._set_wire(fault, self.stations[station], is_on=True)
+
+    def clear(self, number: int, fault: Fault, station: str) -> None:
+        """A fault ends."""
+        self.noise.pop(number, None)
+        if fault.kind == "node_clash":
+            self.leave(f"fault {number}")
+        elif fault.layer == "wire" and fault.kind != "wire_noise":
+            self._set_wire(fault, self.stations[station], is_on=False)
+        elif station in self.stations:
+            self.stations[station].transforms.pop(number, None)
+
+    def _set_wire(self, fault: Fault, station: Station, *, is_on: bool) -> None:
+        match fault.kind:
+            case "wire_cut":
+                station.is_cut = is_on
+            case "wire_swapped":
+                station.is_swapped = is_on
+            case "driver_stuck":
+                station.is_stuck = is_on
+            case "driver_late":
+                station.release_ns = round(fault.number("late_us") * 1000) if is_on else 0
+        self.changed()
+
     def changed(self) -> None:
         """Something about a station that can be wrong has changed."""
         self._is_odd = any(station.is_odd for station in self.stations.values())
@@ -179,6 +239,12 @@ class Segment:
         """A station sends a burst; its first start bit is at ``start_ns``, now or later."""
         self.settle(start_ns)
         sender = self.stations[station]
+        for transform in sender.transforms.values():
+            data = transform(data)
+        for noise in self.noise.values():
+            data = b"".join(piece for _, piece in noise.apply(data))
+        if not data:
+            return
         end_ns = start_ns + character_ns(len(data), baud)
         burst = Burst(station, start_ns, data, baud, start_ns, end_ns + sender.release_ns)
         own = self.stats.stations[station]

@@ -194,10 +194,10 @@ def test_a_turning_motor_is_left_alone():
 
 def test_a_one_shot_runs():
     bench = board()
-    assert bench.talk("s1", companion.one_shot("xm100v150ad")) == []
+    assert bench.talk("s1", companion.commands(["xm100v150ad"])) == []
     bench.run(ms=3000)
     assert bench.axis("s1").snapshot().pulses == 200
-    assert bench.talk("s1", companion.one_shot("vd")) == ["0\t0"]
+    assert bench.talk("s1", companion.commands(["vd"])) == ["0\t0"]
 
 
 def test_a_calibration_takes_a_minute_and_finds_the_twin_exact():

@@ -51,31 +51,75 @@ static int shaft_raw(double rev)
     return (int)((rev - floor_of(rev)) * 16384) & 16383;
 }
 
+/* What a faulty encoder makes of a count. */
+static int faulty_raw(const hil_axis *a, int raw, int64_t t_ns)
+{
+    if (!a->is_faulty) return raw;
+    double noise = full_noise(a->fault.noise_key, a->fault.noise_counts, (uint64_t)t_ns);
+    return (raw + a->fault.slip_counts + (int)floor(noise + 0.5)) & 16383;
+}
+
+/* A jammed rotor is put back to where it stands, at each node and whenever it is looked at. */
+static void clamp_simple(const hil_axis *a, plant *p)
+{
+    if (!a->fault.is_jammed) return;
+    p->moving.rev = a->fault.jam_rev;
+    p->moving.rev_per_s = 0;
+}
+
+static void clamp_full(const hil_axis *a, full *p)
+{
+    if (!a->fault.is_jammed) return;
+    p->moving.state.rev = a->fault.jam_rev;
+    p->moving.state.rev_per_s = 0;
+    if (!p->steps) full_locate(&p->moving);
+}
+
 static int raw_at(const hil_axis *a, int64_t t_ns)
 {
     if (a->encoder.script_len) return scripted_raw(&a->encoder, t_ns);
-    if (!a->is_full) return shaft_raw(plant_at(&a->plant, t_ns).rev);
+    if (!a->is_full) {
+        plant now = a->plant;
+        plant_node(&now, t_ns);
+        clamp_simple(a, &now);
+        return faulty_raw(a, shaft_raw(now.moving.rev), t_ns);
+    }
     full now = full_at(&a->full, t_ns);
-    return full_raw(&now, t_ns);
+    clamp_full(a, &now);
+    return faulty_raw(a, full_raw(&now, t_ns), t_ns);
 }
 
 /* ---- the plant, whichever it is ---- */
 
 void axis_run_plant(hil_axis *a, int64_t t_ns)
 {
-    if (a->is_full) full_advance(&a->full, t_ns);
-    else plant_advance(&a->plant, t_ns);
+    if (a->is_full) {
+        full_advance(&a->full, t_ns);
+        clamp_full(a, &a->full);
+    } else {
+        plant_advance(&a->plant, t_ns);
+        clamp_simple(a, &a->plant);
+    }
 }
 
 void axis_make_node(hil_axis *a, int64_t t_ns)
 {
     if (a->stepper) stepper_plant(a, t_ns);
-    if (a->is_full) full_node(&a->full, t_ns);
-    else plant_node(&a->plant, t_ns);
+    if (a->is_full) {
+        full_node(&a->full, t_ns);
+        clamp_full(a, &a->full);
+    } else {
+        plant_node(&a->plant, t_ns);
+        clamp_simple(a, &a->plant);
+    }
 }
 
 void axis_set_currents(hil_axis *a, double a_A, double b_A)
 {
+    a->fault.told_a_A = a_A;
+    a->fault.told_b_A = b_A;
+    if (a->fault.is_open_a) a_A = 0;
+    if (a->fault.is_open_b) b_A = 0;
     if (a->is_full) full_set_currents(&a->full, a_A, b_A);
     else plant_set_currents(&a->plant, a_A, b_A);
 }
@@ -125,8 +169,8 @@ static void control_step(hil_core *c, hil_axis *a, int axis)
     int64_t at_ns = a->next_step_ns;
     axis_make_node(a, at_ns);
     int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
-              : a->is_full          ? full_raw(&a->full, at_ns)
-                                    : shaft_raw(a->plant.moving.rev);
+              : a->is_full          ? faulty_raw(a, full_raw(&a->full, at_ns), at_ns)
+                                    : faulty_raw(a, shaft_raw(a->plant.moving.rev), at_ns);
     float y;
     int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
     drive(a);
@@ -343,6 +387,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
     if (a->stepper) stepper_plant(a, now_ns);
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
+        clamp_full(a, &f);
         a->view.rev = f.moving.state.rev;
         a->view.rev_per_s = f.moving.state.rev_per_s;
         a->view.torque_Nm = full_motor_torque_Nm(&f);
@@ -351,15 +396,16 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.a_V = f.moving.a_V;
         a->view.b_V = f.moving.b_V;
         a->view.energy = f.moving.energy;
-        a->view.raw = full_raw(&f, now_ns);
+        a->view.raw = faulty_raw(a, full_raw(&f, now_ns), now_ns);
     } else {
         plant_shaft s = plant_at(&a->plant, now_ns);
+        if (a->fault.is_jammed) s = (plant_shaft){a->fault.jam_rev, 0};
         a->view.rev = s.rev;
         a->view.rev_per_s = s.rev_per_s;
         a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
         a->view.a_A = a->plant.current_a_A;
         a->view.b_A = a->plant.current_b_A;
-        a->view.raw = shaft_raw(s.rev);
+        a->view.raw = faulty_raw(a, shaft_raw(s.rev), now_ns);
     }
     if (a->encoder.script_len) a->view.raw = scripted_raw(&a->encoder, now_ns);
 }
@@ -453,6 +499,47 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     case HIL_FIELD_spi_previous_command: a->encoder.previous_command = to_i32(value); return 0;
     default: return set_law(&a->law, field, value);
     }
+}
+
+double hil_axis_supply_V(const hil_core *c, int axis)
+{
+    const hil_axis *a = &c->axes[axis];
+    return a->is_full ? a->full.motor.supply_V : 0;
+}
+
+int hil_axis_fault(hil_core *c, int axis, int what, double value)
+{
+    int64_t now_ns;
+    hil_axis *a = at(c, axis, &now_ns);
+    axis_fault *f = &a->fault;
+    if (!isfinite(value)) return -1;
+    axis_make_node(a, now_ns);
+    switch (what) {
+    case HIL_FAULT_JAM:
+        f->jam_rev = a->is_full ? a->full.moving.state.rev : a->plant.moving.rev;
+        f->is_jammed = value != 0;
+        break;
+    case HIL_FAULT_OPEN_A: f->is_open_a = value != 0; break;
+    case HIL_FAULT_OPEN_B: f->is_open_b = value != 0; break;
+    case HIL_FAULT_SLIP: f->slip_counts = to_i32(value); break;
+    case HIL_FAULT_NOISE: f->noise_counts = fmin(fmax(value, 0), 16384); break;
+    case HIL_FAULT_NOISE_SEED: f->noise_key = full_hash((uint64_t)fmin(fmax(value, 0), 0x1p53)); break;
+    case HIL_FAULT_SUPPLY:
+        if (!a->is_full || value < 0) return -1;
+        a->full.motor.supply_V = value;
+        break;
+    case HIL_FAULT_SHIFT:
+        if (fabs(value) > 1e6) return -1;
+        if (a->is_full) a->full.moving.state.rev += value;
+        else a->plant.moving.rev += value;
+        if (a->is_full) full_locate(&a->full.moving);
+        break;
+    default: return -1;
+    }
+    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0;
+    if (a->stepper) axis_set_currents(a, f->told_a_A, f->told_b_A);
+    else drive(a);
+    return 0;
 }
 
 /* ---- the law alone ---- */

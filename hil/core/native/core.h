@@ -24,6 +24,16 @@ typedef struct encoder {
     int64_t *script_ns, *script_raw;
 } encoder;
 
+/* What is wrong with an axis; all zeros: nothing. */
+typedef struct axis_fault {
+    int is_jammed, is_open_a, is_open_b;
+    int32_t slip_counts; /* how far the magnet has slipped on the shaft */
+    double noise_counts; /* standard deviation of a reading */
+    uint64_t noise_key;
+    double jam_rev;
+    double told_a_A, told_b_A; /* the latest current commands */
+} axis_fault;
+
 /* A signal source that drives the axis's inputs: source.c. */
 typedef struct source {
     hil_edges *rows;
@@ -50,6 +60,8 @@ typedef struct hil_axis {
     plant plant;
     full full;
     encoder encoder;
+    axis_fault fault;
+    int is_faulty; /* something of fault is set: no lane has room for it */
     double amps_per_count;
     struct { int32_t dir, step, enable, d3; } pins;
     int32_t loop_on;

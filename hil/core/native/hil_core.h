@@ -155,6 +155,21 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 
 /* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
    and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
    memory. */
+/* Something goes wrong with an axis, or is right again (value 0). The currents of an open phase stop at once. */
+enum {
+    HIL_FAULT_JAM,          /* 1: the rotor stands */
+    HIL_FAULT_OPEN_A,       /* 1: no current in coil A */
+    HIL_FAULT_OPEN_B,
+    HIL_FAULT_SLIP,         /* counts that the encoder's magnet has slipped */
+    HIL_FAULT_NOISE,        /* standard deviation of a reading, counts */
+    HIL_FAULT_NOISE_SEED,   /* a whole number */
+    HIL_FAULT_SUPPLY,       /* volts of the full plant's supply */
+    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once */
+};
+/* -1: this axis cannot have it. */
+int hil_axis_fault(hil_core *c, int axis, int what, double value);
+double hil_axis_supply_V(const hil_core *c, int axis); /* 0: the simple plant has none */
+
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
 /* A signal source on the inputs from now on, instead of the one before; n = 0: none. Rows in time's order,
    each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.

@@ -13,6 +13,7 @@ void motion_tests(void);
 void stepper_tests(void);
 void watchdog_tests(void);
 void packet_tests(void);
+void fault_tests(void);
 
 int main(int argc, char **argv)
 {
@@ -27,5 +28,6 @@ int main(int argc, char **argv)
     stepper_tests();
     watchdog_tests();
     packet_tests();
+    fault_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

@@ -1,0 +1,103 @@
+/* What is wrong with an axis acts, and leaves nothing behind. */
+#include "fixture.h"
+
+static const hil_axis_params FULL = {
+    .inertia_kg_m2 = 5.4e-6, .viscous_Nm_s_per_rad = 4e-3, .torque_constant_Nm_per_A = 0.225,
+    .sense_resistor_ohm = 0.15, .rotor_teeth = 50, .is_full = 1, .seed = 7,
+    .full = {.phase_resistance_ohm = 1.65, .phase_inductance_H = 3.2e-3, .supply_V = 12},
+};
+
+static hil_snapshot look(hil_core *c)
+{
+    hil_snapshot s;
+    hil_axis_snapshot(c, 0, &s);
+    return s;
+}
+
+static hil_core *energised(const hil_axis_params *params)
+{
+    hil_core *c = new_core(1);
+    int group = hil_group_open(c, 0);
+    hil_group_set_horizon(c, group, HIL_FOREVER);
+    CHECK_INT(hil_axis_open(c, group, params), 0);
+    identity_table(hil_axis_table(c, 0));
+    hil_axis_output(c, 0, 13, 100);
+    hil_group_advance(c, 0, 200000000);
+    return c;
+}
+
+static void each_plant(void (*test)(hil_core *))
+{
+    for (int i = 0; i < 2; i++) {
+        hil_core *c = energised(i ? &FULL : &MECHADUINO);
+        test(c);
+        hil_core_free(c);
+    }
+}
+
+static void jam(hil_core *c)
+{
+    double before = look(c).position_deg;
+    CHECK_INT(hil_axis_fault(c, 0, HIL_FAULT_JAM, 1), 0);
+    hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0.4);
+    hil_group_advance(c, 0, 400000000);
+    CHECK_NEAR(look(c).position_deg, before, 0);
+    CHECK_NEAR(look(c).velocity_rpm, 0, 0);
+    CHECK_INT(hil_axis_fault(c, 0, HIL_FAULT_JAM, 0), 0);
+    hil_group_advance(c, 0, 600000000);
+    CHECK(fabs(look(c).position_deg - before) > 0.1);
+}
+
+static void open_phases(hil_core *c)
+{
+    hil_snapshot before = look(c);
+    hil_axis_fault(c, 0, HIL_FAULT_OPEN_A, 1);
+    hil_group_advance(c, 0, 400000000);
+    CHECK_NEAR(look(c).current_a_A, 0, 1e-6);
+    CHECK_NEAR(look(c).current_b_A, before.current_b_A, 1e-3);
+    hil_axis_fault(c, 0, HIL_FAULT_OPEN_A, 0);
+    hil_group_advance(c, 0, 800000000);
+    CHECK_NEAR(look(c).current_a_A, before.current_a_A, 1e-3);
+}
+
+static void encoder_errors(hil_core *c)
+{
+    int raw = look(c).raw, seen[32], differ = 0;
+    hil_axis_fault(c, 0, HIL_FAULT_SLIP, 100);
+    CHECK_INT(look(c).raw, (raw + 100) & 16383);
+    hil_axis_fault(c, 0, HIL_FAULT_SLIP, 0);
+    CHECK_INT(look(c).raw, raw);
+    hil_axis_fault(c, 0, HIL_FAULT_NOISE_SEED, 3);
+    hil_axis_fault(c, 0, HIL_FAULT_NOISE, 5);
+    for (int i = 0; i < 32; i++) {
+        hil_group_advance(c, 0, 200000000 + (i + 1) * 1000000);
+        seen[i] = look(c).raw;
+        CHECK(abs(seen[i] - raw) < 30);
+        differ += i && seen[i] != seen[i - 1];
+    }
+    CHECK(differ > 16);
+    hil_axis_fault(c, 0, HIL_FAULT_NOISE, 0);
+    CHECK_INT(look(c).raw, raw);
+}
+
+static void a_jam_holds_the_shaft(void) { each_plant(jam); }
+static void an_open_phase_has_no_current(void) { each_plant(open_phases); }
+static void an_encoder_slips_and_scatters(void) { each_plant(encoder_errors); }
+
+static void what_an_axis_cannot_have_is_refused(void)
+{
+    hil_core *c = energised(&MECHADUINO);
+    CHECK_INT(hil_axis_fault(c, 0, HIL_FAULT_SUPPLY, 5), -1);
+    CHECK_INT(hil_axis_fault(c, 0, 99, 5), -1);
+    CHECK_INT(hil_axis_fault(c, 0, HIL_FAULT_SHIFT, NAN), -1);
+    CHECK_NEAR(hil_axis_supply_V(c, 0), 0, 0);
+    hil_core_free(c);
+}
+
+void fault_tests(void)
+{
+    RUN(a_jam_holds_the_shaft);
+    RUN(an_open_phase_has_no_current);
+    RUN(an_encoder_slips_and_scatters);
+    RUN(what_an_axis_cannot_have_is_refused);
+}

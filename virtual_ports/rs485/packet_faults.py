@@ -1,0 +1,57 @@
+"""What a station that does not do its part sends instead of its packets. Pure and seeded."""
+
+from collections.abc import Callable
+
+from hil.wire.byte_faults import Chance
+from hil.wire.packet import Packet, PacketDecoder, frame
+
+ACK, NAK = b"\x06", b"\x15"
+Transform = Callable[[bytes], bytes]
+"""A burst in, what goes on the wire out; nothing: the station is silent."""
+
+
+def packet_fault(kind: str, rate: float, seed: int) -> Transform:
+    """The transformation of ``packet_bad_crc``, ``packet_no_ack`` or ``packet_nak``."""
+    chance = Chance(seed)
+
+    def one(packet: Packet) -> bytes:
+        is_ack = packet.data == ACK
+        if (kind != "packet_bad_crc" and not is_ack) or not chance.below(rate):
+            return packet.raw
+        if kind == "packet_no_ack":
+            return b""
+        if kind == "packet_nak":
+            return frame(packet.destination, packet.origin, NAK, packet.crc != 0)
+        wrong = packet.crc ^ (1 + chance.bits() % 255)
+        return packet.raw[:-2] + bytes((wrong or packet.crc ^ 0xFF or 1, 0))
+
+    def transform(burst: bytes) -> bytes:
+        decoder = PacketDecoder()
+        items = decoder.feed(burst)
+        out = [one(item) if isinstance(item, Packet) else item.raw for item in items]
+        return b"".join(out) + decoder.pending
+
+    return transform
+
+
+class Phantom:
+    """Another node with somebody's address: it acknowledges all that is sent there. ``answer(at_ns, raw)``
+    sends for it, at that time."""
+
+    def __init__(self, address: int, baud: int, answer: Callable[[int, bytes], None]) -> None:
+        self.baud_now = baud
+        self._address = address
+        self._answer = answer
+
+    def hear(self, start_ns: int, data: bytes, baud: int) -> None:
+        character_ns = 10 * 10**9 / baud
+        for item in PacketDecoder().feed(data):
+            if isinstance(item, Packet) and item.destination == self._address and item.data not in (ACK, NAK):
+                at_ns = start_ns + round((item.end + 2) * character_ns)
+                self._answer(at_ns, frame(item.origin, self._address, ACK if item.is_good else NAK, True))
+
+    def hear_characters(self, characters: object) -> None:
+        """In a collision it understands nothing."""
+
+    def retract(self, after_ns: int) -> None:
+        """What it has begun to answer it answers."""
