@@ -177,11 +177,11 @@ class DeviceUart:
         if self.rx_faults:
             for delay_ns, piece in apply_all(self.rx_faults.values(), data):
                 self._rx_free_ns = max(self.now_ns, self._rx_free_ns) + delay_ns
-                self._receive(piece, client_baud)
+                self._begin(piece, client_baud)
         else:
-            self._receive(data, client_baud)
+            self._begin(data, client_baud)
 
-    def _receive(self, data: bytes, client_baud: int | None) -> None:
+    def _begin(self, data: bytes, client_baud: int | None) -> None:
         if self.baud is None:
             self._rx.feed(data)
             return
