@@ -246,18 +246,18 @@ class DeviceUart:
             if flight.times_ns[-1] <= now_ns:
                 self._in_flight.popleft()
                 self._taken = 0
-                self._receive(flight if first == 0 else flight.part(first, len(flight.data)))
+                self._take_in(flight if first == 0 else flight.part(first, len(flight.data)))
                 continue
             end = bisect_right(flight.times_ns, now_ns, first)
             if end > first:
                 self._taken = end
-                self._receive(flight.part(first, end))
+                self._take_in(flight.part(first, end))
             break
         while self._wakes and self._wakes[0] <= now_ns:
             self._wakes.popleft()
         self._find_next()
 
-    def _receive(self, flight: _Flight) -> None:
+    def _take_in(self, flight: _Flight) -> None:
         wake_byte = self._wake_byte
         at_once = wake_byte is not None and flight.times_ns[0] >= self.polls_from_ns
         if at_once or len(flight.data) <= self._rx.room():

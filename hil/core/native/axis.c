@@ -204,6 +204,7 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 
 int axis_is_idle(const hil_axis *a)
 {
+    if (a->fault.is_jammed) return 0; /* it is put back by whoever runs it */
     if (!(a->is_full ? a->full.at_rest : a->plant.at_rest) || (a->stepper && a->stepper->is_turned)) return 0;
     return axis_next_ns(a) == HIL_FOREVER;
 }
@@ -510,7 +511,7 @@ double hil_axis_supply_V(const hil_core *c, int axis)
 int hil_axis_fault(hil_core *c, int axis, int what, double value)
 {
     int64_t now_ns;
-    hil_axis *a = at(c, axis, &now_ns);
+    hil_axis *a = stirred(c, axis, &now_ns);
     axis_fault *f = &a->fault;
     if (!isfinite(value)) return -1;
     axis_make_node(a, now_ns);

@@ -177,3 +177,47 @@ def test_a_usb_line_has_no_baud_to_set() -> None:
     line = uart(None)
     line.set_baud(9600)
     assert line.baud is None
+
+
+MS_BAUD = 10_000
+"""A character takes a millisecond."""
+
+
+def marked() -> DeviceUart:
+    line = uart(MS_BAUD)
+    line.wake_on(0, 3)
+    line.polls_from_ns = SimTimeNs(T0)
+    return line
+
+
+def wakes(line: DeviceUart) -> list[int]:
+    """Numbers of the characters that the sketch is woken for, from 1 on."""
+    numbers = []
+    while (at_ns := line.next_arrival_ns) < FOREVER:
+        numbers.append((at_ns - T0) // 10**6)
+        line.now_ns = at_ns
+        line.take_arrivals()
+    return numbers
+
+
+def test_only_a_byte_behind_its_mark_wakes_once_what_stands_before_is_known() -> None:
+    line = marked()
+    line.hear(SimTimeNs(T0), b"\2\0\5x\3\2\0\2\0x", MS_BAUD)
+    line.hear(SimTimeNs(character_end_ns(10, MS_BAUD)), b"\0\0x\3", MS_BAUD)
+    line.hear(SimTimeNs(character_end_ns(14, MS_BAUD)), b"c\0", MS_BAUD)
+    assert wakes(line) == [2, 7, 16]  # 2: it is not known what stands before the first
+    assert line.read_all() == b"\2\0\5x\3\2\0\2\0x\0\0x\3c\0"
+
+
+def test_every_such_byte_wakes_while_marks_are_ignored_and_after_an_overrun() -> None:
+    line = marked()
+    line.hear(SimTimeNs(T0), b"xxxx\0", MS_BAUD)
+    assert wakes(line) == []
+    line.ignore_mark()
+    assert wakes(line) == [5]
+    line.polls_from_ns = FOREVER
+    line.ignores_mark = False
+    line.hear(SimTimeNs(character_end_ns(5, MS_BAUD)), b"x" * 70 + b"\0\3x\0x\0", MS_BAUD)
+    line.hear(SimTimeNs(character_end_ns(81, MS_BAUD)), b"xxx\0", MS_BAUD)
+    assert wakes(line) == [79, 81, 85]
+    assert line.overrun_bytes == 85 - UART_BUFFER_BYTES
