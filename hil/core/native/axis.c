@@ -59,33 +59,11 @@ static int faulty_raw(const hil_axis *a, int raw, int64_t t_ns)
     return (raw + a->fault.slip_counts + (int)floor(noise + 0.5)) & 16383;
 }
 
-/* A jammed rotor is put back to where it stands, at each node and whenever it is looked at. */
-static void clamp_simple(const hil_axis *a, plant *p)
-{
-    if (!a->fault.is_jammed) return;
-    p->moving.rev = a->fault.jam_rev;
-    p->moving.rev_per_s = 0;
-}
-
-static void clamp_full(const hil_axis *a, full *p)
-{
-    if (!a->fault.is_jammed) return;
-    p->moving.state.rev = a->fault.jam_rev;
-    p->moving.state.rev_per_s = 0;
-    if (!p->steps) full_locate(&p->moving);
-}
-
 static int raw_at(const hil_axis *a, int64_t t_ns)
 {
     if (a->encoder.script_len) return scripted_raw(&a->encoder, t_ns);
-    if (!a->is_full) {
-        plant now = a->plant;
-        plant_node(&now, t_ns);
-        clamp_simple(a, &now);
-        return faulty_raw(a, shaft_raw(now.moving.rev), t_ns);
-    }
+    if (!a->is_full) return faulty_raw(a, shaft_raw(plant_at(&a->plant, t_ns).rev), t_ns);
     full now = full_at(&a->full, t_ns);
-    clamp_full(a, &now);
     return faulty_raw(a, full_raw(&now, t_ns), t_ns);
 }
 
@@ -93,25 +71,15 @@ static int raw_at(const hil_axis *a, int64_t t_ns)
 
 void axis_run_plant(hil_axis *a, int64_t t_ns)
 {
-    if (a->is_full) {
-        full_advance(&a->full, t_ns);
-        clamp_full(a, &a->full);
-    } else {
-        plant_advance(&a->plant, t_ns);
-        clamp_simple(a, &a->plant);
-    }
+    if (a->is_full) full_advance(&a->full, t_ns);
+    else plant_advance(&a->plant, t_ns);
 }
 
 void axis_make_node(hil_axis *a, int64_t t_ns)
 {
     if (a->stepper) stepper_plant(a, t_ns);
-    if (a->is_full) {
-        full_node(&a->full, t_ns);
-        clamp_full(a, &a->full);
-    } else {
-        plant_node(&a->plant, t_ns);
-        clamp_simple(a, &a->plant);
-    }
+    if (a->is_full) full_node(&a->full, t_ns);
+    else plant_node(&a->plant, t_ns);
 }
 
 void axis_set_currents(hil_axis *a, double a_A, double b_A)
@@ -204,7 +172,6 @@ void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 
 int axis_is_idle(const hil_axis *a)
 {
-    if (a->fault.is_jammed) return 0; /* it is put back by whoever runs it */
     if (!(a->is_full ? a->full.at_rest : a->plant.at_rest) || (a->stepper && a->stepper->is_turned)) return 0;
     return axis_next_ns(a) == HIL_FOREVER;
 }
@@ -388,7 +355,6 @@ static void fill_view(hil_axis *a, int64_t now_ns)
     if (a->stepper) stepper_plant(a, now_ns);
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
-        clamp_full(a, &f);
         a->view.rev = f.moving.state.rev;
         a->view.rev_per_s = f.moving.state.rev_per_s;
         a->view.torque_Nm = full_motor_torque_Nm(&f);
@@ -400,7 +366,6 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.raw = faulty_raw(a, full_raw(&f, now_ns), now_ns);
     } else {
         plant_shaft s = plant_at(&a->plant, now_ns);
-        if (a->fault.is_jammed) s = (plant_shaft){a->fault.jam_rev, 0};
         a->view.rev = s.rev;
         a->view.rev_per_s = s.rev_per_s;
         a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
@@ -517,8 +482,9 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
     axis_make_node(a, now_ns);
     switch (what) {
     case HIL_FAULT_JAM:
-        f->jam_rev = a->is_full ? a->full.moving.state.rev : a->plant.moving.rev;
         f->is_jammed = value != 0;
+        if (a->is_full) full_jam(&a->full, f->is_jammed);
+        else plant_jam(&a->plant, f->is_jammed);
         break;
     case HIL_FAULT_OPEN_A: f->is_open_a = value != 0; break;
     case HIL_FAULT_OPEN_B: f->is_open_b = value != 0; break;

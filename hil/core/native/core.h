@@ -30,7 +30,6 @@ typedef struct axis_fault {
     int32_t slip_counts; /* how far the magnet has slipped on the shaft */
     double noise_counts; /* standard deviation of a reading */
     uint64_t noise_key;
-    double jam_rev;
     double told_a_A, told_b_A; /* the latest current commands */
 } axis_fault;
 

@@ -46,6 +46,13 @@ static full_rate rate_of(const full *p, int64_t h_ns)
                        .feed = h_s / p->inductance_H / (1 + faded)};
 }
 
+static void hold(full *p)
+{
+    if (!p->is_jammed) return;
+    p->moving.state.rev = p->jam_rev;
+    p->moving.state.rev_per_s = 0;
+}
+
 static void step(full *p, const full_rate *r)
 {
     full_moving *x = &p->moving;
@@ -53,6 +60,7 @@ static void step(full *p, const full_rate *r)
     double load = p->steady_Nm;
     if (p->load_varies) load = load_Nm(p, x->state.rev + r->half_s * x->state.rev_per_s, x->state.rev_per_s);
     full_step(&p->motor, r, x, p->command_a_A, p->command_b_A, load);
+    hold(p);
 }
 
 /* A node at which the next window begins. */
@@ -183,6 +191,14 @@ void full_set_currents(full *p, double a_A, double b_A)
     wake(p);
     p->command_a_A = a_A;
     p->command_b_A = b_A;
+}
+
+void full_jam(full *p, int is_jammed)
+{
+    wake(p);
+    p->is_jammed = is_jammed;
+    p->jam_rev = p->moving.state.rev;
+    hold(p);
 }
 
 void full_set_load(full *p, double torque_Nm)

@@ -28,6 +28,8 @@ typedef struct full {
     full_motor motor;
     full_rate whole, part[2]; /* part[n]: of the latest shorter step of an even or odd length */
     int64_t part_ns[2];
+    int is_jammed; /* the shaft stands at jam_rev, whatever pulls */
+    double jam_rev;
     uint64_t noise_key;
     double noise_counts, load_torque_Nm, inertia_kg_m2, inductance_H; /* inertia: rotor and load */
     hil_load load;
@@ -39,6 +41,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
 void full_advance(full *p, int64_t t_ns); /* the whole steps up to t_ns */
 void full_node(full *p, int64_t t_ns);    /* makes t_ns a node: call it before full_set_* */
 void full_set_currents(full *p, double a_A, double b_A); /* what the driver is told */
+void full_jam(full *p, int is_jammed); /* at a node */
 void full_set_load(full *p, double torque_Nm);
 full full_at(const full *p, int64_t t_ns); /* the plant at t_ns, not before the node; t_ns is a node */
 double full_motor_torque_Nm(const full *p); /* at the node, detent included */

@@ -52,6 +52,22 @@ void plant_halve(plant *p)
     p->whole = rate_of(p, p->step_ns);
 }
 
+/* A jammed shaft is put back after each step: it then moves alike however time is cut. */
+static void hold(plant *p)
+{
+    if (!p->is_jammed) return;
+    p->moving.rev = p->jam_rev;
+    p->moving.rev_per_s = 0;
+}
+
+void plant_jam(plant *p, int is_jammed)
+{
+    p->is_jammed = is_jammed;
+    p->jam_rev = p->moving.rev;
+    p->at_rest = 0;
+    hold(p);
+}
+
 void plant_advance(plant *p, int64_t t_ns)
 {
     while (t_ns - p->node_ns >= p->step_ns) {
@@ -61,6 +77,7 @@ void plant_advance(plant *p, int64_t t_ns)
         }
         plant_moving before = p->moving;
         plant_step(&p->motor, &p->whole, &p->moving, p->current_a_A, p->current_b_A);
+        hold(p);
         p->at_rest = !memcmp(&before, &p->moving, sizeof before); /* the bits: == takes -0 for 0 */
         p->node_ns += p->step_ns;
     }
@@ -81,6 +98,7 @@ void plant_node(plant *p, int64_t t_ns)
     plant_advance(p, t_ns);
     if (t_ns == p->node_ns) return;
     plant_step(&p->motor, plant_part(p, t_ns - p->node_ns), &p->moving, p->current_a_A, p->current_b_A);
+    hold(p);
     p->node_ns = t_ns;
     p->at_rest = 0;
 }

@@ -27,6 +27,8 @@ typedef struct plant {
     plant_motor motor;
     double current_a_A, current_b_A, load_torque_Nm;
     int at_rest; /* the last full step changed nothing: later ones will not either */
+    int is_jammed; /* the shaft stands at jam_rev, whatever pulls */
+    double jam_rev;
     double torque_constant_Nm_per_A, per_inertia, damping_per_s;
     plant_rate whole, part[2]; /* part[n]: of the latest shorter step of an even or odd length */
     int64_t part_ns[2];
@@ -43,6 +45,7 @@ void plant_advance(plant *p, int64_t t_ns);
 /* Makes t_ns a node: call it before a change of current or load, then plant_set_*. */
 void plant_node(plant *p, int64_t t_ns);
 void plant_set_currents(plant *p, double a_A, double b_A);
+void plant_jam(plant *p, int is_jammed); /* at a node */
 void plant_set_load(plant *p, double torque_Nm);
 /* The shaft at t_ns, not before the node. */
 plant_shaft plant_at(const plant *p, int64_t t_ns);

@@ -84,6 +84,22 @@ static void a_jam_holds_the_shaft(void) { each_plant(jam); }
 static void an_open_phase_has_no_current(void) { each_plant(open_phases); }
 static void an_encoder_slips_and_scatters(void) { each_plant(encoder_errors); }
 
+static void a_jam_is_the_same_however_time_is_cut(void)
+{
+    hil_snapshot seen[2];
+    for (int pieces = 0; pieces < 2; pieces++) {
+        hil_core *c = energised(&FULL);
+        hil_axis_fault(c, 0, HIL_FAULT_JAM, 1);
+        hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0.4);
+        if (pieces)
+            for (int64_t t = 200000000; t < 400000000; t += 777777) hil_group_advance(c, 0, t);
+        hil_group_advance(c, 0, 400000000);
+        seen[pieces] = look(c);
+        hil_core_free(c);
+    }
+    CHECK(!memcmp(&seen[0], &seen[1], sizeof seen[0]));
+}
+
 static void what_an_axis_cannot_have_is_refused(void)
 {
     hil_core *c = energised(&MECHADUINO);
@@ -97,6 +113,7 @@ static void what_an_axis_cannot_have_is_refused(void)
 void fault_tests(void)
 {
     RUN(a_jam_holds_the_shaft);
+    RUN(a_jam_is_the_same_however_time_is_cut);
     RUN(an_open_phase_has_no_current);
     RUN(an_encoder_slips_and_scatters);
     RUN(what_an_axis_cannot_have_is_refused);
