@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import socket
 import subprocess
 import tty
 from typing import Any
@@ -169,3 +170,27 @@ def test_a_real_mechaduino_beside_a_twin_and_a_log_that_leaves_it_out(place: Pla
     real.stop()
     replayed = subprocess.run([HIL, "replay", str(log)], capture_output=True, text=True, timeout=PATIENCE_S)
     assert replayed.stdout.startswith("identical: "), replayed
+
+
+@pytest.mark.filterwarnings("ignore:set(Daemon|Name)")
+def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> None:
+    port = {"kind": "rfc2217", "port": free_port()}
+    text = config(speed=5, devices={"s1": SAC | {"port": port}})
+    at = f"rfc2217://127.0.0.1:{port['port']}"
+    twins = place.serve(text)
+    real = place.serve(real_config(s2={"profile": "sac", "at": at}), bench="r")
+    with real.client("s2") as terminal:
+        for turn in range(2):
+            until(lambda: "is away" not in (real.status("s2")["note"] or ""), "the board")
+            until(lambda: twins.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")  # noqa: B023
+            terminal.quiet(0.1)
+            assert terminal.ask(b"vd\r", b"0\t0\r\nSAC>").endswith(b"vd\r\n0\t0\r\nSAC>")
+            if turn == 0:
+                twins.stop()
+                until(lambda: "is away" in (real.status("s2")["note"] or ""), "the loss")
+                twins = place.serve(text)
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return int(server.getsockname()[1])

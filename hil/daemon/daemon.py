@@ -292,11 +292,11 @@ class Daemon:
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
-        self.epoch_ns = time.time_ns()
         try:
             self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
         except OSError as error:
             raise StartError(f"the core's thread could not be started: {error.strerror}") from error
+        self.epoch_ns = time.time_ns() - round(self.bench.now_ns / self.config.speed)
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())

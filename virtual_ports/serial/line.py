@@ -35,17 +35,21 @@ class Owner(Protocol):
         """The line is dead; called once."""
 
 
-def open_serial(url: str, baud: int) -> Any:
-    """Open by pyserial; may block for seconds.
+def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
+    """Open by pyserial; may block for seconds. ``rs485``: with the kernel's RS485 mode.
 
     Raises:
-        OSError, ValueError: it cannot be opened.
+        OSError, ValueError: it cannot be opened, or has no such mode.
     """
     port = serial.serial_for_url(url, baud, do_not_open=True)
     port.timeout = 0
     if "://" not in url:
         port.exclusive = True
         port.write_timeout = 0
+    if rs485:
+        from serial.rs485 import RS485Settings
+
+        port.rs485_mode = RS485Settings()
     port.open()
     return port
 

@@ -33,6 +33,10 @@ class Options(BaseModel):
     url: SerialUrl = Field(
         description="A path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port."
     )
+    rs485: bool = Field(
+        default=False,
+        description="Let the kernel switch the adapter's driver on and off (RTS), where it can: a path only.",
+    )
     baud: int = Field(default=115200, ge=50, le=4_000_000, description="The adapter's speed.")
 
 
@@ -70,7 +74,9 @@ class SerialPort:
         from virtual_ports.serial.line import FdLine, ThreadLine, open_serial, why
 
         try:
-            port = await self._loop.run_in_executor(None, open_serial, self._options.url, self._options.baud)
+            port = await self._loop.run_in_executor(
+                None, open_serial, self._options.url, self._options.baud, self._options.rs485
+            )
         except (OSError, ValueError) as error:
             self.away = why(error)
             return

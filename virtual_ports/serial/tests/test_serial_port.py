@@ -230,3 +230,17 @@ def test_rfc2217_passes_bytes_with_its_own_in_them() -> None:
 def test_what_is_no_serial_port_is_refused(url: str) -> None:
     with pytest.raises(ValidationError, match="no serial port"):
         Options(url=url)
+
+
+def test_a_port_without_rs485_says_so(board) -> None:
+    _, path = board
+
+    async def main() -> None:
+        options = Options(url=path, baud=38400, rs485=True)
+        port = SerialPort(options, PortContext("b", "s2", Path("/nowhere")))
+        await port.open(RecordingHost(port))
+        assert port.away
+        assert "RS485" in port.away
+        await port.close()
+
+    asyncio.run(main())
