@@ -136,8 +136,12 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
         if rotate_bytes and head and written and written + size > rotate_bytes:
             number += 1
             out.close()
-            out = open(_rotated(write, number), "wb")  # noqa: SIM115
-            out.write(head)
+            # Whole from its first moment on, whenever this is ended.
+            name = _rotated(write, number)
+            part = Path(f"{name}.part")
+            part.write_bytes(head)
+            part.replace(name)
+            out = open(name, "ab")  # noqa: SIM115
             written = len(head)
             if number >= files:
                 Path(_rotated(write, number - files)).unlink(missing_ok=True)
