@@ -15,6 +15,7 @@ setup(
                 f"{NATIVE}/batch.c",
                 f"{NATIVE}/batch_any.c",
                 f"{NATIVE}/batch_avx2.c",
+                f"{NATIVE}/fault.c",
                 f"{NATIVE}/control/mechaduino.c",
                 f"{NATIVE}/plant/full.c",
                 f"{NATIVE}/plant/simple.c",

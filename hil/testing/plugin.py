@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from hil.testing.bench import Bench, FaultFace
+    from hil.testing.bench import Bench
+    from hil.testing.faces import FaultFace
 
 
 @pytest.fixture

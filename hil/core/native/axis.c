@@ -24,27 +24,6 @@ const hil_field_info hil_field_table[HIL_FIELDS] = {
 #undef STEPPER
 };
 
-static int64_t floor_div(__int128 n, int64_t d)
-{
-    __int128 q = n / d;
-    return (int64_t)(q - (n % d < 0));
-}
-
-static int scripted_raw(const encoder *s, int64_t t_ns)
-{
-    int i = 0, last = s->script_len - 1;
-    if (t_ns < s->script_ns[0]) return (int)(s->script_raw[0] & 16383);
-    for (int high = last + 1; high - i > 1;) { /* the last point not after t_ns */
-        int middle = (i + high) / 2;
-        if (s->script_ns[middle] <= t_ns) i = middle; else high = middle;
-    }
-    int64_t raw = s->script_raw[i];
-    if (s->script_linear && i < last)
-        raw += floor_div(((__int128)s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
-                         s->script_ns[i + 1] - s->script_ns[i]);
-    return (int)(raw & 16383); /* two's complement: & is the mathematical modulo, below 0 too */
-}
-
 static int shaft_raw(double rev)
 {
     if (!(fabs(rev) < 0x1p51)) return 0; /* run away under an absurd load */
@@ -61,7 +40,7 @@ static int faulty_raw(const hil_axis *a, int raw, int64_t t_ns)
 
 static int raw_at(const hil_axis *a, int64_t t_ns)
 {
-    if (a->encoder.script_len) return scripted_raw(&a->encoder, t_ns);
+    if (a->encoder.script_len) return encoder_scripted_raw(&a->encoder, t_ns);
     if (!a->is_full) return faulty_raw(a, shaft_raw(plant_at(&a->plant, t_ns).rev), t_ns);
     full now = full_at(&a->full, t_ns);
     return faulty_raw(a, full_raw(&now, t_ns), t_ns);
@@ -115,7 +94,7 @@ static int spi_exchange(hil_axis *a, int command, int raw)
     return value | parity((unsigned)value) << 15;
 }
 
-static void drive(hil_axis *a)
+void axis_drive(hil_axis *a)
 {
     double a_A, b_A;
     axis_currents(a, &a_A, &b_A);
@@ -136,12 +115,12 @@ static void control_step(hil_core *c, hil_axis *a, int axis)
 {
     int64_t at_ns = a->next_step_ns;
     axis_make_node(a, at_ns);
-    int raw = a->encoder.script_len ? scripted_raw(&a->encoder, at_ns)
+    int raw = a->encoder.script_len ? encoder_scripted_raw(&a->encoder, at_ns)
               : a->is_full          ? faulty_raw(a, full_raw(&a->full, at_ns), at_ns)
                                     : faulty_raw(a, shaft_raw(a->plant.moving.rev), at_ns);
     float y;
     int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
-    drive(a);
+    axis_drive(a);
     if (print) core_post(c, axis, at_ns, HIL_EVENT_STEP_RESPONSE, (double)(a->law.yw * 1024));
     axis_stepped(a);
 }
@@ -186,7 +165,7 @@ static hil_axis *at(hil_core *c, int axis, int64_t *now_ns)
 }
 
 /* For what changes the axis. */
-static hil_axis *stirred(hil_core *c, int axis, int64_t *now_ns)
+hil_axis *axis_stirred(hil_core *c, int axis, int64_t *now_ns)
 {
     core_stir(c, axis);
     return at(c, axis, now_ns);
@@ -233,7 +212,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
 void hil_axis_power_up(hil_core *c, int axis)
 {
     int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
     if (a->stepper) {
         stepper_power_up(c, a, now_ns);
         return;
@@ -242,16 +221,16 @@ void hil_axis_power_up(hil_core *c, int axis)
     mechaduino_power_up(&a->law);
     set_loop(a, 0, now_ns);
     a->control_steps = 0;
-    drive(a);
+    axis_drive(a);
 }
 
 void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
 {
     int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
     axis_make_node(a, now_ns);
     mechaduino_output(&a->law, c->sine, theta_deg, effort);
-    drive(a);
+    axis_drive(a);
 }
 
 static void set_vref(hil_axis *a, int vref1, int vref2, int64_t at_ns)
@@ -259,20 +238,20 @@ static void set_vref(hil_axis *a, int vref1, int vref2, int64_t at_ns)
     axis_make_node(a, at_ns);
     a->law.pins.vref1 = vref1;
     a->law.pins.vref2 = vref2;
-    drive(a);
+    axis_drive(a);
 }
 
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
 {
     int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
     set_vref(a, vref1, vref2, now_ns);
 }
 
 void hil_axis_loop(hil_core *c, int axis, int on)
 {
     int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
     set_loop(a, on, now_ns);
 }
 
@@ -322,23 +301,6 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level)
     axis_pin(c, axis, pin, level, now_ns);
 }
 
-int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
-{
-    encoder *s = &c->axes[axis].encoder;
-    int64_t *copy = n ? malloc((size_t)n * 2 * sizeof *copy) : NULL;
-    if (n && !copy) return -1;
-    if (n) {
-        memcpy(copy, at_ns, (size_t)n * sizeof *copy);
-        memcpy(copy + n, raw, (size_t)n * sizeof *copy);
-    }
-    free(s->script_ns);
-    s->script_ns = copy;
-    s->script_raw = copy ? copy + n : NULL;
-    s->script_len = n;
-    s->script_linear = linear;
-    return 0;
-}
-
 static const motion *motion_of(const hil_axis *a)
 {
     static const motion none = {.slot = -1};
@@ -373,7 +335,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.b_A = a->plant.current_b_A;
         a->view.raw = faulty_raw(a, shaft_raw(s.rev), now_ns);
     }
-    if (a->encoder.script_len) a->view.raw = scripted_raw(&a->encoder, now_ns);
+    if (a->encoder.script_len) a->view.raw = encoder_scripted_raw(&a->encoder, now_ns);
 }
 
 void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
@@ -449,7 +411,7 @@ static int set_law(mechaduino *m, hil_field field, double value)
 int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
 {
     int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
     if (field >= HIL_FIELDS || hil_field_table[field].kind == (a->stepper ? KIND_SERVO : KIND_STEPPER)) return -1;
     switch (field) {
     case HIL_FIELD_load_torque_Nm:
@@ -465,48 +427,6 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     case HIL_FIELD_spi_previous_command: a->encoder.previous_command = to_i32(value); return 0;
     default: return set_law(&a->law, field, value);
     }
-}
-
-double hil_axis_supply_V(const hil_core *c, int axis)
-{
-    const hil_axis *a = &c->axes[axis];
-    return a->is_full ? a->full.motor.supply_V : 0;
-}
-
-int hil_axis_fault(hil_core *c, int axis, int what, double value)
-{
-    int64_t now_ns;
-    hil_axis *a = stirred(c, axis, &now_ns);
-    axis_fault *f = &a->fault;
-    if (!isfinite(value)) return -1;
-    axis_make_node(a, now_ns);
-    switch (what) {
-    case HIL_FAULT_JAM:
-        f->is_jammed = value != 0;
-        if (a->is_full) full_jam(&a->full, f->is_jammed);
-        else plant_jam(&a->plant, f->is_jammed);
-        break;
-    case HIL_FAULT_OPEN_A: f->is_open_a = value != 0; break;
-    case HIL_FAULT_OPEN_B: f->is_open_b = value != 0; break;
-    case HIL_FAULT_SLIP: f->slip_counts = to_i32(value); break;
-    case HIL_FAULT_NOISE: f->noise_counts = fmin(fmax(value, 0), 16384); break;
-    case HIL_FAULT_NOISE_SEED: f->noise_key = full_hash((uint64_t)fmin(fmax(value, 0), 0x1p53)); break;
-    case HIL_FAULT_SUPPLY:
-        if (!a->is_full || value < 0) return -1;
-        a->full.motor.supply_V = value;
-        break;
-    case HIL_FAULT_SHIFT:
-        if (fabs(value) > 1e6) return -1;
-        if (a->is_full) a->full.moving.state.rev += value;
-        else a->plant.moving.rev += value;
-        if (a->is_full) full_locate(&a->full.moving);
-        break;
-    default: return -1;
-    }
-    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0;
-    if (a->stepper) axis_set_currents(a, f->told_a_A, f->told_b_A);
-    else drive(a);
-    return 0;
 }
 
 /* ---- the law alone ---- */

@@ -150,6 +150,9 @@ void watch_sample(hil_axis *a);                       /* the sample at next_ns *
 
 /* axis.c, for stepper.c */
 void axis_make_node(hil_axis *a, int64_t t_ns);
+hil_axis *axis_stirred(hil_core *c, int axis, int64_t *now_ns); /* for what changes it; *now_ns: its group's time */
+void axis_drive(hil_axis *a);                              /* the law's currents, at a node */
+int encoder_scripted_raw(const encoder *s, int64_t t_ns);  /* with a script */
 void axis_run_plant(hil_axis *a, int64_t t_ns);
 void axis_set_currents(hil_axis *a, double a_A, double b_A);
 

@@ -1,0 +1,86 @@
+/* An encoder that reads from a script instead of the shaft, and what can be wrong with an axis. */
+#include "core.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int64_t floor_div(__int128 n, int64_t d)
+{
+    __int128 q = n / d;
+    return (int64_t)(q - (n % d < 0));
+}
+
+int encoder_scripted_raw(const encoder *s, int64_t t_ns)
+{
+    int i = 0, last = s->script_len - 1;
+    if (t_ns < s->script_ns[0]) return (int)(s->script_raw[0] & 16383);
+    for (int high = last + 1; high - i > 1;) { /* the last point not after t_ns */
+        int middle = (i + high) / 2;
+        if (s->script_ns[middle] <= t_ns) i = middle; else high = middle;
+    }
+    int64_t raw = s->script_raw[i];
+    if (s->script_linear && i < last)
+        raw += floor_div(((__int128)s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
+                         s->script_ns[i + 1] - s->script_ns[i]);
+    return (int)(raw & 16383); /* two's complement: & is the mathematical modulo, below 0 too */
+}
+
+int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
+{
+    encoder *s = &c->axes[axis].encoder;
+    int64_t *copy = n ? malloc((size_t)n * 2 * sizeof *copy) : NULL;
+    if (n && !copy) return -1;
+    if (n) {
+        memcpy(copy, at_ns, (size_t)n * sizeof *copy);
+        memcpy(copy + n, raw, (size_t)n * sizeof *copy);
+    }
+    free(s->script_ns);
+    s->script_ns = copy;
+    s->script_raw = copy ? copy + n : NULL;
+    s->script_len = n;
+    s->script_linear = linear;
+    return 0;
+}
+
+double hil_axis_supply_V(const hil_core *c, int axis)
+{
+    const hil_axis *a = &c->axes[axis];
+    return a->is_full ? a->full.motor.supply_V : 0;
+}
+
+int hil_axis_fault(hil_core *c, int axis, int what, double value)
+{
+    int64_t now_ns;
+    hil_axis *a = axis_stirred(c, axis, &now_ns);
+    axis_fault *f = &a->fault;
+    if (!isfinite(value)) return -1;
+    axis_make_node(a, now_ns);
+    switch (what) {
+    case HIL_FAULT_JAM:
+        f->is_jammed = value != 0;
+        if (a->is_full) full_jam(&a->full, f->is_jammed);
+        else plant_jam(&a->plant, f->is_jammed);
+        break;
+    case HIL_FAULT_OPEN_A: f->is_open_a = value != 0; break;
+    case HIL_FAULT_OPEN_B: f->is_open_b = value != 0; break;
+    case HIL_FAULT_SLIP: f->slip_counts = (int32_t)fmin(fmax(value, -16383), 16383); break;
+    case HIL_FAULT_NOISE: f->noise_counts = fmin(fmax(value, 0), 16384); break;
+    case HIL_FAULT_NOISE_SEED: f->noise_key = full_hash((uint64_t)fmin(fmax(value, 0), 0x1p53)); break;
+    case HIL_FAULT_SUPPLY:
+        if (!a->is_full || value < 0) return -1;
+        a->full.motor.supply_V = value;
+        break;
+    case HIL_FAULT_SHIFT:
+        if (fabs(value) > 1e6) return -1;
+        if (a->is_full) a->full.moving.state.rev += value;
+        else a->plant.moving.rev += value;
+        if (a->is_full) full_locate(&a->full.moving);
+        break;
+    default: return -1;
+    }
+    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0;
+    if (a->stepper) axis_set_currents(a, f->told_a_A, f->told_b_A);
+    else axis_drive(a);
+    return 0;
+}

@@ -1,0 +1,264 @@
+"""What a test holds of a bench: ports, taps, axes, pins, boards and faults."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+from hil.core import CoreMotion, Snapshot
+from hil.core.core import OUTPUTS
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
+from hil.session.tap import Tap
+from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
+from hil.vocab.time import SimTimeNs, ms
+from hil.wire.serial_line import character_ns
+from hil.wire.step_dir import Edges
+
+if TYPE_CHECKING:
+    from hil.testing.bench import Bench
+
+TX_ENABLE = "TxEn"
+"""The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
+MOST_LOAD_NM = 1e6
+"""As the configuration has it: with much more the shaft's numbers would run out of range."""
+
+
+class PortFace:
+    """A device's port, seen by a client that reads everything at once."""
+
+    def __init__(self, bench: "Bench", device: Device, uart: str) -> None:
+        self._bench = bench
+        self._device = device
+        self._uart = uart
+        self._unread: list[tuple[SimTimeNs, bytes]] = []
+        self.timeline: list[tuple[SimTimeNs, bytes]] = []
+        """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
+        first bit is on the line."""
+
+    def write(self, data: bytes, client_baud: int | None = None) -> None:
+        """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
+        self._bench.give(self._device, Bytes(bytes(data), client_baud, self._uart))
+
+    def read(self) -> bytes:
+        """Everything the device has sent since the last call."""
+        data = b"".join(data for _, data in self._unread)
+        self._unread.clear()
+        return data
+
+    def read_timed(self) -> list[tuple[SimTimeNs, bytes]]:
+        """As ``read``, with the time of each piece; pieces of one time are joined."""
+        joined: list[tuple[SimTimeNs, bytes]] = []
+        for at_ns, data in self._unread:
+            if joined and joined[-1][0] == at_ns:
+                joined[-1] = (at_ns, joined[-1][1] + data)
+            else:
+                joined.append((at_ns, data))
+        self._unread.clear()
+        return joined
+
+    def read_complete(self) -> list[tuple[SimTimeNs, bytes]]:
+        """As ``read_timed``, with the times at which the last bit of each piece has come."""
+        baud = self._device.uarts[self._uart].baud
+        return [
+            (SimTimeNs(at_ns + (character_ns(len(data), baud) if baud else 0)), data)
+            for at_ns, data in self.read_timed()
+        ]
+
+    @property
+    def line_free_ns(self) -> SimTimeNs:
+        """When the last byte that the device has sent so far is on the line; without a baud 0."""
+        return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
+
+    def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
+        """The device sends; called by the bench."""
+        self._unread.append((at_ns, data))
+        self.timeline.append((at_ns, data))
+
+
+class TapFace:
+    """A tap on a segment, seen by the program that has it open."""
+
+    def __init__(self, bench: "Bench", tap: Tap) -> None:
+        self._bench = bench
+        self._tap = tap
+
+    def write(self, data: bytes) -> None:
+        """Send bytes on the wire, now, or when what was written before has gone out."""
+        self._bench.give_tap(self._tap, Bytes(bytes(data)))
+
+    def read(self) -> bytes:
+        """What was complete on the wire since the last call."""
+        return self._tap.take(self._bench.now_ns)
+
+    def read_timed(self) -> list[tuple[SimTimeNs, int]]:
+        """As ``read``: when each character was complete, and the character."""
+        heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._bench.now_ns]
+        self.read()
+        return heard
+
+
+class FaultFace:
+    """A fault that was injected; as a context it is cleared at the end."""
+
+    def __init__(self, number: int, runtime: BenchRuntime) -> None:
+        self.number = number
+        self._runtime = runtime
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it has not ended yet; also true before it begins."""
+        return self.number in self._runtime.faults.active
+
+    def clear(self) -> None:
+        """Take it away; nothing if it has ended."""
+        if self.is_active:
+            self._runtime.clear_fault(self.number)
+
+    def __enter__(self) -> "FaultFace":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.clear()
+
+
+class AxisFace:
+    """A device's axis: its state, and the world around its shaft."""
+
+    def __init__(self, bench: "Bench", device: Device) -> None:
+        self._bench = bench
+        self._device = device
+
+    def snapshot(self) -> Snapshot:
+        """The state now; its fields are ``hil.core.FIELDS``."""
+        return self._device.axis.snapshot()
+
+    def record(self, *signals: str, interval_ms: float = 1.0) -> Recording:
+        """Fill a recording from now on with samples at every multiple of ``interval_ms``; ``signals`` are
+        fields of the axis, by default a servo's set-point, angle and effort, a stepper's speed and angles.
+
+        Raises:
+            ValueError: there is no such signal, or the interval is under 0.05 ms.
+        """
+        kind = self._device.axis.kind
+        names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
+        return self._bench.record(self._device, names, ms(interval_ms))
+
+    def script_encoder(
+        self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
+    ) -> None:
+        """Take the encoder away from the shaft: counts from ``(t_ms, raw)`` points, ascending times
+        since the bench's start. Between points the count is held or interpolated and rounded down; it is
+        taken modulo 16,384, and held before the first and after the last. No points: the shaft again.
+
+        Raises:
+            ValueError: times that do not ascend, or another ``interp``.
+        """
+        if interp not in ("hold", "linear"):
+            raise ValueError(f'interp is "hold" or "linear", not {interp!r}')
+        timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
+        if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
+            raise ValueError("times of the encoder's script have to ascend")
+        self._bench.give(self._device, ScriptEncoder(timed, interp == "linear"))
+
+    @property
+    def load_torque_Nm(self) -> float:
+        """External torque on the shaft, positive towards larger counts; set it at any time, up to 1e6 Nm.
+
+        Raises:
+            ValueError: more, or not a number.
+        """
+        return self._device.axis.get("load_torque_Nm")
+
+    @load_torque_Nm.setter
+    def load_torque_Nm(self, torque_Nm: float) -> None:
+        if not abs(torque_Nm) <= MOST_LOAD_NM:
+            raise ValueError(f"a load of {torque_Nm} Nm; write at most {MOST_LOAD_NM:g} either way")
+        self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
+
+
+class PinFace:
+    """One pin of a board: an input that can be driven, or an output whose edges are kept from the bench's
+    start."""
+
+    def __init__(self, bench: "Bench", device: Device, name: str) -> None:
+        self._bench = bench
+        self._device = device
+        self._name = name.replace(" ", "_")
+        outputs = [*OUTPUTS] if isinstance(device.axis, CoreMotion) else []
+        outputs += [TX_ENABLE] if device.network else []
+        if self._name not in device.axis.pins and self._name not in outputs:
+            raise KeyError(
+                f"{device.name} has no pin {name!r}; it has {', '.join([*device.axis.pins, *outputs])}"
+            )
+
+    def set(self, level: int) -> None:
+        """Drive an input, now."""
+        if self._name not in self._device.axis.pins:
+            raise ValueError(f"{self._name} of {self._device.name} is an output")
+        self._bench.give(self._device, Pin(self._name, level))
+
+    def edges(self) -> list[tuple[SimTimeNs, int]]:
+        """All edges of an output so far: (simulated time, level)."""
+        if self._name == TX_ENABLE:
+            return self._bench.transmissions(self._device)
+        return [
+            (at_ns, level) for at_ns, name, level in self._bench.edges(self._device) if name == self._name
+        ]
+
+
+class DeviceFace:
+    """The board itself, from outside: what an operator's hand or a fault can do to it."""
+
+    def __init__(self, bench: "Bench", device: Device) -> None:
+        self._bench = bench
+        self._device = device
+        self._pins: dict[str, PinFace] = {}
+
+    @property
+    def failed(self) -> str | None:
+        """Why the device has stopped, or None."""
+        return self._device.failed
+
+    @property
+    def notes(self) -> Mapping[str, str]:
+        """What its firmware has an operator know, by what it is about; ``hil status`` shows it."""
+        return self._device.notes
+
+    @property
+    def nvm(self) -> Mapping[str, bytes]:
+        """Sections of its non-volatile memory."""
+        return self._device.nvm
+
+    def set_register(self, name: Literal["diaagc", "errfl"], value: int) -> None:
+        """Set a register of the encoder, 0 to 0x7FFF (bit 14 is the frame's error flag).
+
+        Raises:
+            ValueError: there is no such register, or the value does not fit.
+        """
+        if name not in ("diaagc", "errfl"):
+            raise ValueError(f'registers are "diaagc" and "errfl", not {name!r}')
+        if not 0 <= value <= 0x7FFF:
+            raise ValueError(f"{value:#x} does not fit a register's 15 bits")
+        self._bench.give(self._device, SetField(name, value))
+
+    def pin(self, name: str, level: int | None = None) -> "PinFace":
+        """A pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
+        (enable, active low), D3; of a SAC sync, Estop, RST (active low), EnA, EnB.
+
+        Raises:
+            KeyError: the board has no such pin.
+        """
+        pin = self._pins.setdefault(name, PinFace(self._bench, self._device, name))
+        if level is not None:
+            pin.set(level)
+        return pin
+
+    def drive(self, train: Sequence[Edges]) -> None:
+        """Play a pulse train (``hil.wire.step_dir``) on the step/dir inputs from now on, instead of the one
+        before; an empty one ends it."""
+        self._bench.give(self._device, Drive(tuple(train)))
+
+    def reset(self) -> None:
+        """Switch the power off and on; the shaft stays where it is."""
+        self._bench.give(self._device, Reset())
