@@ -235,6 +235,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
         }
     return listed | {
         "segments": segments.listed(daemon),
+        "faults": daemon.faults.listed(),
         "rt": grant.state if grant else "starting",
         "rt_line": grant.line() if grant else "",
         "rate_hz": daemon.config.rate_hz,

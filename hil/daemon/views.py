@@ -68,6 +68,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
+    remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     return Group(head, Text(), table, wires, *_remarks(remarks))
 
 
