@@ -167,7 +167,8 @@ class Server:
 
     def __init__(self, place: "Place", command: Sequence[str], bench: str, **popen: Any) -> None:
         self.control = place.runtime / bench / "control.sock"
-        self._out = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the server
+        # Appending: reading moves the place where the process would write.
+        self._out = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - closed with the server
         streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._out}
         # The suite itself may run under nohup, which children inherit; a shell's daemon does not.
         ignored = signal.signal(signal.SIGHUP, signal.SIG_DFL)
