@@ -77,9 +77,6 @@ class Segment(Protocol):
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
 
-    def address_of(self, station: str) -> int | None:
-        """What ``set_address`` said."""
-
     def clashes(self) -> Mapping[int, list[str]]:
         """Addresses that several stations have."""
 

@@ -156,10 +156,6 @@ class Segment:
         self.stations[station].is_cut = is_cut
         self.changed()
 
-    def address_of(self, station: str) -> int | None:
-        """What ``set_address`` said."""
-        return self.stations[station].address
-
     def clashes_with(self, address: int, but: str) -> list[str]:
         """Stations on the line, but one, that have an address."""
         members = self._by_address.get(address, {})
