@@ -16,6 +16,7 @@ setup(
                 f"{NATIVE}/batch_any.c",
                 f"{NATIVE}/batch_avx2.c",
                 f"{NATIVE}/fault.c",
+                f"{NATIVE}/follow.c",
                 f"{NATIVE}/control/mechaduino.c",
                 f"{NATIVE}/plant/full.c",
                 f"{NATIVE}/plant/simple.c",
@@ -28,7 +29,8 @@ setup(
                 f"{NATIVE}/stepper.c",
                 f"{NATIVE}/watch.c",
             ],
-            depends=[
+            depends=["hil/core/hil_core.pxd"]
+            + [
                 f"{NATIVE}/{name}"
                 for name in (
                     "batch.h",

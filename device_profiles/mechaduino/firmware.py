@@ -14,6 +14,7 @@ from device_profiles.mechaduino.menus import edit_parameters
 from device_profiles.mechaduino.serial_usb import SerialUSB
 from hil.firmware.arduino import float32, print_int
 from hil.vocab.firmware import Board, Commit, CoreEvent, Delay, Main, Request
+from hil.vocab.path import Path
 from hil.vocab.time import NS_PER_MS
 
 READ_ANGLE, READ_DIAAGC, READ_ERRFL, NOP = 0xFFFF, 0xFFFC, 0x4001, 0xC000
@@ -52,6 +53,9 @@ class Mechaduino:
         self._dir = False
         self._table_text = ""
         self._lookup: array[float] = array("f")
+        self.path: Path = ()
+        """What the set-point follows, or followed last, and since when."""
+        self.path_from_ns = 0
 
     # ---- setup() and loop() ----
 
@@ -65,7 +69,7 @@ class Mechaduino:
         self.print_menu()
         self.serial.println(text.SPI_START)
         yield delay_ms(1000)
-        if not any(self._lookup[i] for i in (0, 128, 1024)):
+        if not self.has_table:
             self.serial.println(text.EMPTY_TABLE)
         while True:
             yield from self.serial.wait()
@@ -73,6 +77,17 @@ class Mechaduino:
             steps = command.run(self) if command else None
             if steps:
                 yield from steps
+
+    @property
+    def has_table(self) -> bool:
+        """Whether the look-up table was ever written, as the firmware tells it."""
+        return any(self._lookup[i] for i in (0, 128, 1024))
+
+    def angle_deg(self) -> float:
+        """The calibrated angle with turns: of the last control step, or of a reading while there is none."""
+        if self.axis.get("loop_on") and self.axis.get("control_steps"):
+            return self.axis.get("yw")
+        return self._lookup[int(self.axis.get("raw"))] + 360.0 * self.axis.get("wrap_count")
 
     def interrupt(self, event: CoreEvent) -> None:
         if event.kind == "step_response":

@@ -44,7 +44,7 @@ class Sac:
     def __init__(self, board: Board) -> None:
         if board.motion is None or board.network is None:
             raise TypeError("a SAC needs a board that makes step pulses and has two UARTs")
-        self._motion = board.motion
+        self.motion = self._motion = board.motion
         self._uarts = {MAIN: board.uart, NETWORK: board.network}
         self._nvm = board.nvm
         self._note = board.note
@@ -79,6 +79,11 @@ class Sac:
         begins = event.kind == "command_begun"
         self._terminal.uart.write(DC1 if begins else DC2)
         self._network.operation(begins)
+
+    @property
+    def parameters(self) -> Parameters:
+        """Those in force."""
+        return self._session.parameters
 
     def _now(self) -> SimTimeNs:
         return SimTimeNs(int(self._motion.get("at_ns")))

@@ -5,13 +5,22 @@ and ``hil.daemon``; imports the sibling packages only by a name that a configura
 """
 
 from hil.compose.build import bench_runtime, load_firmware, start_sections
-from hil.compose.find import find_catalogue, load_dialogues, make_port, serial_port_config
+from hil.compose.find import (
+    find_catalogue,
+    load_dialogues,
+    load_verbs,
+    make_bridge,
+    make_port,
+    serial_port_config,
+)
 
 __all__ = [
     "bench_runtime",
     "find_catalogue",
     "load_dialogues",
     "load_firmware",
+    "load_verbs",
+    "make_bridge",
     "make_port",
     "serial_port_config",
     "start_sections",

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 
-from hil.compose.find import PROFILES, make_segment
+from hil.compose.find import PROFILES, load_verbs, make_segment
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
+from hil.session.setpoints import TimeOut
 from hil.session.tap import Tap
 from hil.vocab.firmware import Board, Firmware
 
@@ -86,6 +87,11 @@ def add_device(
     """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
     ``partner``: a device that wires join it with."""
     plan = config.axis_plan(profile, seed)
+    verbs, starve = load_verbs(profile.name)
+    time_out = None
+    if (stream := config.setpoints) and starve:
+        after_ns = round(stream.timeout_ms * 1e6)
+        time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, starve)
     group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
     device = Device(
         name,
@@ -99,6 +105,8 @@ def add_device(
         facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,
+        verbs=verbs,
+        time_out=time_out,
     )
     bench.add(group, device)
     return device

@@ -10,13 +10,16 @@ from typing import Any
 from pydantic import BaseModel
 
 from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
+from hil.vocab.bridges import Bridge, BridgeHost
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
+from hil.vocab.verbs import Verb, table_of
 
 PROFILES = "device_profiles"
 _profile = lru_cache(profile_from_yaml)  # of text: a bench of the test kit is made in 1 ms, not in 25
 PORTS = "virtual_ports"
+BRIDGES = "bridges"
 
 
 def _folders(package: str, marker: str) -> Iterator[Path]:
@@ -26,19 +29,20 @@ def _folders(package: str, marker: str) -> Iterator[Path]:
         yield from (path.parent for path in sorted(Path(root).glob(f"*/{marker}")))
 
 
-class _Ports(Mapping[str, type[BaseModel]]):
+class _Kinds(Mapping[str, type[BaseModel]]):
     """Options models by kind; a kind's module is imported only when it is asked for."""
 
-    def __init__(self, extra: Mapping[str, type[BaseModel]]) -> None:
+    def __init__(self, package: str, module: str, extra: Mapping[str, type[BaseModel]]) -> None:
+        self._package, self._module = package, module
         self._extra = extra
-        self._names = [*extra, *(folder.name for folder in _folders(PORTS, "port.py"))]
+        self._names = [*extra, *(folder.name for folder in _folders(package, f"{module}.py"))]
 
     def __getitem__(self, kind: str) -> type[BaseModel]:
         if kind in self._extra:
             return self._extra[kind]
         if kind not in self._names:
             raise KeyError(kind)
-        options: type[BaseModel] = import_module(f"{PORTS}.{kind}.port").Options
+        options: type[BaseModel] = import_module(f"{self._package}.{kind}.{self._module}").Options
         return options
 
     def __iter__(self) -> Iterator[str]:
@@ -58,7 +62,13 @@ def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> 
         folder.name: _profile((folder / "profile.yaml").read_text(), folder)
         for folder in _folders(PROFILES, "profile.yaml")
     }
-    return Catalogue(profiles, _Ports(extra_ports or {}))
+    return Catalogue(profiles, _Kinds(PORTS, "port", extra_ports or {}), _Kinds(BRIDGES, "bridge", {}))
+
+
+def make_bridge(kind: str, options: BaseModel, host: BridgeHost) -> Bridge:
+    """The bridge that a configuration describes, not yet open."""
+    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, host)
+    return bridge
 
 
 def make_port(config: PortConfig, context: PortContext) -> Port:
@@ -80,6 +90,15 @@ def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
     dialogues: Mapping[str, Callable[[], Dialogue[Any]]]
     dialogues = import_module(f"{PROFILES}.{profile}.dialogues").DIALOGUES
     return dialogues
+
+
+def load_verbs(profile: str) -> tuple[Mapping[str, Verb], Callable[..., None] | None]:
+    """What can be asked of a twin of this kind, by name, and what it does when its set-points stay away;
+    None: nothing."""
+    if find_spec(f"{PROFILES}.{profile}.verbs") is None:
+        return table_of(()), None
+    module = import_module(f"{PROFILES}.{profile}.verbs")
+    return table_of(module.VERBS), getattr(module, "starve", None)
 
 
 def make_segment() -> Segment:

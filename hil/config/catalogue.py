@@ -1,7 +1,7 @@
 """What a configuration may name: profiles with their parameters, and kinds of ports."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -91,6 +91,8 @@ class Catalogue:
 
     profiles: Mapping[str, ProfileInfo]
     ports: Mapping[str, type[BaseModel]]
+    bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
+    """As ``ports``."""
 
 
 class _Text(BaseModel):

@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 
 from pydantic import BaseModel, ValidationError
 
+from hil.config.bridges import read_bridges
 from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
 from hil.config.explain import findings_of, nearest, shown, unknown_key
@@ -25,7 +26,17 @@ DEFAULT_PORT = "pty"
 SUPPLY = "supply_V"
 """The axis parameter that the hardware version's supply range applies to."""
 
-EMULATED_KEYS = ("network", "flash", "hardware", "plant", "load", "axis", "registers", "spi_previous_command")
+EMULATED_KEYS = (
+    "network",
+    "flash",
+    "hardware",
+    "plant",
+    "load",
+    "axis",
+    "registers",
+    "setpoints",
+    "spi_previous_command",
+)
 REAL_BAUD = 115200
 """Of an adapter to a board whose profile has none (USB)."""
 START = "start_deg"
@@ -81,6 +92,9 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
             value["segments"] = segments.completed
             findings += segments.findings
             ports |= segments.ports
+        if isinstance(value.get("bridges"), dict):
+            value["bridges"], wrong = read_bridges(value["bridges"], catalogue.bridges, document)
+            findings += wrong
         runtime_dir = value.get("runtime_dir")
     try:
         config = BenchConfig.model_validate(value)

@@ -99,6 +99,29 @@ class PortConfig(_Model):
     options: SerializeAsAny[BaseModel]
 
 
+class SetpointsConfig(_Model):
+    """What becomes of an axis whose set-points come in a stream when the stream stops."""
+
+    timeout_ms: float = Field(
+        gt=0,
+        le=3_600_000,
+        description="After so long without a set-point the axis stops, at that exact simulated time, in ms.",
+    )
+    policy: Literal["hold", "decelerate", "torque_off"] = Field(
+        default="decelerate",
+        description=(
+            "How: `hold` at once where it is, `decelerate` with a ramp, `torque_off` without current (a SAC"
+            " has no such thing, and holds)."
+        ),
+    )
+    acceleration_rpm_per_s: float = Field(
+        default=600.0,
+        gt=0,
+        le=1e6,
+        description="Of the ramp of `decelerate`; a SAC takes its session's deceleration.",
+    )
+
+
 class DeviceConfig(_Model):
     """One emulated board."""
 
@@ -158,6 +181,13 @@ class DeviceConfig(_Model):
     registers: Mapping[str, _Register] = Field(
         default={},
         description="Contents of the encoder's registers at power-up that differ from the profile's.",
+    )
+    setpoints: SetpointsConfig | None = Field(
+        default=None,
+        description=(
+            "What becomes of the axis when set-points of `position`, `velocity` or `torque` stay away; null:"
+            " it goes on as the last one says."
+        ),
     )
     spi_previous_command: int = Field(
         default=0xFFFF,
@@ -278,6 +308,10 @@ class BenchConfig(_Model):
     faults: list[FaultConfig] = Field(
         default=[],
         description="Faults that are there from the start, as `hil fault inject` makes them later.",
+    )
+    bridges: Mapping[str, SerializeAsAny[BaseModel]] = Field(
+        default={},
+        description="Doors for other protocols, each under the name of its kind, with that kind's options.",
     )
     rate_hz: int = Field(
         default=1000,

@@ -38,6 +38,9 @@ def reference(catalogue: Catalogue) -> str:
         kind = port["properties"].pop("kind")["const"]
         port["required"].remove("kind")
         sections += [f"### `{kind}`", _keys(port) if port["properties"] else "No options."]
+    sections += ["## Set-points: `devices.<name>.setpoints`", _keys(definitions["SetpointsConfig"])]
+    for kind, choice in whole["properties"]["bridges"]["properties"].items():
+        sections += [f"## Bridge: `bridges.{kind}`", _keys(choice["anyOf"][1])]
     sections.append("## Profiles: `devices.<name>.profile`")
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])

@@ -36,16 +36,27 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
     definitions["TapConfig"]["properties"]["port"] |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
     definitions["TapConfig"]["properties"]["port"].pop("$ref", None)
     definitions["TapConfig"].pop("required", None)
+    result["properties"]["bridges"] |= {
+        "additionalProperties": False,
+        "properties": {
+            kind: {"anyOf": [{"type": "null"}, _options(f"bridge_{kind}_", model, definitions)]}
+            for kind, model in sorted(catalogue.bridges.items())
+        },
+    }
     # The catalogue fills these in when they are left out.
     device["required"] = ["profile"]
     device["allOf"] = [_profile(profile) for _, profile in sorted(catalogue.profiles.items())]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **result}
 
 
-def _port(kind: str, model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
-    prefix = f"port_{kind}_"
+def _options(prefix: str, model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
     options: dict[str, Any] = model.model_json_schema(ref_template=f"#/$defs/{prefix}{{model}}")
     definitions.update({prefix + name: value for name, value in options.pop("$defs", {}).items()})
+    return options
+
+
+def _port(kind: str, model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
+    options = _options(f"port_{kind}_", model, definitions)
     options["properties"] = {
         "kind": {"const": kind, "description": f"The kind of port: {kind}."},
         **options.get("properties", {}),

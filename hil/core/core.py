@@ -9,6 +9,7 @@ from hil.core._native import NativeCore
 from hil.core.fields import INDEX, SERVO, STEPPER, Snapshot
 from hil.vocab.firmware import CoreEvent
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 
 FAULTS = ("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev")
@@ -211,14 +212,22 @@ class CoreAxis:
             self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )
 
+    def follow(self, path: Sequence[PathPiece]) -> None:
+        """The set-point follows a path from now on, and keeps its end; an empty one: it stays as it is.
+
+        Raises:
+            ValueError: a piece that is not finite, or too long.
+        """
+        self._native.follow(self.id, [(p.duration_ns, p.r, p.per_s, p.per_s2, p.per_s3) for p in path])
+
     def watch(self, interval_ns: int, capacity: int) -> None:
         """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples
         wait to be taken, later ones are lost."""
         self._native.watch(self.id, interval_ns, capacity)
 
-    def take_samples(self) -> list[Snapshot]:
-        """The samples since the last call."""
-        return [Snapshot(values, self.kind) for values in self._native.take_samples(self.id)]
+    def take_samples(self) -> list[bytes]:
+        """The samples since the last call, each in the binary layout (``hil.core.fields.OFFSETS``)."""
+        return self._native.take_samples(self.id)
 
     def lost_samples(self) -> int:
         """How many samples found no room since ``watch``."""

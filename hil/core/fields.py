@@ -1,6 +1,8 @@
 """The fields of an axis, by name, from the native core's one table (``native/fields.def``)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from struct import Struct
 from typing import Any
 
 from hil.core import _native
@@ -57,3 +59,26 @@ class Snapshot:
 
     def __repr__(self) -> str:
         return "Snapshot(" + ", ".join(f"{k}={v}" for k, v in self.as_dict().items()) + ")"
+
+
+def _layout() -> tuple[dict[str, int], int]:
+    """Offsets, and the whole length: fields in their order, each at a multiple of its own size."""
+    offsets, end = {}, 0
+    for field in FIELDS.values():
+        size = SIZES[field.type]
+        offsets[field.name] = -(-end // size) * size
+        end = offsets[field.name] + size
+    return offsets, -(-end // 8) * 8
+
+
+SIZES = {"f32": 4, "f64": 8, "i32": 4, "i64": 8}
+CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
+"""Of ``struct``; the machine's byte order, little on all that are supported."""
+OFFSETS, PACKED_BYTES = _layout()
+"""The binary layout of a snapshot, as ``take_samples`` gives it."""
+
+
+def reader(name: str) -> Callable[[bytes], float]:
+    """What takes one field out of a packed snapshot."""
+    unpack, offset = Struct("<" + CODES[FIELDS[name].type]).unpack_from, OFFSETS[name]
+    return lambda packed: unpack(packed, offset)[0]

@@ -88,6 +88,20 @@ def _capture_segment(daemon: "Daemon", segment: Segment, capture: Capture, index
         kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
         capture.put(index, kind, event.data, event.about, event.at_ns)
 
+    return watch_segment(daemon, segment, put)
+
+
+def watch_port(daemon: "Daemon", name: str, tap: Tap) -> Callable[[], None]:
+    """Call with all that passes at a port; answers what ends it."""
+    home = _taps(daemon, name)
+    home.append(tap)
+    return partial(home.remove, tap)
+
+
+def watch_segment(
+    daemon: "Daemon", segment: Segment, put: Callable[[SegmentEvent], None]
+) -> Callable[[], None]:
+    """Call with what was on the line, soon after its end; answers what ends it."""
     segment.watchers.append(put)
     loop = asyncio.get_running_loop()
     timer: list[asyncio.TimerHandle] = []

@@ -24,16 +24,20 @@ from hil.daemon.captures import Capture, names, open_capture
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
+from hil.vocab.bridges import Source
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
+from hil.vocab.verbs import Role, VerbRefused, described
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
 CONTROL_VERSION = 1
+LOCAL = Source("control socket", Role.ADMIN)
+"""Who may open the socket may do all."""
 SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that may be set from outside: the world around the board, not the firmware's own memory."""
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
@@ -134,7 +138,7 @@ class ControlServer:
             if verb is VERBS["capture"]:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
-        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue) as error:
+        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused) as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
@@ -234,6 +238,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "snapshot": device.axis.published().as_dict(),
         }
     return listed | {
+        "bridges": {name: dict(bridge.status()) for name, bridge in daemon.bridges.items()},
         "segments": segments.listed(daemon),
         "faults": daemon.faults.listed(),
         "rt": grant.state if grant else "starting",
@@ -364,6 +369,17 @@ def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]
     return {"effective_at_ns": daemon.bench.give_tap(daemon.bench.taps[tap], Play(rows))}
 
 
+async def _do(daemon: "Daemon", device: str, name: str, parameters: dict[str, Any]) -> dict[str, Any]:
+    done = await daemon.host.do(LOCAL, device, name, parameters)
+    return {"effective_at_ns": done.effective_at_ns, **done.answer}
+
+
+def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
+    if device not in daemon.host.devices:
+        raise ControlError(f"no device {device!r}; there are {', '.join(daemon.host.devices)}")
+    return described(daemon.host.devices[device].verbs)
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -415,6 +431,8 @@ VERBS = {
     "play": Verb(
         _play, ("tap", "bursts"), "send bursts on a segment: rows of nanoseconds from now, hexadecimal digits"
     ),
+    "do": Verb(_do, ("device", "name", "parameters"), "carry out a verb of the device (see Verbs)"),
+    "verbs": Verb(_verbs, ("device",), "what can be asked of a device, with the parameters"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -13,10 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from hil import __version__
-from hil.compose import bench_runtime, find_catalogue, make_port, serial_port_config, start_sections
+from hil.compose import (
+    bench_runtime,
+    find_catalogue,
+    make_bridge,
+    make_port,
+    serial_port_config,
+    start_sections,
+)
 from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
+from hil.daemon.bridge_host import Host
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import StepGuard
@@ -33,6 +41,7 @@ from hil.session.inputs import CommitDone
 from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
 from hil.session.tap_session import TapSession
+from hil.vocab.bridges import Bridge, BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
@@ -109,6 +118,8 @@ class Daemon:
         self.real: dict[str, PassThrough] = {}
         self.faults = FaultRegistry(self.real)
         self.lines = Lines(self.release)
+        self.bridges: dict[str, Bridge] = {}
+        self.host: Host
         self.grant: Grant | None = None
         self.epoch_ns = 0
         """Wall time at simulated time 0, nanoseconds since 1970."""
@@ -141,6 +152,7 @@ class Daemon:
             self._build(files, loop)
             await self._open_ports()
             self._start_core(loop)
+            await self._open_bridges()
             started(self)
             await self._stop.wait()
         finally:
@@ -207,6 +219,7 @@ class Daemon:
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
         store.answered = self.lines.flush
+        self.host = Host(self)
         self._guard = guard = StepGuard()
         for device in self.bench.devices.values():
             device.guard = guard
@@ -276,6 +289,15 @@ class Daemon:
                 self.faults.inject(fault.fault, fault.target, fault.model_extra or {})
         except FaultRefused as error:
             raise StartError(f"faults: {error}") from None
+
+    async def _open_bridges(self) -> None:
+        for kind, options in self.config.bridges.items():
+            bridge = make_bridge(kind, options, self.host)
+            try:
+                await bridge.open()
+            except BridgeError as error:
+                raise StartError(f"bridges.{kind}: {error}") from None
+            self.bridges[kind] = bridge
 
     async def _open_real(self, name: str, config: DeviceConfig) -> None:
         context = PortContext(self.config.bench, name, self.runtime_dir)
@@ -347,6 +369,8 @@ class Daemon:
         self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
     ) -> None:
         await control.close()
+        for bridge in self.bridges.values():
+            await bridge.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
             self._guard.close()

@@ -6,11 +6,12 @@ from typing import Any
 
 import typer
 
-from hil.compose import find_catalogue
+from hil.compose import find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+from hil.vocab.verbs import CODES, COMMON, Verb
 
 
 def reference(app: typer.Typer) -> str:
@@ -20,6 +21,7 @@ def reference(app: typer.Typer) -> str:
         re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
         _commands(app),
         _verbs(),
+        _device_verbs(),
         _faults(),
         _fields(),
     ]
@@ -65,6 +67,28 @@ def _verbs() -> str:
     ]
     rows += [f"| `{name}` | {', '.join(v.arguments) or '-'} | {v.meaning} |" for name, v in VERBS.items()]
     return "\n".join(rows)
+
+
+def _device_verbs() -> str:
+    """What can be asked of each kind of board, and the codes of refusals."""
+    parts = [
+        "## Verbs of devices\n",
+        "By `hil axis DEVICE VERB`, the control socket's `do`, the bridges and the client; every twin has"
+        " those of all boards. A verb's role is the least that may use it.\n",
+    ]
+    tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
+    for name in sorted(find_catalogue().profiles):
+        own = [verb for verb in load_verbs(name)[0].values() if verb not in COMMON]
+        tables[f"`{name}`"] = tuple(own)
+    for title, verbs in tables.items():
+        parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")
+        for verb in verbs:
+            taken = "<br>".join(f"`{p.name}`: {_cell(p.described())}" for p in verb.parameters)
+            parts.append(f"| `{verb.name}` | {verb.role.name.lower()} | {_cell(verb.about)} | {taken} |")
+        parts.append("")
+    parts.append("### Codes of refusals\n\n| code | meaning |\n|---|---|")
+    parts += [f"| `{code}` | {meaning} |" for code, meaning in CODES.items()]
+    return "\n".join(parts)
 
 
 def _faults() -> str:

@@ -20,7 +20,7 @@ class Watches:
     """Polls the bench's sampler while anybody watches. Runs in the event loop."""
 
     def __init__(self, bench: BenchRuntime, speed: float, idle_s: float) -> None:
-        self._sampler = Sampler(bench)
+        self.sampler = Sampler(bench)
         self._speed = speed
         self._idle_s = idle_s
         self._open: dict[int, _Watch] = {}
@@ -31,7 +31,7 @@ class Watches:
         """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
         loop = asyncio.get_running_loop()
         watch, self._next_id = self._next_id, self._next_id + 1
-        self._open[watch] = _Watch(self._sampler.subscribe(device, signals, interval_ns), loop.time())
+        self._open[watch] = _Watch(self.sampler.subscribe(device, signals, interval_ns), loop.time())
         self._poll()
         return watch
 
@@ -39,13 +39,13 @@ class Watches:
         """Rows since the last call, and how many were lost since the start. Raises KeyError: it has ended."""
         held = self._open[watch]
         held.asked_s = asyncio.get_running_loop().time()
-        self._sampler.poll()
+        self.sampler.poll()
         return held.subscription.take(at_most), held.subscription.lost
 
     def close(self, watch: int) -> None:
         """End a watch, if it has not ended."""
         if held := self._open.pop(watch, None):
-            self._sampler.unsubscribe(held.subscription)
+            self.sampler.unsubscribe(held.subscription)
 
     def stop(self) -> None:
         """No more polling."""
@@ -58,7 +58,7 @@ class Watches:
         loop = asyncio.get_running_loop()
         for watch in [w for w, held in self._open.items() if loop.time() - held.asked_s > self._idle_s]:
             self.close(watch)
-        self._sampler.poll()
-        if period_ns := self._sampler.period_ns:
+        self.sampler.poll()
+        if period_ns := self.sampler.period_ns:
             wait_s = period_ns * 1e-9 / self._speed / 2
             self._timer = loop.call_later(min(max(wait_s, _SHORTEST_POLL_S), _LONGEST_POLL_S), self._poll)

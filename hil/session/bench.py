@@ -3,19 +3,20 @@
 Every input goes through ``give``, which fixes its effective time once and logs it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 
-from hil.core import AxisPlan, Core, CoreAxis, Snapshot
+from hil.core import AxisPlan, Core, CoreAxis
 from hil.session.device import Device
 from hil.session.faults import Faults
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import Clear, Inject, Input, Logged
+from hil.session.inputs import Clear, Do, Inject, Input, Logged
 from hil.session.tap import Tap
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment
 from hil.vocab.time import SimTimeNs
+from hil.vocab.verbs import VerbRefused
 
 Listener = Callable[[Device, str, SimTimeNs, bytes], None]
 """Called with everything a device sends: on which serial interface, when its first bit is on the line, and
@@ -175,6 +176,19 @@ class BenchRuntime:
         that is later. Answers the effective time."""
         return self.give_at(device, given, self.now_ns)
 
+    def do(
+        self, device: Device, verb: str, parameters: Mapping[str, float | str]
+    ) -> tuple[SimTimeNs, Mapping[str, float | str | int]]:
+        """A verb of the device's table is carried out, as ``give``; its time, and what it answers.
+
+        Raises:
+            VerbRefused: it was not.
+        """
+        at_ns = self.give(device, Do(verb, tuple(parameters.items())))
+        if isinstance(device.answer, VerbRefused):
+            raise device.answer
+        return at_ns, device.answer
+
     def give_at(self, device: Device, given: Input, arrival_ns: SimTimeNs) -> SimTimeNs:
         """As ``give``, for an input that arrives at ``arrival_ns``."""
         group = self._group_of[device.name]
@@ -192,8 +206,9 @@ class BenchRuntime:
         with self._owning(self._group_of[device]):
             self.devices[device].axis.watch(interval_ns, capacity)
 
-    def take_samples(self, device: str) -> tuple[list[Snapshot], int]:
-        """A device's samples since the last call, and how many were lost since ``watch``."""
+    def take_samples(self, device: str) -> tuple[list[bytes], int]:
+        """A device's samples since the last call, in the binary layout, and how many were lost since
+        ``watch``."""
         with self._owning(self._group_of[device]):
             axis = self.devices[device].axis
             return axis.take_samples(), axis.lost_samples()

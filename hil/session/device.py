@@ -9,13 +9,16 @@ from typing import Protocol
 from hil.core import CoreAxis, CoreMotion
 from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
-from hil.session.inputs import Bytes, CommitDone, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.inputs import Bytes, CommitDone, Do, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.setpoints import Setpoints, TimeOut
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.verbs import Verb, VerbRefused
 
 _UNGUARDED = nullcontext()
+NO_VERBS: Mapping[str, Verb] = {}
 
 
 class Store(Protocol):
@@ -48,6 +51,8 @@ class Device:
         facts: Mapping[str, int],
         store: Store,
         sent: Callable[["Device", str, SimTimeNs, bytes], None],
+        verbs: Mapping[str, Verb] = NO_VERBS,
+        time_out: TimeOut | None = None,
     ) -> None:
         self.name = name
         self.profile = profile
@@ -72,6 +77,10 @@ class Device:
         """By their names; each has a port or a segment of its own."""
         self._outbox: list[tuple[str, SimTimeNs, bytes]] = []
         self._sent = sent
+        self.verbs = verbs
+        self.setpoints = Setpoints(time_out)
+        self.answer: Mapping[str, float | str | int] | VerbRefused = {}
+        """To the last ``Do``."""
         self._power_up = dict(power_up)
         self._facts = dict(facts)
         self._make_firmware = firmware
@@ -89,7 +98,7 @@ class Device:
             due_ns = arrival_ns
         if self.network and (arrival_ns := self.network.next_arrival_ns) < due_ns:
             due_ns = arrival_ns
-        return due_ns
+        return due_ns if due_ns < self.setpoints.due_ns else self.setpoints.due_ns
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
@@ -103,6 +112,8 @@ class Device:
             uart.take_arrivals()
         try:
             with self.guard():
+                if now_ns >= self.setpoints.due_ns:
+                    self.setpoints.starve(self._firmware, self._note)
                 runtime.resume(now_ns)
         except KeyboardInterrupt:
             raise
@@ -155,10 +166,33 @@ class Device:
                 self.axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])
             case CommitDone(durable):
                 self.commit_done(durable)
+            case Do(verb, parameters):
+                self._do(self.verbs[verb], dict(parameters), now_ns)
             case Reset():
                 self._runtime.close()
                 self.failed = None
                 self._start()
+
+    def _do(self, verb: Verb, parameters: Mapping[str, float | str], now_ns: SimTimeNs) -> None:
+        """At ``now_ns``; ``answer`` says what came of it."""
+        self.answer = {}
+        if self.failed or self.is_hung or not self._is_on or verb.run is None:
+            why = self.failed or ("its main program hangs" if self.is_hung else "it has just got its power")
+            self.answer = VerbRefused("failed" if self.failed else "not_now", why)
+            return
+        try:
+            with self.guard():
+                self.answer = verb.run(self._firmware, **parameters) or {}
+        except KeyboardInterrupt:
+            raise
+        except VerbRefused as refusal:
+            self.answer = refusal
+            return
+        except BaseException as error:  # as in step
+            self.fail(f"{type(error).__name__}: {error}")
+            self.answer = VerbRefused("failed", self.failed or "")
+        self.setpoints.note(verb.effect, now_ns, self._note)
+        self._empty_outbox()
 
     def lose_power(self, why: str) -> None:
         """Until a reset it does nothing, and nothing is heard of it."""
@@ -186,6 +220,8 @@ class Device:
 
     def _start(self) -> None:
         self._committing = None
+        self._is_on = False
+        self.setpoints.end()
         self.notes.clear()
         self.axis.power_up()
         for field, value in self._power_up.items():
@@ -211,6 +247,7 @@ class Device:
         """Made by the first step, so that a firmware that cannot be made fails as one that runs does."""
         board = Board(self.uart, self.axis, self.nvm, self.network, self._motion(), self._facts, self._note)
         self._firmware = self._make_firmware(board)
+        self._is_on = True
         yield from self._firmware.main()
 
     def _note(self, about: str, text: str | None) -> None:

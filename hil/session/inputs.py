@@ -92,12 +92,21 @@ class Clear:
     number: int
 
 
-Input = Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+@dataclass(frozen=True)
+class Do:
+    """A verb of the device's table (``hil.vocab.verbs``) with all its parameters."""
+
+    verb: str
+    parameters: tuple[tuple[str, float | str], ...] = ()
+
+
+Input = Do | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "play": Play,
     "inject": Inject,
     "clear": Clear,
+    "do": Do,
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
@@ -146,7 +155,7 @@ def decode_line(line: str) -> Logged:
         if kind is Bytes:
             values["data"] = bytes.fromhex(values["data"])
             values.setdefault("port", MAIN)
-        if kind is Inject:
+        if kind is Inject or kind is Do:
             values["parameters"] = tuple((str(name), value) for name, value in values["parameters"])
         if kind is Play:
             values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])

@@ -4,7 +4,7 @@ from collections import deque
 from math import gcd
 from typing import Protocol
 
-from hil.core import Snapshot
+from hil.core.fields import reader
 
 MIN_INTERVAL_NS = 50_000
 """Three samples for each control step of a Mechaduino."""
@@ -14,12 +14,15 @@ QUEUE_SAMPLES = 200_000
 """Of a watcher; it loses the oldest when it does not take them."""
 
 
+_AT_NS = reader("at_ns")
+
+
 class WatchedBench(Protocol):
     """What a sampler needs of a bench. Devices by name."""
 
     def watch(self, device: str, interval_ns: int, capacity: int) -> None: ...
 
-    def take_samples(self, device: str) -> tuple[list[Snapshot], int]:
+    def take_samples(self, device: str) -> tuple[list[bytes], int]:
         """Samples since the last call, and how many were lost since ``watch``."""
 
 
@@ -31,20 +34,24 @@ class Subscription:
         self.signals = signals
         self.interval_ns = interval_ns
         self.lost = 0
-        self._queue: deque[tuple[float, ...]] = deque()
+        self._queue: deque[bytes] = deque()
+        self._readers = tuple(reader(name) for name in signals)
 
-    def put(self, snapshots: list[Snapshot], lost: int) -> None:
+    def put(self, samples: list[bytes], lost: int) -> None:
         """Samples came; ``lost`` were lost before them."""
         self.lost += lost
-        for s in snapshots:
-            if s.at_ns % self.interval_ns == 0:
-                self._queue.append((s.at_ns, *(getattr(s, name) for name in self.signals)))
+        self._queue.extend(each for each in samples if _AT_NS(each) % self.interval_ns == 0)
         while len(self._queue) > QUEUE_SAMPLES:
             self._queue.popleft()
             self.lost += 1
 
     def take(self, at_most: int | None = None) -> list[tuple[float, ...]]:
         """Rows of (at_ns, a value for each signal) since the last call."""
+        rows = self.take_packed(at_most)
+        return [(_AT_NS(row), *(read(row) for read in self._readers)) for row in rows]
+
+    def take_packed(self, at_most: int | None = None) -> list[bytes]:
+        """The same, whole snapshots in the binary layout."""
         n = len(self._queue) if at_most is None else min(at_most, len(self._queue))
         return [self._queue.popleft() for _ in range(n)]
 
@@ -78,11 +85,15 @@ class Sampler:
 
     def poll(self) -> None:
         """Bring what the core has; at least every ``period_ns`` of simulated time."""
-        for device, watchers in self._subscriptions.items():
-            snapshots, lost = self._bench.take_samples(device)
-            new, self._lost[device] = lost - self._lost[device], lost
-            for subscription in watchers:
-                subscription.put(snapshots, new)
+        for device in self._subscriptions:
+            self.poll_device(device)
+
+    def poll_device(self, device: str) -> None:
+        """The same, of one device."""
+        samples, lost = self._bench.take_samples(device)
+        new, self._lost[device] = lost - self._lost[device], lost
+        for subscription in self._subscriptions[device]:
+            subscription.put(samples, new)
 
     @property
     def period_ns(self) -> int | None:

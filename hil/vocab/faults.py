@@ -7,6 +7,8 @@ A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from hil.vocab.parameters import Parameter, filled
+
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 TARGETS = {
@@ -22,38 +24,6 @@ TARGETS = {
 
 
 @dataclass(frozen=True)
-class FaultParameter:
-    """A number or a choice that a kind of fault takes."""
-
-    name: str
-    about: str
-    unit: str = ""
-    minimum: float = 0.0
-    maximum: float = 1.0
-    default: float | str | None = None
-    """None: it has to be given."""
-    choices: tuple[str, ...] = ()
-    """Not empty: one of these words instead of a number."""
-
-    def problem(self, value: object) -> str | None:
-        """What is wrong with a value, or None."""
-        if self.choices:
-            return None if value in self.choices else f"write {' or '.join(self.choices)}"
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return "write a number"
-        if not self.minimum <= value <= self.maximum:
-            return f"write {self.minimum:g} to {self.maximum:g}"
-        return None
-
-    def described(self) -> str:
-        """Values, unit and default, in one line."""
-        values = " or ".join(self.choices) or f"{self.minimum:g} to {self.maximum:g}"
-        unit = f" {self.unit}" if self.unit else ""
-        default = "needed" if self.default is None else f"default {self.default}"
-        return f"{self.about}, {values}{unit}, {default}"
-
-
-@dataclass(frozen=True)
 class FaultKind:
     """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and its target."""
 
@@ -62,17 +32,17 @@ class FaultKind:
     target: str
     """A key of ``TARGETS``."""
     about: str
-    parameters: tuple[FaultParameter, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
 
 
-_BYTE_RATE = FaultParameter("rate", "probability for each byte")
-_PACKET_RATE = FaultParameter("rate", "probability for each packet", default=1.0)
-_TOWARDS = FaultParameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
-_SEED = FaultParameter("seed", "where its chance starts", maximum=2**53, default=0)
+_BYTE_RATE = Parameter("rate", "probability for each byte")
+_PACKET_RATE = Parameter("rate", "probability for each packet", default=1.0)
+_TOWARDS = Parameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
+_SEED = Parameter("seed", "where its chance starts", maximum=2**53, default=0)
 _DAY_S = 86_400.0
 TIMING = (
-    FaultParameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
-    FaultParameter("for_s", "how long it lasts; 0: until it is cleared", "s", 0.0, _DAY_S, 0.0),
+    Parameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
+    Parameter("for_s", "how long it lasts; 0: until it is cleared", "s", 0.0, _DAY_S, 0.0),
 )
 """What every kind takes, in simulated seconds."""
 
@@ -82,7 +52,7 @@ _KINDS = (
         "byte",
         PORT,
         "bits of bytes are inverted",
-        (FaultParameter("rate", "probability for each bit"), _TOWARDS, _SEED),
+        (Parameter("rate", "probability for each bit"), _TOWARDS, _SEED),
     ),
     FaultKind("byte_drop", "byte", PORT, "bytes are lost", (_BYTE_RATE, _TOWARDS, _SEED)),
     FaultKind("byte_duplicate", "byte", PORT, "bytes come twice", (_BYTE_RATE, _TOWARDS, _SEED)),
@@ -91,7 +61,7 @@ _KINDS = (
         "byte",
         PORT,
         "bytes come late, and those behind them too",
-        (_BYTE_RATE, FaultParameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED),
+        (_BYTE_RATE, Parameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED),
     ),
     FaultKind("host_stop_reading", "host", TWIN_PORT, "nobody reads: what the board sends is lost"),
     FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
@@ -105,7 +75,7 @@ _KINDS = (
         "wire",
         SEGMENT,
         "bits on the wire are inverted, for all alike",
-        (FaultParameter("rate", "probability for each bit"), _SEED),
+        (Parameter("rate", "probability for each bit"), _SEED),
     ),
     FaultKind("wire_cut", "wire", STATION, "the wire to a station is cut"),
     FaultKind("wire_swapped", "wire", STATION, "a station's two wires are swapped"),
@@ -115,7 +85,7 @@ _KINDS = (
         "wire",
         STATION,
         "a station's driver goes off late",
-        (FaultParameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),),
+        (Parameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),),
     ),
     FaultKind(
         "node_babble",
@@ -123,8 +93,8 @@ _KINDS = (
         STATION,
         "a station sends nonsense, whoever else does",
         (
-            FaultParameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
-            FaultParameter("every_ms", "from one time to the next", "ms", 0.1, 1e6, 100.0),
+            Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
+            Parameter("every_ms", "from one time to the next", "ms", 0.1, 1e6, 100.0),
             _SEED,
         ),
     ),
@@ -133,7 +103,7 @@ _KINDS = (
         "node",
         SEGMENT,
         "another node acknowledges what goes to an address",
-        (FaultParameter("address", "its address", "", 4.0, 255.0),),
+        (Parameter("address", "its address", "", 4.0, 255.0),),
     ),
     FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once"),
     FaultKind("node_brown_out", "node", DEVICE, "the board has no power, and starts again afterwards"),
@@ -143,7 +113,7 @@ _KINDS = (
         "physics",
         SHAFT,
         "a torque on the shaft, beside the load that is there",
-        (FaultParameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
+        (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
     ),
     FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
     FaultKind(
@@ -151,14 +121,14 @@ _KINDS = (
         "physics",
         SHAFT,
         "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
-        (FaultParameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
+        (Parameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
     ),
     FaultKind(
         "phase_open",
         "physics",
         SHAFT,
         "a coil's wire is broken",
-        (FaultParameter("coil", "which", default="A", choices=("A", "B")),),
+        (Parameter("coil", "which", default="A", choices=("A", "B")),),
     ),
     FaultKind("thermal_trip", "physics", SHAFT, "the driver is too hot: no current in either coil"),
     FaultKind(
@@ -166,21 +136,21 @@ _KINDS = (
         "physics",
         SUPPLIED,
         "the supply has another voltage",
-        (FaultParameter("supply_V", "what is left", "V", 0.0, 100.0),),
+        (Parameter("supply_V", "what is left", "V", 0.0, 100.0),),
     ),
     FaultKind(
         "encoder_slip",
         "physics",
         SERVO,
         "the magnet has slipped on the shaft",
-        (FaultParameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
+        (Parameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
     ),
     FaultKind(
         "encoder_noise",
         "physics",
         SERVO,
         "readings scatter",
-        (FaultParameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
+        (Parameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
     ),
     FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),
     FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),
@@ -216,20 +186,7 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
     known = FAULT_KINDS.get(kind)
     if known is None:
         return None, {"fault": f"kinds are {', '.join(FAULT_KINDS)}"}
-    problems: dict[str, str] = {}
-    parameters: dict[str, float | str] = {}
-    names = {parameter.name: parameter for parameter in (*known.parameters, *TIMING)}
-    for name in given:
-        if name not in names:
-            problems[name] = f"parameters of {kind} are {', '.join(names)}"
-    for name, parameter in names.items():
-        value = given.get(name, parameter.default)
-        if value is None:
-            problems[name] = f"this one is missing: {parameter.about}"
-        elif problem := parameter.problem(value):
-            problems[name] = problem
-        elif isinstance(value, int | float | str):
-            parameters[name] = value
+    parameters, problems = filled(kind, (*known.parameters, *TIMING), given)
     return (None, problems) if problems else (Fault(kind, target, parameters), {})
 
 

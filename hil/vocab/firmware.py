@@ -4,11 +4,12 @@ Firmware is a generator that yields one of the requests below and is resumed at 
 at which the request is met, with the request's answer as the value of the ``yield``.
 """
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from hil.vocab.motion import Motion
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 
 
@@ -120,6 +121,13 @@ class Axis(Protocol):
 
     def write_table(self, packed: bytes) -> None:
         """Replace the look-up table; the shape of ``table()``."""
+
+    def follow(self, path: Sequence[PathPiece]) -> None:
+        """The set-point follows a path from now on, and keeps its end. Whatever sets it or the mode, or
+        stops the loop, ends that."""
+
+    def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
+        """Edges on the inputs from now on: rows as ``hil.wire.step_dir.Edges``."""
 
 
 @dataclass(frozen=True)

@@ -110,12 +110,14 @@ static void set_loop(hil_axis *a, int on, int64_t now_ns)
         a->next_step_ns = axis_step_time_ns(a, 1);
     }
     a->loop_on = on != 0;
+    if (!on) follow_end(a);
 }
 
 static void control_step(hil_core *c, hil_axis *a, int axis)
 {
     int64_t at_ns = a->next_step_ns;
     axis_make_node(a, at_ns);
+    if (a->follow.n) follow_step(a, at_ns);
     int raw = a->encoder.script_len ? encoder_scripted_raw(&a->encoder, at_ns)
               : a->is_full          ? faulty_raw(a, full_raw(&a->full, at_ns), at_ns)
                                     : faulty_raw(a, shaft_raw(a->plant.moving.rev), at_ns);
@@ -435,7 +437,9 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     case HIL_FIELD_diaagc: a->encoder.diaagc = to_i32(value); return 0;
     case HIL_FIELD_errfl: a->encoder.errfl = to_i32(value); return 0;
     case HIL_FIELD_spi_previous_command: a->encoder.previous_command = to_i32(value); return 0;
-    default: return set_law(&a->law, field, value);
+    default:
+        if (field == HIL_FIELD_mode || field == HIL_FIELD_r) follow_end(a);
+        return set_law(&a->law, field, value);
     }
 }
 

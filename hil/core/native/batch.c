@@ -15,7 +15,7 @@
    control step. */
 static int fits(const hil_group *g, const hil_axis *a)
 {
-    if (!a->loop_on || a->next_in_group >= 0 || a->encoder.script_len || a->is_faulty || a->law.print_yw ||
+    if (!a->loop_on || a->next_in_group >= 0 || a->encoder.script_len || a->is_faulty || a->law.print_yw || a->follow.n ||
         (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || ring_used(&g->events) >= RING_LEN / 2 || !a->loop_steps)
         return 0;
     int64_t since_ns = a->is_full ? a->full.node_ns : a->plant.node_ns, length_ns = a->next_step_ns - since_ns;

@@ -48,6 +48,13 @@ typedef struct watch {
     int64_t interval_ns, next_ns, lost; /* next_ns: of the sample to come, HIL_FOREVER: none */
 } watch;
 
+/* A path that the set-point follows: follow.c. */
+typedef struct follow {
+    hil_path_piece *pieces;
+    int n, at;        /* n: 0 none */
+    int64_t since_ns; /* the beginning of the piece at */
+} follow;
+
 typedef struct hil_axis {
     seqlock published_lock; /* with published, outlives the axis: any thread may be reading */
     _Atomic uint64_t published[SNAPSHOT_WORDS];
@@ -68,6 +75,7 @@ typedef struct hil_axis {
     int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
     int64_t control_steps;
     source source;
+    follow follow;
     watch watch;
     stepper *stepper; /* NULL: a servo */
     struct {
@@ -171,6 +179,8 @@ double stepper_lost_steps(const hil_axis *a);
 int stepper_rst(const hil_axis *a);
 int stepper_out(const hil_axis *a, int pin);
 int stepper_mode_pins(const hil_axis *a);
+void follow_step(hil_axis *a, int64_t at_ns); /* before the control step at that time */
+void follow_end(hil_axis *a);
 void axis_publish(hil_axis *a, int64_t now_ns);
 void group_publish(hil_core *c, int group);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);

@@ -175,6 +175,17 @@ int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, 
    each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.
    At one time a source's edge comes before the control step. -1: no memory. */
 int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
+
+/* A piece of a path: the set-point and its first three derivatives at the piece's beginning, by the second. */
+typedef struct hil_path_piece {
+    int64_t duration_ns;
+    double r, per_s, per_s2, per_s3;
+} hil_path_piece;
+#define HIL_PATH_NS (INT64_C(1) << 62) /* a path is shorter */
+/* The set-point follows a path from now on, at each control step, and keeps its end; n = 0: it stays as it is.
+   Whatever else sets the set-point or the mode, or stops the loop, ends the path. -1: no memory, -2: a piece
+   that is not finite, or too long. */
+int hil_axis_follow(hil_core *c, int axis, int n, const hil_path_piece *pieces);
 /* ---- a stepper: the SAC's motion engine with driver and motor ---- */
 
 /* Slots: 0 continuous, 1 to 30 queue, 31 one-shot. What each does: motion/motion.h. */

@@ -1,0 +1,239 @@
+"""What can be asked of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them,
+and motions that the firmware itself does not know: the core moves the set-point along a path."""
+
+from collections.abc import Mapping
+
+from device_profiles.mechaduino.firmware import Mechaduino
+from hil.vocab.parameters import Parameter
+from hil.vocab.path import NS_PER_S, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.verbs import Effect, Verb, VerbRefused
+
+DEG_PER_S = 6.0
+"""One rpm."""
+MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
+_MOVE = (
+    Parameter("velocity_rpm", "speed on the way", "rpm", 0.001, 3000.0, 60.0),
+    Parameter("acceleration_rpm_per_s", "of both ramps", "rpm/s", 0.01, 1e6, 600.0),
+)
+_ANGLE_DEG = 1e6
+GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
+
+Answer = Mapping[str, float | str | int]
+
+
+def _moving(board: Mechaduino, mode: str) -> None:
+    """The loop has to run, for nothing may move that was not switched on."""
+    if not board.axis.get("loop_on"):
+        raise VerbRefused("not_now", "the control loop is off; enable it first")
+    if mode in "xh" and not board.has_table:
+        raise VerbRefused("not_now", "the look-up table is empty; calibrate it first")
+    if chr(int(board.axis.get("mode"))) != mode:
+        board.axis.set("mode", ord(mode))
+
+
+def _set_point(board: Mechaduino, mode: str, r: float) -> None:
+    _moving(board, mode)
+    board.axis.set("r", r)
+
+
+def position(board: Mechaduino, position_deg: float) -> None:
+    _set_point(board, "x", position_deg)
+
+
+def velocity(board: Mechaduino, velocity_rpm: float) -> None:
+    _set_point(board, "v", velocity_rpm)
+
+
+def torque(board: Mechaduino, effort_count: float) -> None:
+    _set_point(board, "t", effort_count)
+
+
+def mode(board: Mechaduino, mode: str) -> None:
+    board.axis.set("mode", ord(MODES[mode]))
+    if mode in ("velocity", "torque"):
+        board.axis.set("r", 0.0)
+    else:
+        board.axis.set("r", board.angle_deg())
+
+
+def enable(board: Mechaduino) -> Answer:
+    """As the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
+    letter = chr(int(board.axis.get("mode")))
+    if letter not in MODES.values():
+        letter = "x"
+    r = board.angle_deg() if letter in "xh" else 0.0
+    board.axis.set("mode", ord(letter))
+    board.axis.set("r", r)
+    board.axis.loop(True)
+    return {"set_point": board.axis.get("r")}
+
+
+def disable(board: Mechaduino) -> None:
+    board.disable()
+
+
+def gains(board: Mechaduino, **given: float) -> Answer:
+    for name, value in given.items():
+        board.axis.set(name, value)
+    return {name: board.axis.get(name) for name in GAINS}
+
+
+def move_abs(
+    board: Mechaduino, position_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
+) -> Answer:
+    r, rate = _where(board)
+    _moving(board, "x")
+    limits = velocity_rpm * DEG_PER_S, acceleration_rpm_per_s * DEG_PER_S
+    return _follow(board, trapezoid(r, rate, position_deg, *limits))
+
+
+def move_rel(
+    board: Mechaduino, angle_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
+) -> Answer:
+    from_deg = board.path[-1].r if board.axis.get("following") else _where(board)[0]
+    return move_abs(board, from_deg + angle_deg, velocity_rpm, acceleration_rpm_per_s)
+
+
+def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
+    """``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
+    letter = chr(int(board.axis.get("mode")))
+    if not board.axis.get("loop_on"):
+        return None
+    if how == "prejudice":
+        board.axis.set("r", board.angle_deg() if letter in "xh" else 0.0)
+        return None
+    if letter in "xh":
+        return _follow(board, to_rest(*_where(board), acceleration_rpm_per_s * DEG_PER_S))
+    if letter == "v":
+        return _follow(board, to_rest_value(board.axis.get("r"), acceleration_rpm_per_s))
+    board.axis.set("r", 0.0)
+    return None
+
+
+def to_rest_value(r: float, per_s: float) -> tuple[PathPiece, ...]:
+    """A set-point that goes to 0 at this rate."""
+    duration_ns = round(abs(r) / per_s * NS_PER_S)
+    return PathPiece(duration_ns, r, -per_s if r > 0 else per_s), PathPiece(0, 0.0)
+
+
+def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> None:
+    """No set-point came for the time-out."""
+    if policy == "torque_off":
+        board.disable()
+    elif policy == "decelerate":
+        stop(board, "grace", acceleration_rpm_per_s)
+    elif board.axis.get("loop_on"):  # hold: here, whatever it did
+        if not board.has_table:
+            board.axis.set("r", 0.0)
+            return
+        here_deg = board.angle_deg()
+        board.axis.set("mode", ord("x"))
+        board.axis.set("r", here_deg)
+
+
+def pulses(board: Mechaduino, count: float, rate_Hz: float, direction: str) -> Answer:
+    duration_ns = round(count / rate_Hz * NS_PER_S)
+    level = 0 if direction == "up" else 1
+    board.axis.drive([(0, "dir", level, 0, 0), (1000, "step", 0, int(count), duration_ns)])
+    return {"ends_after_ns": duration_ns + 1000}
+
+
+def _where(board: Mechaduino) -> tuple[float, float]:
+    """Set-point and its rate in degrees; of the shaft, if the set-point is no angle."""
+    axis = board.axis
+    if axis.get("loop_on") and chr(int(axis.get("mode"))) in "xh":
+        if board.path and axis.get("following"):
+            return at(board.path, int(axis.get("at_ns")) - board.path_from_ns)
+        return axis.get("r"), 0.0
+    return board.angle_deg(), axis.get("velocity_rpm") * DEG_PER_S
+
+
+def _follow(board: Mechaduino, path: tuple[PathPiece, ...]) -> Answer:
+    board.path, board.path_from_ns = path, int(board.axis.get("at_ns"))
+    board.axis.follow(path)
+    return {"ends_after_ns": length_ns(path), "set_point": path[-1].r}
+
+
+_RAMP = (Parameter("acceleration_rpm_per_s", "of the ramp", "rpm/s", 0.01, 1e6, 600.0),)
+VERBS = (
+    Verb(
+        "position",
+        "set-point of the position; the loop has to be on",
+        (Parameter("position_deg", "the angle", "deg", -_ANGLE_DEG, _ANGLE_DEG),),
+        position,
+        Effect.STREAM,
+    ),
+    Verb(
+        "velocity",
+        "set-point of the speed; the loop has to be on",
+        (Parameter("velocity_rpm", "the speed", "rpm", -3000.0, 3000.0),),
+        velocity,
+        Effect.STREAM,
+    ),
+    Verb(
+        "torque",
+        "set-point of the effort; the loop has to be on",
+        (Parameter("effort_count", "8.63 mA each", "count", -255.0, 255.0),),
+        torque,
+        Effect.STREAM,
+    ),
+    Verb(
+        "mode",
+        "choose what the set-point means; it becomes the present angle, or 0",
+        (Parameter("mode", "of the control law", choices=tuple(MODES)),),
+        mode,
+        Effect.ENDS,
+    ),
+    Verb(
+        "enable", "start the control loop, which holds the shaft where it is", run=enable, effect=Effect.ENDS
+    ),
+    Verb("disable", "stop the control loop and take the current off", run=disable, effect=Effect.ENDS),
+    Verb(
+        "gains",
+        "set gains and break frequencies of the law; without any it tells them",
+        tuple(
+            Parameter(
+                name, "as the firmware has it", "Hz" if "LPF" in name else "", 0.0, 1e6, is_optional=True
+            )
+            for name in GAINS
+        ),
+        gains,
+    ),
+    Verb(
+        "calibrate",
+        "make and store the look-up table, as the letter c: 26 s in which the shaft turns",
+        effect=Effect.ENDS,
+        types=b"c",
+    ),
+    Verb(
+        "move_abs",
+        "go to an angle with ramps",
+        (Parameter("position_deg", "where to", "deg", -_ANGLE_DEG, _ANGLE_DEG), *_MOVE),
+        move_abs,
+        Effect.ENDS,
+    ),
+    Verb(
+        "move_rel",
+        "go by an angle with ramps, from where the last motion leads",
+        (Parameter("angle_deg", "how far", "deg", -_ANGLE_DEG, _ANGLE_DEG), *_MOVE),
+        move_rel,
+        Effect.ENDS,
+    ),
+    Verb(
+        "stop",
+        "end all motion: with a ramp, or at once",
+        (Parameter("how", "", choices=("grace", "prejudice"), default="grace"), *_RAMP),
+        stop,
+        Effect.ENDS,
+    ),
+    Verb(
+        "pulses",
+        "pulses at the step input",
+        (
+            Parameter("count", "how many", "pulse", 1, 1e6, is_whole=True),
+            Parameter("rate_Hz", "how fast", "Hz", 0.1, 100_000.0, 1000.0),
+            Parameter("direction", "up: larger angles", choices=("up", "down"), default="up"),
+        ),
+        pulses,
+    ),
+)

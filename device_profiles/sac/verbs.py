@@ -1,0 +1,187 @@
+"""What can be asked of a SAC: its own commands, with angles in degrees."""
+
+from collections.abc import Mapping
+
+from device_profiles.sac.firmware import Sac
+from device_profiles.sac.line import Text, from_rpm
+from device_profiles.sac.queue_memory import POSITIONS
+from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import Effect, Verb, VerbRefused
+
+Answer = Mapping[str, float | str | int]
+_ANGLE_DEG = 1e6
+_STANDBY, _CONTINUOUS = 0, 0
+_SPEED = Parameter(
+    "velocity_rpm",
+    "speed on the way; left out: the session's",
+    "rpm",
+    1,
+    2000,
+    is_whole=True,
+    is_optional=True,
+)
+_RAMPS = (
+    Parameter("acceleration", "as after an a: 1 slow to 998 fast, 0 none", "", 0, 998, is_optional=True),
+    Parameter("deceleration", "as after a d", "", 0, 998, is_optional=True),
+)
+_POSITION = Parameter("position", "of the queue", "", min(POSITIONS), max(POSITIONS), is_whole=True)
+
+
+def _attributes(velocity_rpm: float | None, acceleration: float | None, deceleration: float | None) -> str:
+    said = "" if velocity_rpm is None else f"v{int(velocity_rpm)}"
+    for letter, value in (("a", acceleration), ("d", deceleration)):
+        said += "" if value is None else f"{letter}{value:.2f}"
+    return said
+
+
+def velocity(sac: Sac, velocity_rpm: float) -> None:
+    """Continuous motion; in the same direction its speed changes, else it begins anew."""
+    motion, rpm = sac.motion, abs(int(velocity_rpm))
+    if rpm == 0:
+        sac.moves.stop_gracefully(Text(""))
+        return
+    is_ccw = velocity_rpm < 0
+    runs = motion.get("motion_state") != _STANDBY and motion.get("queue_position") == _CONTINUOUS
+    if runs and motion.entry(_CONTINUOUS).is_ccw == is_ccw:
+        target = from_rpm(rpm, sac.parameters.steps_per_rev)
+        motion.retarget(target.rpm, target.cycle_us)
+        return
+    sac.moves.one_shot(Text(f"{'-' if is_ccw else ''}v{rpm}"))
+
+
+def move_rel(
+    sac: Sac,
+    angle_deg: float,
+    velocity_rpm: float | None = None,
+    acceleration: float | None = None,
+    deceleration: float | None = None,
+) -> Answer:
+    """As ``xm``: at once, and nothing is kept. Whole pulses."""
+    setup = sac.parameters.setup()
+    per_rev = setup.steps_per_rev << setup.microstep_exponent
+    pulses = round(angle_deg / 360 * per_rev)
+    if pulses:
+        said = _attributes(velocity_rpm, acceleration, deceleration)
+        sac.moves.one_shot(Text(f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}p"))
+    return {"pulses": pulses, "angle_deg": pulses * 360 / per_rev}
+
+
+def move_abs(
+    sac: Sac,
+    position_deg: float,
+    velocity_rpm: float | None = None,
+    acceleration: float | None = None,
+    deceleration: float | None = None,
+) -> Answer:
+    if sac.motion.get("motion_state") != _STANDBY:
+        raise VerbRefused("not_now", "it moves, and where it will be is not known; stop it first")
+    angle_deg = position_deg - sac.motion.get("commanded_deg")
+    return move_rel(sac, angle_deg, velocity_rpm, acceleration, deceleration)
+
+
+def queue(
+    sac: Sac,
+    position: float,
+    steps: float,
+    velocity_rpm: float | None = None,
+    acceleration: float | None = None,
+    deceleration: float | None = None,
+    sync: float = 0,
+) -> None:
+    said = _attributes(velocity_rpm, acceleration, deceleration)
+    sac.queue.edit(Text(f"{int(position)}m{int(steps)}{said}s{int(sync)}"))
+
+
+def recall(sac: Sac, position: float) -> None:
+    sac.moves.recall(Text(f"{int(position)}"))
+
+
+def loop(sac: Sac, first: float, last: float, passes: float) -> None:
+    if last < first:
+        raise VerbRefused("bad_parameter", f"last: {last:g} comes before first, {first:g}")
+    for said in (f"n{int(passes)}", f"s{int(first)}", f"f{int(last)}"):
+        sac.moves.loop(Text(said))
+
+
+def sync(sac: Sac) -> None:
+    sac.moves.release(Text(""))
+
+
+def pulse(sac: Sac, direction: str) -> None:
+    sac.motion.pulse(direction == "ccw")
+
+
+def stop(sac: Sac, how: str) -> None:
+    """``grace``: with the session's deceleration."""
+    if how == "grace":
+        sac.moves.stop_gracefully(Text(""))
+    else:
+        sac.moves.stop_at_once(Text(""))
+
+
+def starve(sac: Sac, policy: str, acceleration_rpm_per_s: float) -> None:
+    """No set-point came for the time-out. A SAC has its own ramps, and holds after each stop."""
+    stop(sac, "grace" if policy == "decelerate" else "prejudice")
+
+
+VERBS = (
+    Verb(
+        "velocity",
+        "continuous motion at a speed, clockwise if positive; 0 stops with grace",
+        (Parameter("velocity_rpm", "the speed", "rpm", -2000, 2000, is_whole=True),),
+        velocity,
+        Effect.STREAM,
+    ),
+    Verb(
+        "move_rel",
+        "go by an angle, clockwise if positive, at once; in whole pulses",
+        (Parameter("angle_deg", "how far", "deg", -_ANGLE_DEG, _ANGLE_DEG), _SPEED, *_RAMPS),
+        move_rel,
+        Effect.ENDS,
+    ),
+    Verb(
+        "move_abs",
+        "go to an angle, counted from that at power-up; in whole pulses",
+        (Parameter("position_deg", "where to", "deg", -_ANGLE_DEG, _ANGLE_DEG), _SPEED, *_RAMPS),
+        move_abs,
+        Effect.ENDS,
+    ),
+    Verb(
+        "queue",
+        "write an entry of the queue",
+        (
+            _POSITION,
+            Parameter("steps", "full steps, clockwise if positive", "", -(2**31), 2**31 - 1, is_whole=True),
+            _SPEED,
+            *_RAMPS,
+            Parameter("sync", "1: it waits for the sync", default=0, is_whole=True),
+        ),
+        queue,
+    ),
+    Verb("run", "run an entry of the queue at once", (_POSITION,), recall, Effect.ENDS),
+    Verb(
+        "loop",
+        "run entries of the queue in a loop",
+        (
+            Parameter("first", "entry", "", min(POSITIONS), max(POSITIONS), is_whole=True),
+            Parameter("last", "entry", "", min(POSITIONS), max(POSITIONS), is_whole=True),
+            Parameter("passes", "0: for ever", "", 0, 65535, 1, is_whole=True),
+        ),
+        loop,
+        Effect.ENDS,
+    ),
+    Verb("sync", "release what waits for the sync", run=sync),
+    Verb(
+        "pulse",
+        "a single pulse, while it stands",
+        (Parameter("direction", "", choices=("cw", "ccw"), default="cw"),),
+        pulse,
+    ),
+    Verb(
+        "stop",
+        "end all motion: with the session's deceleration, or at once",
+        (Parameter("how", "", choices=("grace", "prejudice"), default="grace"),),
+        stop,
+        Effect.ENDS,
+    ),
+)

@@ -1,0 +1,245 @@
+"""The daemon as bridges and the control socket see it: the one place where a verb is carried out."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from hil.compose.find import load_dialogues, load_verbs
+from hil.config.explain import suggestion
+from hil.core.fields import FIELDS, OF_KIND, OFFSETS
+from hil.daemon import real_boards
+from hil.daemon.captures import names, watch_port, watch_segment
+from hil.daemon.segments import listed as listed_segments
+from hil.session.inputs import Bytes, Pin, Reset, SetField
+from hil.telemetry import Sampler
+from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
+from hil.vocab.dialogue import DialogueError
+from hil.vocab.faults import FaultRefused
+from hil.vocab.segment import SegmentEvent
+from hil.vocab.verbs import Verb, VerbRefused, table_of
+
+if TYPE_CHECKING:
+    from hil.daemon.daemon import Daemon
+
+OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
+"""Fields of an axis that are the world around the board and not the firmware's memory."""
+SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
+_FIELD_LIMIT = 1e6
+_REGISTER_LIMIT = 0x7FFF
+_ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
+
+
+class Host:
+    """``hil.vocab.bridges.BridgeHost`` of a daemon that has been built."""
+
+    def __init__(self, daemon: "Daemon") -> None:
+        self._daemon = daemon
+        self.bench = daemon.config.bench
+        self.segments: Sequence[str] = list(daemon.bench.segments)
+        self.devices = {name: self._info(name) for name in daemon.config.devices}
+        self.refused = 0
+        """Commands that were refused since the start."""
+
+    @property
+    def ports(self) -> Sequence[str]:
+        return [name for name in names(self._daemon) if name not in self.segments]
+
+    def _info(self, name: str) -> DeviceInfo:
+        profile = self._daemon.config.devices[name].profile
+        if name in self._daemon.config.real:
+            dialogues = load_dialogues(profile)
+            verbs = {verb: each for verb, each in table_of(()).items() if verb == "type" or verb in dialogues}
+            return DeviceInfo(name, profile, True, verbs, {})
+        device = self._daemon.bench.devices[name]
+        fields = {
+            field: AxisField(
+                field,
+                FIELDS[field].type,
+                FIELDS[field].unit,
+                FIELDS[field].meaning,
+                OFFSETS[field],
+                field in SETTABLE,
+            )
+            for field in OF_KIND[device.axis.kind]
+        }
+        return DeviceInfo(name, profile, False, load_verbs(profile)[0], fields)
+
+    def times_ns(self) -> tuple[int, int]:
+        now_ns = self._daemon.bench.now_ns
+        return now_ns, self._daemon.epoch_ns + round(now_ns / self._daemon.config.speed)
+
+    def state(self, device: str) -> Mapping[str, float]:
+        self._twin(device)
+        return self._daemon.bench.devices[device].axis.published().as_dict()
+
+    def sample(self, device: str, interval_ns: int) -> "Sampling":
+        self._twin(device)
+        return Sampling(self._daemon.watches.sampler, device, interval_ns)
+
+    async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
+        try:
+            return await self._do(source, device, verb, given)
+        except VerbRefused:
+            self.refused += 1
+            raise
+
+    async def _do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
+        info = self._known(device)
+        if verb not in info.verbs:
+            raise VerbRefused(
+                "no_verb", f"{device}, a {info.profile}, has no {verb!r}; {suggestion(verb, info.verbs)}"
+            )
+        known = info.verbs[verb]
+        if source.role < known.role:
+            raise VerbRefused("forbidden", f"{verb} needs the role {known.role.name.lower()}")
+        parameters = known.filled(given)
+        if info.is_real:
+            return await self._do_real(device, known, parameters)
+        return self._do_twin(device, known, parameters)
+
+    async def _do_real(self, device: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
+        if verb.name == "type":
+            self._daemon.real[device].send(typed(str(parameters["text"])))
+        else:
+            try:
+                await real_boards.carry_out(self._daemon, device, verb.name)
+            except (DialogueError, real_boards.NoDialogue) as error:
+                raise VerbRefused("not_now", str(error)) from None
+        return Done(self._daemon.bench.now_ns, {})
+
+    def _do_twin(self, name: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
+        bench = self._daemon.bench
+        device = bench.devices[name]
+        try:
+            if verb.run:
+                return Done(*bench.do(device, verb.name, parameters))
+            if verb.name == "reset":
+                return Done(bench.give(device, Reset()), {})
+            if device.failed:
+                raise VerbRefused("failed", f"{device.failed}; reset it")
+            if verb.name == "pin":
+                pin = str(parameters["pin"])
+                if pin not in device.axis.pins:
+                    raise VerbRefused(
+                        "bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}"
+                    )
+                return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
+            data = verb.types or typed(str(parameters["text"]))
+            return Done(bench.give(device, Bytes(data)), {})
+        finally:
+            self._daemon.lines.flush()
+
+    def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
+        info = self._known(device)
+        if name not in info.fields or not info.fields[name].is_settable:
+            settable = [field.name for field in info.fields.values() if field.is_settable]
+            raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
+        is_register = info.fields[name].type == "i32"
+        low, high = (0.0, float(_REGISTER_LIMIT)) if is_register else (-_FIELD_LIMIT, _FIELD_LIMIT)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise VerbRefused("bad_parameter", f"{name}: write {low:g} to {high:g}")
+        at_ns = self._daemon.bench.give(self._daemon.bench.devices[device], SetField(name, float(value)))
+        self._daemon.lines.flush()
+        return Done(at_ns, {name: value})
+
+    def fault(self, source: Source, target: str, given: Mapping[str, object]) -> Mapping[str, Any]:
+        registry = self._daemon.faults
+        parameters = dict(given)
+        try:
+            if "clear" in parameters:
+                which = parameters.pop("clear")
+                on_it = [row["number"] for row in registry.listed() if row["target"].startswith(target)]
+                chosen = on_it if which == "all" else [which]
+                if parameters or (which != "all" and which not in on_it):
+                    raise VerbRefused(
+                        "bad_parameter", f'clear: write "all" or one of {on_it}, and nothing beside it'
+                    )
+                for number in chosen:
+                    registry.clear(int(str(number)))
+                return {"cleared": chosen}
+            kind = parameters.pop("fault", None)
+            if not isinstance(kind, str):
+                raise VerbRefused("bad_parameter", "fault: its kind is missing; `hil fault kinds` lists them")
+            at = parameters.pop("target", target)
+            if not isinstance(at, str) or at.partition(".")[0] != target.partition(".")[0]:
+                raise VerbRefused("bad_parameter", f"target: {target}, or something of it")
+            return {"number": registry.inject(kind, at, parameters)}
+        except FaultRefused as error:
+            raise VerbRefused("bad_parameter", str(error)) from None
+        finally:
+            self._daemon.lines.flush()
+
+    def segment_stats(self, segment: str) -> Mapping[str, Any]:
+        return next(row for row in listed_segments(self._daemon) if row["segment"] == segment)
+
+    def health(self) -> Mapping[str, Any]:
+        rt = self._daemon.bench.core.native.rt_stats()
+        devices = self._daemon.bench.devices.values()
+        return {
+            "rt": self._daemon.grant.state if self._daemon.grant else "starting",
+            "ticks": rt["ticks"],
+            "missed": rt["missed"],
+            "overruns": rt["overruns"],
+            "refused": self.refused,
+            "failed": {device.name: device.failed for device in devices if device.failed},
+            "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
+        }
+
+    def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
+        return watch_segment(self._daemon, self._daemon.bench.segments[segment], call)
+
+    def on_bytes(self, port: str, call: Callable[[str, bytes], None]) -> Callable[[], None]:
+        return watch_port(self._daemon, port, call)
+
+    def _known(self, device: str) -> DeviceInfo:
+        if device not in self.devices:
+            raise VerbRefused(
+                "no_device", f"there is no device {device!r}; {suggestion(device, self.devices)}"
+            )
+        return self.devices[device]
+
+    def _twin(self, device: str) -> None:
+        if self._known(device).is_real:
+            raise VerbRefused("cannot", f"{device} is a real board: {real_boards.CANNOT}")
+
+
+class Sampling:
+    """``hil.vocab.bridges.Samples``."""
+
+    def __init__(self, sampler: Sampler, device: str, interval_ns: int) -> None:
+        self._sampler = sampler
+        self._subscription = sampler.subscribe(device, (), interval_ns)
+
+    @property
+    def lost(self) -> int:
+        return self._subscription.lost
+
+    def take(self) -> Sequence[bytes]:
+        self._sampler.poll_device(self._subscription.device)
+        return self._subscription.take_packed()
+
+    def close(self) -> None:
+        self._sampler.unsubscribe(self._subscription)
+
+
+def typed(text: str) -> bytes:
+    r"""What a text stands for: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
+
+    Raises:
+        VerbRefused: something else follows a backslash, or a character is no byte.
+    """
+
+    def one(match: re.Match[str]) -> str:
+        code = match[1]
+        if code in _ESCAPES:
+            return _ESCAPES[code]
+        if code.startswith("x") and len(code) == 3:
+            return chr(int(code[1:], 16))
+        raise VerbRefused(
+            "bad_parameter", f"text: \\{code} means nothing; write \\r, \\n, \\t, \\\\ or \\xHH"
+        )
+
+    try:
+        return re.sub(r"\\(x[0-9A-Fa-f]{2}|.|$)", one, text, flags=re.S).encode("latin-1")
+    except UnicodeEncodeError:
+        raise VerbRefused("bad_parameter", "text: a character is no byte; write it as \\xHH") from None

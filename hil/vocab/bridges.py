@@ -1,0 +1,134 @@
+"""Bridges: doors for other protocols, and what they may use of a daemon, all in its event loop."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from hil.vocab.segment import SegmentEvent
+from hil.vocab.verbs import Role, Verb
+
+
+@dataclass(frozen=True)
+class Source:
+    """Who asks: a name for log and status, and what the asker may do."""
+
+    name: str
+    role: Role
+
+
+@dataclass(frozen=True)
+class Done:
+    """A verb was carried out at ``effective_at_ns``; ``answer`` is the verb's own."""
+
+    effective_at_ns: int
+    answer: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class AxisField:
+    """A value of an axis: its name, type (f32, f64, i32, i64), unit and meaning, its offset in the binary
+    layout in bytes, and whether it may be set from outside."""
+
+    name: str
+    type: str
+    unit: str
+    meaning: str
+    offset: int
+    is_settable: bool
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """A device as bridges see it. ``fields`` is empty for a real board, whose axis nobody sees."""
+
+    name: str
+    profile: str
+    is_real: bool
+    verbs: Mapping[str, Verb]
+    fields: Mapping[str, AxisField]
+
+
+class Samples(Protocol):
+    """Samples of axes at exact multiples of an interval, in the binary layout."""
+
+    @property
+    def lost(self) -> int:
+        """How many found no room since the beginning."""
+
+    def take(self) -> Sequence[bytes]:
+        """Those since the last call, in time's order."""
+
+    def close(self) -> None:
+        """No more."""
+
+
+class BridgeHost(Protocol):
+    """The daemon."""
+
+    @property
+    def bench(self) -> str: ...
+    @property
+    def devices(self) -> Mapping[str, DeviceInfo]: ...
+    @property
+    def segments(self) -> Sequence[str]: ...
+    @property
+    def ports(self) -> Sequence[str]: ...
+
+    def times_ns(self) -> tuple[int, int]:
+        """Simulated time, and the wall's since 1970, now."""
+
+    def state(self, device: str) -> Mapping[str, float]:
+        """All fields of an axis, of the last 20 ms. Raises VerbRefused: a real board."""
+
+    def sample(self, device: str, interval_ns: int) -> Samples:
+        """Sample an axis from now on."""
+
+    async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
+        """Carry out a verb.
+
+        Raises:
+            VerbRefused: it was not.
+        """
+
+    def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
+        """Set a settable field of an axis.
+
+        Raises:
+            VerbRefused: there is none, or not this value.
+        """
+
+    def fault(self, source: Source, target: str, given: Mapping[str, object]) -> Mapping[str, Any]:
+        """Begin a fault (``fault`` and its parameters), or end one (``clear``: its number, or all).
+
+        Raises:
+            VerbRefused: there is no such fault, or it cannot be there.
+        """
+
+    def segment_stats(self, segment: str) -> Mapping[str, Any]:
+        """Its counters, as ``status`` has them."""
+
+    def health(self) -> Mapping[str, Any]:
+        """Ticks, missed wakes, lag, and devices that have failed."""
+
+    def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
+        """Call with what was on the line; answers what ends it."""
+
+    def on_bytes(self, port: str, call: Callable[[str, bytes], None]) -> Callable[[], None]:
+        """Call with what passes at a port, and whom it is for, "board" or "client"; answers what ends it."""
+
+
+class Bridge(Protocol):
+    """One door."""
+
+    async def open(self) -> None:
+        """Begin. Raises BridgeError."""
+
+    async def close(self) -> None:
+        """End, and leave nothing behind."""
+
+    def status(self) -> Mapping[str, Any]:
+        """What ``hil status`` shows of it."""
+
+
+class BridgeError(Exception):
+    """A bridge cannot be opened: ``str(error)`` says why and what to do."""

@@ -1,0 +1,74 @@
+"""A parameter of a fault or a verb: what it means, its unit, its limits; and the check of what was given."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number, a choice or a text that something takes."""
+
+    name: str
+    about: str
+    unit: str = ""
+    minimum: float = 0.0
+    maximum: float = 1.0
+    default: float | str | None = None
+    """None: it has to be given, unless ``is_optional``."""
+    choices: tuple[str, ...] = ()
+    """Not empty: one of these words instead of a number."""
+    is_text: bool = False
+    """A text of at most ``maximum`` characters instead of a number."""
+    is_whole: bool = False
+    is_optional: bool = False
+    """It may be left out, and then has no value."""
+
+    def problem(self, value: object) -> str | None:
+        """What is wrong with a value, or None."""
+        if self.choices:
+            return None if value in self.choices else f"write {' or '.join(self.choices)}"
+        if self.is_text:
+            if isinstance(value, str) and len(value) <= self.maximum:
+                return None
+            return f"write a text of at most {self.maximum:g} characters"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return "write a number"
+        if not self.minimum <= value <= self.maximum:  # not a number is not in between either
+            return f"write {self.minimum:g} to {self.maximum:g}"
+        if self.is_whole and value != int(value):
+            return "write a whole number"
+        return None
+
+    def described(self) -> str:
+        """Values, unit and default, in one line."""
+        values = " or ".join(self.choices) or f"{self.minimum:g} to {self.maximum:g}"
+        if self.is_text:
+            values = f"text, at most {self.maximum:g} characters"
+        unit = f" {self.unit}" if self.unit else ""
+        default = "needed" if self.default is None else f"default {self.default}"
+        return f"{self.about}, {values}{unit}, {'may be left out' if self.is_optional else default}"
+
+
+Values = dict[str, float | str]
+
+
+def filled(
+    what: str, parameters: Sequence[Parameter], given: Mapping[str, object]
+) -> tuple[Values, dict[str, str]]:
+    """What was given with the defaults filled in, and what is wrong, by the name of the parameter."""
+    problems: dict[str, str] = {}
+    values: Values = {}
+    names = {parameter.name: parameter for parameter in parameters}
+    for name in given:
+        if name not in names:
+            problems[name] = f"parameters of {what} are {', '.join(names) or 'none'}"
+    for name, parameter in names.items():
+        value = given.get(name, parameter.default)
+        if value is None:
+            if not parameter.is_optional:
+                problems[name] = f"this one is missing: {parameter.about}"
+        elif problem := parameter.problem(value):
+            problems[name] = problem
+        elif isinstance(value, int | float | str):
+            values[name] = value
+    return values, problems

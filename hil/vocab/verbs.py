@@ -1,0 +1,122 @@
+"""What can be asked of a device from outside its serial port, beside typing at it.
+
+A profile's ``verbs.py`` has ``VERBS``, a tuple of ``Verb``; ``COMMON`` is what every twin has beside them.
+The one table drives the command line, the bridges, the reference and the check of permissions.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from hil.vocab.parameters import Parameter, Values, filled
+
+
+class Role(IntEnum):
+    """Who may do what; each may do what those before it may."""
+
+    VIEWER = 1
+    OPERATOR = 2
+    ADMIN = 3
+
+
+class Effect(IntEnum):
+    """What a verb does to the set-point's time-out."""
+
+    NONE = 0
+    STREAM = 1
+    """It is a set-point, and the next one is awaited."""
+    ENDS = 2
+    """It is another motion, or the end of all: no set-point is awaited any more."""
+
+
+@dataclass(frozen=True)
+class Verb:
+    """One thing to ask for. ``run(firmware, **parameters)`` does it, at the present simulated time, and
+    answers what the asker is told; None for those of ``COMMON``, which are inputs of other kinds, and for
+    those that type."""
+
+    name: str
+    about: str
+    parameters: tuple[Parameter, ...] = ()
+    run: Callable[..., Mapping[str, float | str | int] | None] | None = None
+    effect: Effect = Effect.NONE
+    role: Role = Role.OPERATOR
+    types: bytes = b""
+    """Instead of ``run``: what is typed at the board's serial interface, for its main program to do."""
+
+    def filled(self, given: Mapping[str, object]) -> Values:
+        """The parameters with defaults.
+
+        Raises:
+            VerbRefused: what was given does not do; with all problems.
+        """
+        values, problems = filled(self.name, self.parameters, given)
+        if problems:
+            text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
+            raise VerbRefused("bad_parameter", text)
+        return values
+
+
+class VerbRefused(Exception):
+    """A verb cannot be carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
+
+    def __init__(self, code: str, why: str) -> None:
+        super().__init__(why)
+        self.code = code
+
+
+CODES = {
+    "bad_request": "the payload is no JSON object, or is too large",
+    "no_device": "there is no such device",
+    "no_verb": "the device has no such verb",
+    "no_parameter": "the axis has no such parameter, or it cannot be set",
+    "bad_parameter": "a parameter is missing, unknown, of the wrong type or out of its limits",
+    "not_now": "the board is not in a state for it",
+    "cannot": "this board cannot do it at all",
+    "forbidden": "the sender may not do it",
+    "failed": "the device's firmware has stopped",
+}
+"""Codes of refusals, which do not change; the texts beside them may."""
+
+POLICIES = ("hold", "decelerate", "torque_off")
+"""What an axis does that hears no set-point for its time-out."""
+
+COMMON = (
+    Verb(
+        "type",
+        "type at the board's serial interface, as a client does",
+        (
+            Parameter(
+                "text", r"what is typed; \r, \n, \t and \xHH are taken as such", maximum=4096, is_text=True
+            ),
+        ),
+    ),
+    Verb("reset", "switch the power off and on; what is in the flash stays", effect=Effect.ENDS),
+    Verb(
+        "pin",
+        "drive an input",
+        (
+            Parameter("pin", "its name", maximum=16, is_text=True),
+            Parameter("level", "0 or 1", is_whole=True),
+        ),
+    ),
+)
+
+
+def table_of(verbs: tuple[Verb, ...]) -> dict[str, Verb]:
+    """A profile's verbs and the common ones, by name."""
+    return {verb.name: verb for verb in (*verbs, *COMMON)}
+
+
+def described(verbs: Mapping[str, Verb]) -> list[dict[str, Any]]:
+    """The table for those who ask a daemon for it."""
+    return [
+        {
+            "verb": verb.name,
+            "about": verb.about,
+            "role": verb.role.name.lower(),
+            "parameters": {p.name: p.described() for p in verb.parameters},
+        }
+        for verb in verbs.values()
+    ]
