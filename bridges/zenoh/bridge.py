@@ -12,7 +12,7 @@ import zenoh
 from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
 from bridges.zenoh.keys import SCHEMAS, prefix
 from bridges.zenoh.options import Options
-from bridges.zenoh.publications import Publications
+from bridges.zenoh.publications import Publications, short_state
 from bridges.zenoh.security import SecurityError, gate_of, session_config
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused, described
@@ -221,15 +221,16 @@ class ZenohBridge:
         """The replies that were asked for beside the acknowledgement."""
         wanted = query.parameters
         if wanted.get("applied") == "true":
-            self._reply(
-                query, key, {"applied": True, "state": self._host.state(device)}, done.effective_at_ns
-            )
+            self._reply(query, key, {"applied": True, "state": self._state(device)}, done.effective_at_ns)
         if wanted.get("done") != "true":
             return
         if len(self._later) > LATER:
             raise VerbRefused("not_now", f"{LATER} queries wait already")
         await self._host.wait_until_done(device, done, LONGEST_S)
-        self._reply(query, key, {"done": True, "state": self._host.state(device)}, done.effective_at_ns)
+        self._reply(query, key, {"done": True, "state": self._state(device)}, done.effective_at_ns)
+
+    def _state(self, device: str) -> Mapping[str, float | None]:
+        return {} if self._host.devices[device].is_real else short_state(self._host, device)
 
     async def _at_once(
         self, key: str, query: zenoh.Query | None, carry_out: Callable[[], Done | Mapping[str, Any]]

@@ -36,6 +36,13 @@ def undeclare(entity: Any) -> None:
     entity.undeclare()
 
 
+def short_state(host: BridgeHost, device: str) -> dict[str, float | None]:
+    """What is told of an axis, now; None for what is no number that JSON has."""
+    fields = host.devices[device].fields
+    state = {name: value for name, value in host.state(device).items() if fields[name].is_state}
+    return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
+
+
 class StateText:
     """The JSON of a state from the binary layout. Written by a format, for it is made thousands of times a
     second; ``json`` comes in where a value is no number that JSON has."""

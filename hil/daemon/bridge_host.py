@@ -101,7 +101,10 @@ class Host:
 
     def state(self, device: str) -> Mapping[str, float]:
         self._twin(device)
-        return self._daemon.bench.devices[device].axis.published().as_dict()
+        try:
+            return self._daemon.bench.snapshot(device).as_dict()
+        finally:
+            self._daemon.lines.flush()
 
     def sample(self, device: str, interval_ns: int) -> "Sampling":
         self._twin(device)

@@ -86,7 +86,7 @@ class BridgeHost(Protocol):
         """Until the motion that a verb began has ended, or so many seconds of simulated time."""
 
     def state(self, device: str) -> Mapping[str, float]:
-        """All fields of an axis, of the last 20 ms. Raises VerbRefused: a real board."""
+        """All fields of an axis, now. Raises VerbRefused: a real board."""
 
     def sample(self, device: str, interval_ns: int) -> Samples:
         """Sample an axis from now on."""
