@@ -35,6 +35,7 @@ MESSAGE_BYTES = 1 << 20
 """Longest that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _NONCE = re.compile(r"[0-9a-f]{16,64}")
+_MAC = re.compile(r"[0-9a-f]{64}")
 
 
 class SecurityError(Exception):
@@ -69,6 +70,14 @@ def read_users(path: Path) -> list[User]:
         raise SecurityError(f"{path}: {error}; `hil zenoh keys` makes such a file") from None
     if mode & 0o077:
         raise SecurityError(f"{path}: others can read it (mode {mode:04o}); chmod 600 {path}")
+    users = parse_users(lines, str(path))
+    if not users:
+        raise SecurityError(f"{path}: there is no user; write lines like anna:operator:PASSWORD")
+    return users
+
+
+def parse_users(lines: Sequence[str], where: str) -> list[User]:
+    """The same of lines. ``where`` stands before a line's number in errors."""
     users: list[User] = []
     problems = []
     for number, line in enumerate(lines, 1):
@@ -77,11 +86,9 @@ def read_users(path: Path) -> list[User]:
         try:
             users.append(_user(line, users))
         except ValueError as error:
-            problems.append(f"{path}:{number}: {error}")
+            problems.append(f"{where}:{number}: {error}")
     if problems:
         raise SecurityError("\n".join(problems))
-    if not users:
-        raise SecurityError(f"{path}: there is no user; write lines like anna:operator:PASSWORD")
     return users
 
 
@@ -118,11 +125,12 @@ class _Seen:
         self._floor_ns = 0
 
     def add(self, nonce: str, at_ns: int, now_ns: int) -> None:
-        while self._by_time and (self._by_time[0][0] < now_ns - FRESH_NS or len(self._by_time) >= REMEMBERED):
-            self._floor_ns, oldest = heapq.heappop(self._by_time)
-            self._nonces.discard(oldest)
         if nonce in self._nonces or at_ns <= self._floor_ns:
             raise Rejected("the signature was used before: sign each command anew")
+        while self._by_time and (self._by_time[0][0] < now_ns - FRESH_NS or len(self._by_time) >= REMEMBERED):
+            gone_ns, gone = heapq.heappop(self._by_time)
+            self._floor_ns = max(self._floor_ns, gone_ns)
+            self._nonces.discard(gone)
         self._nonces.add(nonce)
         heapq.heappush(self._by_time, (at_ns, nonce))
 
@@ -162,7 +170,7 @@ def _read_attachment(attachment: bytes | None) -> tuple[str, int, str, str]:
         given = None
     match given:
         case {"user": str(name), "at_ns": int(at_ns), "nonce": str(nonce), "mac": str(mac)}:
-            if _NONCE.fullmatch(nonce) and re.fullmatch(r"[0-9a-f]{64}", mac):
+            if _NONCE.fullmatch(nonce) and _MAC.fullmatch(mac) and 0 <= at_ns < 1 << 63:
                 return name, at_ns, nonce, mac
     raise Rejected('the attachment has to be {"user": NAME, "at_ns": WALL, "nonce": HEX, "mac": HEX}')
 

@@ -12,7 +12,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridges.zenoh.security import SecurityError, client_config, read_users
+from bridges.zenoh.security import SecurityError, client_config, parse_users
 from hil.vocab.verbs import Role
 
 if TYPE_CHECKING:
@@ -74,33 +74,31 @@ def make_site(folder: Path, site: Site) -> str:
 
 def _write_site(folder: Path, site: Site) -> str:
     passwords = {name: secrets.token_urlsafe(24) for name, _ in site.users}
-    lines = [f"{name}:{role.name.lower()}:{passwords[name]}\n" for name, role in site.users]
-    _write(folder / "users", "".join(lines).encode())
-    try:
-        read_users(folder / "users")
-    except SecurityError:
-        (folder / "users").unlink()
-        raise
-
+    lines = [f"{name}:{role.name.lower()}:{passwords[name]}" for name, role in site.users]
+    parse_users(lines, "users")
     authority = _authority(site)
     daemon = _issued(authority, site, f"hil daemon {site.bench}", hosts=site.hosts)
-    for name, pair in (("ca", authority), ("daemon", daemon)):
-        certificate, key = pair.pem()
-        _write(folder / f"{name}.pem", certificate, mode=0o644)
-        _write(folder / f"{name}.key", key)
-    for name, _ in site.users:
-        own = _issued(authority, site, name)
+    owns = {name: _issued(authority, site, name) for name, _ in site.users}
+
+    _write(folder / "users", "\n".join(lines).encode() + b"\n")
+    _write_pair(folder, "ca", authority)
+    _write_pair(folder, "daemon", daemon)
+    for name, own in owns.items():
         of_user = folder / "clients" / name
         of_user.mkdir(parents=True, mode=0o700)
-        certificate, key = own.pem()
         _write(of_user / "ca.pem", authority.pem()[0], mode=0o644)
-        _write(of_user / f"{name}.pem", certificate, mode=0o644)
-        _write(of_user / f"{name}.key", key)
+        _write_pair(of_user, name, own)
         config = _client(site, name, passwords[name], authority, own)
         _write(of_user / "zenoh.json", json.dumps(config, indent=1).encode())
     snippet = _snippet(folder, site)
     _write(folder / "bridge.yaml", snippet.encode(), mode=0o644)
     return snippet
+
+
+def _write_pair(folder: Path, name: str, pair: _Pair) -> None:
+    certificate, key = pair.pem()
+    _write(folder / f"{name}.pem", certificate, mode=0o644)
+    _write(folder / f"{name}.key", key)
 
 
 def _write(path: Path, content: bytes, mode: int = 0o600) -> None:
