@@ -33,6 +33,9 @@ SECRET_CHARACTERS = 12
 ATTACHMENT_BYTES = 1024
 MESSAGE_BYTES = 1 << 20
 """Longest that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
+ACCEPT_MS = 2000
+"""For a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own 10 s,
+100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _NONCE = re.compile(r"[0-9a-f]{16,64}")
 _MAC = re.compile(r"[0-9a-f]{64}")
@@ -249,6 +252,7 @@ _CLOSED: Mapping[str, Any] = {
     "plugins_loading/enabled": False,
     "transport/shared_memory/enabled": False,
     "transport/unicast/max_links": 1,  # zenoh's access control looks at one link of each client only
+    "transport/unicast/accept_timeout": ACCEPT_MS,
     "transport/link/rx/max_message_size": MESSAGE_BYTES,
     "timestamping/enabled": False,
 }

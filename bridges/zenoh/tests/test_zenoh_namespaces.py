@@ -25,7 +25,8 @@ import pytest
 import zenoh
 
 from bridges.zenoh.options import Options, TlsOptions
-from bridges.zenoh.security import Gate, Rejected, client_config, made, open_session
+from bridges.zenoh.security import Gate, Rejected, client_config, made, open_session, read_users
+from bridges.zenoh.site_keys import Site, make_site
 from hil.vocab.signature import signed
 from hil.vocab.verbs import Role
 
@@ -146,10 +147,15 @@ def serve(options: Options) -> None:
     stand_in.close()
 
 
-def attack(config: Mapping[str, Any], user: str | None, secret: str | None) -> None:
+def opened(config: Mapping[str, Any] | str) -> Any:
+    """A session of a configuration, or of the path of a file with one."""
+    return zenoh.open(zenoh.Config.from_file(config) if isinstance(config, str) else made(config))
+
+
+def attack(config: Mapping[str, Any] | str, user: str | None, secret: str | None) -> None:
     """Try everything, say what came of it, and stay until the input ends."""
     try:
-        session: Any = zenoh.open(made(config))
+        session = opened(config)
     except zenoh.ZError as error:
         say({"opened": False, "why": str(error).partition(" at /")[0]})
         return
@@ -230,9 +236,9 @@ def forge(query: zenoh.Query) -> None:
     query.drop()
 
 
-def listen_wide(config: Mapping[str, Any]) -> list[str]:
-    """What somebody gets who asks for more than the bench's keys, in a session of its own: what one subscriber
-    of a session may have, its others see too."""
+def listen_wide(config: Mapping[str, Any] | str) -> list[str]:
+    """What somebody gets who asks for more than the bench's keys. In a session of its own, for what one
+    subscriber of a session may have, its others see too."""
     heard: set[str] = set()
     clocks = threading.Semaphore(0)
 
@@ -240,7 +246,7 @@ def listen_wide(config: Mapping[str, Any]) -> list[str]:
         heard.add(str(sample.key_expr))
 
     with suppress(zenoh.ZError):
-        session: Any = zenoh.open(made(config))
+        session = opened(config)
         with session:
             session.declare_subscriber("**", on_any)
             session.declare_subscriber("hil/**", on_any)
@@ -279,17 +285,12 @@ def main(what: str, given: Any) -> None:
     elif what == "attack":
         attack(given["config"], given["user"], given["secret"])
     elif what == "open":
-        config = zenoh.Config()
-        session: Any = zenoh.open(config)
+        session: Any = zenoh.open(zenoh.Config())
         say({"ready": True})
         sys.stdin.read()
         session.close()
     elif what == "count":
         say({"count": count_multicast(given)})
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], json.loads(sys.argv[2]))
 
 
 # ---- the tests ----
@@ -299,13 +300,13 @@ def run(*command: str) -> None:
     subprocess.run(command, check=True, capture_output=True, text=True, timeout=DEADLINE_S)
 
 
-@pytest.fixture(scope="module")
-def computers() -> Iterator[tuple[str, str]]:
+@contextmanager
+def two_computers(tag: str) -> Iterator[tuple[str, str]]:
     """The names of two namespaces, the daemon's and the attackers'."""
     if os.geteuid() != 0 or shutil.which("ip") is None:
         pytest.skip("network namespaces need root and iproute2")
-    here, there = f"hil{os.getpid()}a", f"hil{os.getpid()}b"
-    wires = f"hv{os.getpid()}a", f"hv{os.getpid()}b"
+    here, there = f"hil{os.getpid()}{tag}0", f"hil{os.getpid()}{tag}1"
+    wires = f"h{os.getpid()}{tag}0", f"h{os.getpid()}{tag}1"
     with ExitStack() as stack:
         try:
             for name in (here, there):
@@ -322,6 +323,20 @@ def computers() -> Iterator[tuple[str, str]]:
         except subprocess.CalledProcessError as error:
             pytest.skip(f"no network namespaces here: {error.stderr.strip()}")
         yield here, there
+
+
+@pytest.fixture(scope="module")
+def computers() -> Iterator[tuple[str, str]]:
+    """Two for all tests."""
+    with two_computers("a") as names:
+        yield names
+
+
+@pytest.fixture
+def fresh_computers() -> Iterator[tuple[str, str]]:
+    """Two that nobody else runs on."""
+    with two_computers("b") as names:
+        yield names
 
 
 class Child:
@@ -371,7 +386,7 @@ class Lan:
         self.there, self.daemon, self.endpoint = there, daemon, endpoint
 
     def tried(
-        self, config: Mapping[str, Any], user: str | None = None, secret: str | None = None
+        self, config: Mapping[str, Any] | str, user: str | None = None, secret: str | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """What an attacker got, and what the daemon heard and sees after it."""
         with child(self.there, "attack", {"config": config, "user": user, "secret": secret}) as attacker:
@@ -396,8 +411,8 @@ def by_password(computers: tuple[str, str], tmp_path_factory: pytest.TempPathFac
         "".join(f"{name}:{role.name.lower()}:{PASSWORDS[name]}\n" for name, role in USERS.items())
     )
     endpoint = f"tcp/{DAEMON}:7447"
-    with lan(computers, {"listen": [endpoint], "users": str(path)}, endpoint) as opened:
-        yield opened
+    with lan(computers, {"listen": [endpoint], "users": str(path)}, endpoint) as lan_now:
+        yield lan_now
 
 
 def assert_rights(role: Role, user: str, result: dict[str, Any], report: dict[str, Any]) -> None:
@@ -409,8 +424,8 @@ def assert_rights(role: Role, user: str, result: dict[str, Any], report: dict[st
     assert result["wide"] == []
     assert result["alive"] == result["asked_alive"] == [ours(LIVE)]
     assert result["admin"] == []
-    # A viewer's query with a payload at a parameter passes zenoh, which looks at no payload. The gate gives the
-    # name, and the bridge refuses by the role.
+    # A viewer's query with a payload at a parameter passes zenoh, which looks at no payload. The gate gives
+    # the name, and the bridge refuses by the role.
     assert result["commanded"] == list(commands or COMMANDS[1:])
 
     heard = [tuple(each) for each in report["heard"]]
@@ -504,3 +519,168 @@ def test_a_peer_of_the_lan_with_zenohs_own_configuration_finds_nobody(by_passwor
         assert result[what] == [], what
     assert report["heard"] == []
     assert_untouched(report)
+
+
+# ---- certificates ----
+
+
+class Certified(Lan):
+    """The same with certificates. ``site`` is the folder of its keys."""
+
+    def __init__(self, there: str, daemon: Child, endpoint: str, site: Path) -> None:
+        super().__init__(there, daemon, endpoint)
+        self.site = site
+        self.secrets = {user.name: user.secret for user in read_users(site / "users")}
+
+    def own(self, user: str) -> TlsOptions:
+        folder = self.site / "clients" / user
+        return TlsOptions(
+            ca=folder / "ca.pem", certificate=folder / f"{user}.pem", key=folder / f"{user}.key"
+        )
+
+    def entered(
+        self, user: str, tls: TlsOptions, secret: str | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Tried with a user's name and password, and these certificates."""
+        secret = secret or self.secrets[user]
+        return self.tried(client_config([self.endpoint], user, secret, tls), user, secret)
+
+
+@pytest.fixture(scope="module")
+def by_certificate(
+    computers: tuple[str, str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Certified]:
+    site = tmp_path_factory.mktemp("site")
+    users = [*USERS.items(), ("eve", Role.ADMIN)]
+    make_site(site, Site("b", [DAEMON], users, datetime.now(UTC), port=7449))
+    listed = (site / "users").read_text().splitlines(keepends=True)
+    (site / "users").write_text("".join(line for line in listed if not line.startswith("eve:")))
+    endpoint = f"tls/{DAEMON}:7449"
+    tls = {"ca": site / "ca.pem", "certificate": site / "daemon.pem", "key": site / "daemon.key"}
+    options = {"users": str(site / "users"), "tls": {name: str(path) for name, path in tls.items()}}
+    with child(computers[0], "serve", {"listen": [endpoint], **options}) as daemon:
+        assert daemon.read() == {"ready": True}
+        yield Certified(computers[1], daemon, endpoint, site)
+
+
+def reissued(site: Path, user: str, folder: Path, begin: datetime, end: datetime) -> TlsOptions:
+    """A user's certificate once more, for the same key, from the same authority, but for another time."""
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+
+    old = x509.load_pem_x509_certificate((site / f"clients/{user}/{user}.pem").read_bytes())
+    signer: Any = serialization.load_pem_private_key((site / "ca.key").read_bytes(), None)
+    builder = x509.CertificateBuilder(
+        old.issuer,
+        old.subject,
+        old.public_key(),
+        x509.random_serial_number(),
+        begin,
+        end,
+        list(old.extensions),
+    )
+    new = folder / "new.pem"
+    new.write_bytes(builder.sign(signer, hashes.SHA256()).public_bytes(serialization.Encoding.PEM))
+    return TlsOptions(ca=site / "ca.pem", certificate=new, key=site / f"clients/{user}/{user}.key")
+
+
+@pytest.mark.parametrize("user", USERS)
+def test_the_file_of_a_user_gives_the_rights_of_its_role(by_certificate: Certified, user: str) -> None:
+    file = by_certificate.site / "clients" / user / "zenoh.json"
+    assert_rights(USERS[user], user, *by_certificate.tried(str(file), user, by_certificate.secrets[user]))
+
+
+def test_certificate_and_password_as_files_and_words(by_certificate: Certified) -> None:
+    assert_rights(Role.OPERATOR, "opa", *by_certificate.entered("opa", by_certificate.own("opa")))
+
+
+def test_a_certificate_is_good_until_it_ends(by_certificate: Certified, tmp_path: Path) -> None:
+    now = datetime.now(UTC)
+    hour = timedelta(hours=1)
+    good = reissued(by_certificate.site, "opa", tmp_path, now - hour, now + hour)
+    assert_rights(Role.OPERATOR, "opa", *by_certificate.entered("opa", good))
+    expired = reissued(by_certificate.site, "opa", tmp_path, now - 2 * hour, now - hour)
+    assert_refused(by_certificate.entered("opa", expired))
+    early = reissued(by_certificate.site, "opa", tmp_path, now + hour, now + 2 * hour)
+    assert_refused(by_certificate.entered("opa", early))
+
+
+def test_a_certificate_alone_does_not_do(by_certificate: Certified) -> None:
+    assert_refused(by_certificate.entered("opa", by_certificate.own("opa"), "a-wrong-password"))
+    config = client_config([by_certificate.endpoint], tls=by_certificate.own("opa"))
+    assert_refused(by_certificate.tried(config, "opa", by_certificate.secrets["opa"]))
+
+
+def test_a_password_alone_does_not_do(by_certificate: Certified) -> None:
+    secret = by_certificate.secrets["opa"]
+    trust = {"transport/link/tls/root_ca_certificate": str(by_certificate.site / "ca.pem")}
+    config = client_config([by_certificate.endpoint], "opa", secret) | trust
+    assert_refused(by_certificate.tried(config, "opa", secret))
+
+
+def test_anothers_password_beside_the_own_certificate_gives_nothing(by_certificate: Certified) -> None:
+    assert_let_in_for_nothing(by_certificate.entered("opa", by_certificate.own("vic")))
+
+
+def test_a_certificate_of_another_authority_does_not_do(by_certificate: Certified, tmp_path: Path) -> None:
+    make_site(tmp_path / "s", Site("b", [DAEMON], [("opa", Role.ADMIN)], datetime.now(UTC)))
+    folder = tmp_path / "s/clients/opa"
+    forged = TlsOptions(
+        ca=by_certificate.site / "ca.pem", certificate=folder / "opa.pem", key=folder / "opa.key"
+    )
+    assert_refused(by_certificate.entered("opa", forged))
+
+
+def test_who_was_taken_out_of_users_is_out(by_certificate: Certified) -> None:
+    file = by_certificate.site / "clients/eve/zenoh.json"
+    config = json.loads(file.read_text())
+    secret = config["transport"]["auth"]["usrpwd"]["password"]
+    assert_refused(by_certificate.tried(str(file), "eve", secret))
+
+
+def test_without_tls_nobody_comes_in(by_certificate: Certified) -> None:
+    config = client_config([f"tcp/{DAEMON}:7449"], "opa", by_certificate.secrets["opa"])
+    assert_refused(by_certificate.tried(config, "opa", by_certificate.secrets["opa"]))
+
+
+def test_a_daemon_of_another_name_is_not_believed(
+    by_certificate: Certified, computers: tuple[str, str]
+) -> None:
+    """A user's certificate would not make a daemon either: it has no such purpose and no such name."""
+    own = by_certificate.own("vic")
+    options = {
+        "listen": [f"tls/{DAEMON}:7448"],
+        "users": str(by_certificate.site / "users"),
+        "tls": {name: str(path) for name, path in own.model_dump().items()},
+    }
+    with child(computers[0], "serve", options) as false_daemon:
+        assert false_daemon.read() == {"ready": True}
+        secret = by_certificate.secrets["opa"]
+        config = client_config([f"tls/{DAEMON}:7448"], "opa", secret, by_certificate.own("opa"))
+        assert_refused(Lan(computers[1], false_daemon, "").tried(config, "opa", secret))
+
+
+# ---- with no options at all ----
+
+
+def multicast_of(computers: tuple[str, str], what: str, given: Any, for_s: float) -> tuple[int, list[str]]:
+    """Frames to groups that reach the other computer from the start of a session on, and its sockets."""
+    with child(computers[1], "count", for_s) as counting:
+        assert counting.read() == {"ready": True}
+        with child(computers[0], what, given) as session:
+            assert session.read() == {"ready": True}
+            open_sockets = session.ask()["sockets"] if what == "serve" else []
+            return counting.read(for_s + DEADLINE_S)["count"], open_sockets
+
+
+def test_by_default_a_daemon_is_heard_on_its_own_computer_only(fresh_computers: tuple[str, str]) -> None:
+    count, open_sockets = multicast_of(fresh_computers, "serve", {}, 3.0)
+    assert (count, open_sockets) == (0, ["tcp 0100007F:1D17"]), "127.0.0.1:7447 and nothing else"
+
+
+def test_zenohs_own_configuration_would_be_noticed(fresh_computers: tuple[str, str]) -> None:
+    assert multicast_of(fresh_computers, "open", None, 3.0)[0] > 0
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], json.loads(sys.argv[2]))
