@@ -521,6 +521,22 @@ def test_a_peer_of_the_lan_with_zenohs_own_configuration_finds_nobody(by_passwor
     assert_untouched(report)
 
 
+def test_what_these_attacks_do_to_a_daemon_that_is_open(computers: tuple[str, str]) -> None:
+    """With ``insecure: true`` all of them succeed: otherwise nothing above would say anything."""
+    endpoint = f"tcp/{DAEMON}:7450"
+    with lan(computers, {"listen": [endpoint], "insecure": True}, endpoint) as lan_now:
+        result, report = lan_now.tried(client_config([endpoint]))
+    assert result["answered"] == [*READ, "**", "other"]
+    assert result["commanded"] == [*COMMANDS, *FAULTS]
+    assert set(result["narrow"]) == {*TOLD, UNTOLD}
+    assert set(result["wide"]) == {ours(key) for key in (*TOLD, UNTOLD, LIVE) if key != "sim/clock"}
+    heard = {(what, key) for what, key, _ in report["heard"]}
+    for key in (*COMMANDS, *FAULTS, *NEVER):
+        assert {("put", key), ("delete", key)} <= heard
+    assert set(report["alive"]) == {ours(LIVE), ours("@live/axis/forged")}
+    assert set(report["answers"]) == {"genuine", "forged"}
+
+
 # ---- certificates ----
 
 
