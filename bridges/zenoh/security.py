@@ -15,7 +15,9 @@ def gate_of(options: Options) -> Any:
 
 def session_config(options: Options, bench: str) -> dict[str, Any]:
     return {
-        "mode": "router" if options.listen else "client",
+        "mode": "router" if options.listen else "peer",
+        "connect/exit_on_failure": False,
+        "connect/timeout_ms": -1,
         "listen/endpoints": list(options.listen),
         "connect/endpoints": list(options.connect),
         "scouting/multicast/enabled": False,

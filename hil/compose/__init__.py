@@ -16,6 +16,7 @@ from hil.compose.find import (
 
 __all__ = [
     "bench_runtime",
+    "bridge_reference",
     "find_catalogue",
     "load_dialogues",
     "load_firmware",
