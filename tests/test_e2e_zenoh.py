@@ -5,9 +5,12 @@ import json
 import os
 import socket
 import struct
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,6 +20,7 @@ from e2e_support import PATIENCE_S, Place, Server, config, until
 from hil.client import ClientError, CommandError, connect, connect_sync
 from hil.core.fields import CODES, OFFSETS, PACKED_BYTES
 
+EXAMPLES = Path(__file__).parents[1] / "examples" / "zenoh"
 SAC = {"profile": "sac", "flash": {}}
 QUIET: dict[str, Any] = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False}
 NONE = zenoh.ConsolidationMode.NONE
@@ -223,7 +227,7 @@ def test_packets_and_bytes_are_told(bench: Bench) -> None:
     packet = json.loads(packets[0].payload.to_string())
     assert bytes.fromhex(packet["data"])[0] == 2
     assert packet["about"].startswith("s1")
-    assert b"8" in sent[0].payload.to_bytes()
+    until(lambda: b"86 hello" in b"".join(sample.payload.to_bytes() for sample in sent), "the echo")
     assert json.loads(sent[0].attachment.to_string())["sim_ns"] > 0  # type: ignore[union-attr]
 
 
@@ -328,6 +332,22 @@ def test_a_router_that_dies_and_returns(place: Place) -> None:
                 assert client.axis("m1").enable().effective_at_ns
         finally:
             router.close()  # type: ignore[no-untyped-call]
+
+
+def test_the_examples(bench: Bench) -> None:
+    def run(program: str) -> str:
+        command = [sys.executable, str(EXAMPLES / program), "t", bench.endpoint]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+
+    bench.plain.one("axis/s1/cmd/reset")
+    until(
+        lambda: "code" not in bench.plain.one("axis/s1/cmd/move_abs", '{"position_deg": 0}'),
+        "the SAC's start",
+    )
+    said = run("two_axes.py")
+    assert said.startswith("m1 at 90 deg\ns1 at ")
+    assert run("plain.py").splitlines()[1:] == ["axis/m1/cmd/move_abs 90", "axis/m1/cmd/jump no_verb"]
+    assert len((EXAMPLES / "two_axes.py").read_text().splitlines()) <= 22  # under 20 without its docstring
 
 
 def test_a_port_that_is_taken_is_said(place: Place, bench: Bench) -> None:

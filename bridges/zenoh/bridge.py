@@ -95,6 +95,7 @@ class ZenohBridge:
     def status(self) -> Mapping[str, Any]:
         clients = len(list(self._session.info.links())) if self._session else 0
         return {
+            "root": self._prefix,
             "listen": list(self._options.listen),
             "connect": list(self._options.connect),
             "links": clients,
