@@ -9,14 +9,14 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
-from bridges.zenoh.keys import SCHEMAS, prefix
+from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.publications import Publications, short_state
 from bridges.zenoh.security import Gate, SecurityError, open_session
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused, described
 
-__all__ = ["Options", "make"]
+__all__ = ["Options", "make", "reference"]
 
 WAITING = 10_000
 """Requests in the queue; later ones are dropped and counted."""
@@ -46,7 +46,6 @@ class ZenohBridge:
         self._entities: list[Any] = []
         self.dropped = 0
         self.commands = 0
-        self.rejected = 0
 
     async def open(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -92,11 +91,12 @@ class ZenohBridge:
     def status(self) -> Mapping[str, Any]:
         clients = len(list(self._session.info.links())) if self._session else 0
         return {
+            "root": self._prefix,
             "listen": list(self._options.listen),
             "connect": list(self._options.connect),
             "links": clients,
             "commands": self.commands,
-            "rejected": self.rejected,
+            "rejected": self._publications.rejections,
             "dropped": self.dropped + self._publications.dropped,
             "insecure": self._options.insecure,
         }
@@ -257,7 +257,6 @@ class ZenohBridge:
             return  # whoever asked has gone
 
     def _refuse(self, key: str, query: zenoh.Query | None, refusal: VerbRefused) -> None:
-        self.rejected += 1
         text = refused(refusal, key, self._host.times_ns())
         if query is not None:
             try:
@@ -330,6 +329,24 @@ class ZenohBridge:
                 fields[f.name] = row
         ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
         return dumped({"fields": ordered}, self._host)
+
+
+def reference() -> str:
+    """The keys, as Markdown."""
+    lines = [
+        "## Keys of the zenoh bridge\n",
+        "Below `hil/<bench>/`. JSON carries its version in `v`, its schema in the encoding, and the times at"
+        " which it was written: `sim_ns`, and `wall_ns` since 1970. A command is put, and then nothing comes"
+        " back, or queried, and then answered; a refusal is an error reply with a `code` (see Verbs of"
+        " devices). A role is the least that may use the key, where the bench has users.\n",
+        "| key | way | payload | schema | role | what | example |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for key in KEYS:
+        example = f"`{key.example}`" if key.example else ""
+        cells = (f"`{key.pattern}`", ", ".join(key.way), key.payload, key.schema, key.role.name.lower())
+        lines.append("| " + " | ".join((*cells, key.about, example)) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def encoding(schema: str) -> zenoh.Encoding:

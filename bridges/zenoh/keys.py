@@ -87,7 +87,7 @@ KEYS = (
         "hil.packet.v1",
         "each burst on a segment; what a disturbed line reads as has `is_damaged`",
         Role.VIEWER,
-        '{"v":1,"at_ns":1203004166,"data":"02040176313530 03...","about":"bus0.m","is_damaged":false}',
+        '{"v":1,"at_ns":1203004166,"data":"0204017631353003c000","about":"bus0.m","is_damaged":false}',
     ),
     Key(
         "segment/<name>/stats",
@@ -105,7 +105,7 @@ KEYS = (
         "hil.fault.v1",
         "begin a fault on it or one of its taps, or end it",
         Role.ADMIN,
-        '{"fault":"collision_noise","rate":0.01} answers {"v":1,"number":3}; {"clear":3} or {"clear":"all"}',
+        '{"fault":"wire_noise","rate":0.01} answers {"v":1,"number":3}; {"clear":3} or {"clear":"all"}',
     ),
     Key(
         "axis/<device>/fault",
@@ -148,9 +148,9 @@ KEYS = (
         (PUBLISH, QUERY),
         JSON,
         "hil.health.v1",
-        "ticks, missed wakes, refused commands, failed devices, once a second",
+        "ticks, missed wakes, rejected commands, failed devices, once a second",
         Role.VIEWER,
-        '{"v":1,"rt":"ok","ticks":7400,"missed":0,"refused":0,"failed":{}}',
+        '{"v":1,"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}',
     ),
     Key(
         "sim/rejected",

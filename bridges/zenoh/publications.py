@@ -20,7 +20,7 @@ LOOK_S = 0.5
 """How often it is looked whether somebody listens."""
 SLOW_S = 1.0
 """Between two of clock, health and stats."""
-TAKES_PER_S = 5000
+TAKES_PER_S = 4000
 """Of samples from the core; with many axes each take brings several."""
 SHORTEST_S = 0.005
 _CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
@@ -145,6 +145,7 @@ class Publications:
         self._host = host
         self._options = options
         self._prefix = prefix(host.bench)
+        self.rejections = 0
         self._tasks: list[asyncio.Task[None]] = []
         self._texts = {
             name: StateText([field for field in device.fields.values() if field.is_state])
@@ -190,6 +191,8 @@ class Publications:
         undeclare(self._rejected)
 
     def rejected(self, text: bytes) -> None:
+        """A command was refused."""
+        self.rejections += 1
         self._rejected.put(text)
 
     # ---- contents ----
@@ -198,20 +201,13 @@ class Publications:
         return dumped({}, self._host)
 
     def health(self) -> bytes:
-        return dumped(self._host.health(), self._host)
+        return dumped({"rejected": self.rejections} | dict(self._host.health()), self._host)
 
     def stats(self, segment: str) -> bytes:
         return dumped(self._host.segment_stats(segment), self._host)
 
     def state_now(self, device: str) -> bytes:
-        fields = self._host.devices[device].fields
-        state = {
-            name: v
-            for name, v in self._host.state(device).items()
-            if name in fields and fields[name].is_state
-        }
-        finite = {name: v if abs(v) < float("inf") else None for name, v in state.items()}
-        return dumped(finite, self._host)
+        return dumped(short_state(self._host, device), self._host)
 
     # ---- who tells ----
 
@@ -227,12 +223,12 @@ class Publications:
     def _state(self, name: str) -> _Stream:
         publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
         interval_ns = round(1e9 / self._options.state_hz)
-        text = self._texts[name]
+        text, wall_ns = self._texts[name], self._host.wall_ns
         at_ns = Struct("<q").unpack_from
         return _Stream(
             publisher,
             partial(self._host.sample, name, interval_ns),
-            lambda packed: text.of(packed, self._host.wall_ns(at_ns(packed)[0])),
+            lambda packed: text.of(packed, wall_ns(at_ns(packed)[0])),
         )
 
     def _packed_state(self, name: str) -> _Stream:

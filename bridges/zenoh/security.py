@@ -186,8 +186,7 @@ def access_control(
 ) -> dict[str, Any]:
     """Zenoh's ``access_control`` for a daemon. Ingress is what clients send, egress what they are sent.
 
-    With "tls" somebody is a user whose certificate and password have the user's name: zenoh trusts the
-    world's public authorities beside the site's own.
+    With "tls" somebody is a user whose certificate and password both have the user's name.
     """
     ours = prefix(bench)
 
@@ -282,7 +281,9 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
     _refuse_open_doors(options)
     config: dict[str, Any] = {
         **_CLOSED,
-        "mode": "router" if options.listen else "client",
+        "mode": "router" if options.listen else "peer",
+        "connect/exit_on_failure": False,
+        "connect/timeout_ms": -1,
         "listen/endpoints": list(options.listen),
         "connect/endpoints": list(options.connect),
     }

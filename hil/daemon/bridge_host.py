@@ -26,7 +26,7 @@ OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
 """Fields of an axis that are the world around the board and not the firmware's memory."""
 SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 STATE = (
-    *("at_ns", "position_deg", "velocity_rpm", "torque_Nm", "current_a_A", "current_b_A", "load_torque_Nm"),
+    *("at_ns", "position_deg", "velocity_rpm", "torque_Nm"),
     *("loop_on", "mode", "r", "e", "u", "following"),
     *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
 )
@@ -45,8 +45,6 @@ class Host:
         self.bench = daemon.config.bench
         self.segments: Sequence[str] = list(daemon.bench.segments)
         self.devices = {name: self._info(name) for name in daemon.config.devices}
-        self.refused = 0
-        """Commands that were refused since the start."""
 
     @property
     def ports(self) -> Sequence[str]:
@@ -111,13 +109,6 @@ class Host:
         return Sampling(self._daemon.watches.sampler, device, interval_ns)
 
     async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
-        try:
-            return await self._do(source, device, verb, given)
-        except VerbRefused:
-            self.refused += 1
-            raise
-
-    async def _do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
         info = self._known(device)
         if verb not in info.verbs:
             raise VerbRefused(
@@ -214,7 +205,6 @@ class Host:
             "ticks": rt["ticks"],
             "missed": rt["missed"],
             "overruns": rt["overruns"],
-            "refused": self.refused,
             "failed": {device.name: device.failed for device in devices if device.failed},
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
         }

@@ -135,7 +135,8 @@ class Bridge(Protocol):
         """End, and leave nothing behind."""
 
     def status(self) -> Mapping[str, Any]:
-        """What ``hil status`` shows of it."""
+        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure`` and
+        counters."""
 
 
 class BridgeError(Exception):

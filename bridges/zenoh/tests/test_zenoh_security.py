@@ -313,7 +313,7 @@ def test_by_default_nobody_is_looked_for_and_nobody_told() -> None:
     assert config["listen/endpoints"] == ["tcp/127.0.0.1:7447"]
     for what in ("scouting/multicast", "scouting/gossip", "adminspace", "transport/shared_memory"):
         assert config[f"{what}/enabled"] is False
-    assert config_of(listen=[], connect=["tcp/10.0.0.1:7447"])["mode"] == "client"
+    assert config_of(listen=[], connect=["tcp/10.0.0.1:7447"])["listen/endpoints"] == []
 
 
 def test_zenoh_takes_all_of_it() -> None:
