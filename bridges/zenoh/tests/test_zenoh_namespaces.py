@@ -177,6 +177,8 @@ def attack(config: Mapping[str, Any] | str, user: str | None, secret: str | None
 
         remote = zenoh.Locality.REMOTE
         alive = session.liveliness()
+        # Before the subscriber: while that waits for its first tokens, zenoh 1.10 answers without them.
+        asked_alive = [str(reply.ok.key_expr) for reply in alive.get(ours("@live/**"), timeout=3) if reply.ok]
         kept = [
             session.declare_subscriber(ours("**"), narrow, allowed_origin=remote),
             alive.declare_subscriber(
@@ -216,7 +218,6 @@ def attack(config: Mapping[str, Any] | str, user: str | None, secret: str | None
         session.put("@/*/router/config/access_control/enabled", b"false")
         answered = [key for key in (*READ, "**", "other") if ask(key)]
         commanded = [key for key in (*COMMANDS, *FAULTS) if ask(key, b"1")]
-        asked_alive = [str(reply.ok.key_expr) for reply in alive.get(ours("@live/**"), timeout=3) if reply.ok]
         own = str(session.zid())
         admin = [str(reply.ok.key_expr) for reply in session.get("@/**", timeout=3) if reply.ok]
         for _ in range(3 * len(TOLD)):
@@ -260,11 +261,11 @@ def listen_wide(config: Mapping[str, Any] | str) -> list[str]:
     with suppress(zenoh.ZError):
         session = opened(config)
         with session:
+            replies = session.liveliness().get("hil/*/@live/**", timeout=3)
+            heard |= {str(reply.ok.key_expr) for reply in replies if reply.ok}
             session.declare_subscriber("**", on_any)
             session.declare_subscriber("hil/**", on_any)
             session.liveliness().declare_subscriber("hil/*/@live/**", on_any, history=True)
-            replies = session.liveliness().get("hil/*/@live/**", timeout=3)
-            heard |= {str(reply.ok.key_expr) for reply in replies if reply.ok}
             session.declare_subscriber(ours("sim/clock"), lambda _: clocks.release())
             for _ in range(5):
                 if not clocks.acquire(timeout=1.0):
@@ -273,12 +274,14 @@ def listen_wide(config: Mapping[str, Any] | str) -> list[str]:
 
 
 def count_multicast(for_s: float) -> int:
-    """IPv4 frames to groups that pass this namespace's interfaces in a time."""
+    """IPv4 frames to groups that pass this namespace's interfaces until a time after a line was read."""
     import socket
 
-    count, until_s = 0, time.monotonic() + for_s
+    count = 0
     with socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, socket.htons(0x0003)) as raw:
         say({"ready": True})
+        sys.stdin.readline()
+        until_s = time.monotonic() + for_s
         while (left_s := until_s - time.monotonic()) > 0:
             raw.settimeout(left_s)
             with suppress(TimeoutError):
@@ -369,10 +372,10 @@ class Child:
         assert line, f"it ended with {self.process.wait(DEADLINE_S)}"
         return json.loads(line)
 
-    def ask(self) -> Any:
+    def ask(self, deadline_s: float = DEADLINE_S) -> Any:
         assert self.process.stdin is not None
         self.process.stdin.write("report\n")
-        return self.read()
+        return self.read(deadline_s)
 
     def end(self) -> None:
         try:
@@ -698,7 +701,7 @@ def multicast_of(computers: tuple[str, str], what: str, given: Any, for_s: float
         with child(computers[0], what, given) as session:
             assert session.read() == {"ready": True}
             open_sockets = session.ask()["sockets"] if what == "serve" else []
-            return counting.read(for_s + DEADLINE_S)["count"], open_sockets
+            return counting.ask(for_s + DEADLINE_S)["count"], open_sockets
 
 
 def test_by_default_a_daemon_is_heard_on_its_own_computer_only(fresh_computers: tuple[str, str]) -> None:
