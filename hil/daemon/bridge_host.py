@@ -111,7 +111,7 @@ class Host:
         bench = self._daemon.bench
         device = bench.devices[name]
         try:
-            if verb.run:
+            if verb.run or verb.types:
                 return Done(*bench.do(device, verb.name, parameters))
             if verb.name == "reset":
                 return Done(bench.give(device, Reset()), {})
@@ -124,8 +124,7 @@ class Host:
                         "bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}"
                     )
                 return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
-            data = verb.types or typed(str(parameters["text"]))
-            return Done(bench.give(device, Bytes(data)), {})
+            return Done(bench.give(device, Bytes(typed(str(parameters["text"])))), {})
         finally:
             self._daemon.lines.flush()
 
