@@ -99,7 +99,7 @@ def test_a_run_with_verbs_is_replayed_from_its_log(tmp_path: Path) -> None:
         assert (twin.nvm, twin.notes) == (device.nvm, device.notes)
         assert twin.setpoints.starved == device.setpoints.starved
     sent = b"".join(each.data for each in again.sent["m1"])
-    assert sent.count(b"Calibration complete!") == 1
+    assert sent.count(b"Beginning calibration") == 1
 
 
 def test_a_log_with_verbs_does_not_tell_how_the_run_was_cut(tmp_path: Path) -> None:
