@@ -164,7 +164,8 @@ def _follow(board: Mechaduino, mode: str, make: Callable[[], Path]) -> Answer:
         board.axis.follow(path)
     except (ValueError, OverflowError):  # a set-point that was typed may be infinite, or nearly so
         raise VerbRefused(
-            "not_now", f"no path leads there from the set-point {board.axis.get('r'):g}; set another one first"
+            "not_now",
+            f"no path leads there from the set-point {board.axis.get('r'):g}; set another one first",
         ) from None
     if _letter(board) != mode:
         board.axis.set("mode", ord(mode))

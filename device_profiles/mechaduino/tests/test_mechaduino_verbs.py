@@ -1,6 +1,7 @@
 """What can be asked of a Mechaduino beside typing: each verb, at exact simulated times."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -142,7 +143,7 @@ def test_enable_holds_the_shaft_where_it_is(board: Board) -> None:
 
 @pytest.mark.parametrize("start_deg", [-0.1, 359.9, -0.02, 180.1])
 def test_enable_holds_the_shaft_on_either_side_of_zero(start_deg: float) -> None:
-    # The letter y takes the reading for the angle: from 359.9 the shaft turns once. The verb counts as the law.
+    # The letter y takes the reading for the angle: from 359.9 the shaft turns once.
     board = Board(axis={"start_deg": start_deg})
     from_deg = board.now.position_deg
     board.do("enable")
@@ -250,7 +251,7 @@ def test_a_move_while_it_moves_goes_on_from_where_the_path_is(on: Board) -> None
     state = on.run(300)
     on.do("move_abs", position_deg=0.0)
     points = [state.r] + [on.run(1).r for _ in range(1500)]
-    rates = [(later - earlier) * 1000 for earlier, later in zip(points, points[1:], strict=False)]
+    rates = [(later - earlier) * 1000 for earlier, later in pairwise(points)]
     assert max(map(abs, rates)) < 60 * RPM * 1.2
     assert max(points) > state.r + 17.0  # it runs out with the ramp before it comes back
     assert on.now.r == 0.0

@@ -1,4 +1,4 @@
-"""What can be asked of a SAC beside typing: each verb moves as the command that it stands for, pulse for pulse."""
+"""What can be asked of a SAC beside typing: each verb moves as its command does, pulse for pulse."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -61,9 +61,7 @@ class Board:
     def pulses(self) -> list[tuple[int, str, int]]:
         """Edges of clock and direction since the first of the clock: (ns after it, pin, level)."""
         edges = [
-            (at_ns, name, level)
-            for name in ("clk", "dir")
-            for at_ns, level in self.device.pin(name).edges()
+            (at_ns, name, level) for name in ("clk", "dir") for at_ns, level in self.device.pin(name).edges()
         ]
         edges.sort()
         first_ns = next(at_ns for at_ns, name, _ in edges if name == "clk")
@@ -234,7 +232,9 @@ def test_a_speed_while_it_stops_is_not_lost(board: Board, rpm: int) -> None:
     assert board.run(6000).speed_rpm == rpm
 
 
-@pytest.mark.parametrize("rpms", [(60, 90), (-60, -90), (-60, 60), (-60, 90), (-60, 0, 30), (0, 60), (0, -60)])
+@pytest.mark.parametrize(
+    "rpms", [(60, 90), (-60, -90), (-60, 60), (-60, 90), (-60, 0, 30), (0, 60), (0, -60)]
+)
 def test_of_speeds_at_one_moment_the_last_one_counts(board: Board, rpms: tuple[int, ...]) -> None:
     board.do("velocity", velocity_rpm=60)
     board.run(2000)

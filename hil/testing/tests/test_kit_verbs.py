@@ -1,4 +1,4 @@
-"""Verbs stand in the input log: a run with them, refused ones too, is replayed to the same bytes and states."""
+"""Verbs stand in the input log: a run with them, refused ones too, is replayed exactly."""
 
 from pathlib import Path
 from typing import Any
