@@ -6,6 +6,7 @@ and ``hil.daemon``; imports the sibling packages only by a name that a configura
 
 from hil.compose.build import bench_runtime, load_firmware, start_sections
 from hil.compose.find import (
+    bridge_reference,
     find_catalogue,
     load_dialogues,
     load_verbs,
@@ -16,6 +17,7 @@ from hil.compose.find import (
 
 __all__ = [
     "bench_runtime",
+    "bridge_reference",
     "find_catalogue",
     "load_dialogues",
     "load_firmware",

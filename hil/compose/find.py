@@ -83,6 +83,12 @@ def serial_port_config(device: DeviceConfig) -> PortConfig:
     return PortConfig(kind="serial", options=options(url=device.at, baud=device.baud))
 
 
+def bridge_reference(kind: str) -> str:
+    """The part of the reference that a bridge writes, Markdown."""
+    text: str = import_module(f"{BRIDGES}.{kind}.bridge").reference()
+    return text
+
+
 def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
     """What can be done with a real board of this kind over its terminal, by the names of control verbs."""
     if find_spec(f"{PROFILES}.{profile}.dialogues") is None:

@@ -1,12 +1,13 @@
 """The daemon as bridges and the control socket see it: the one place where a verb is carried out."""
 
+import asyncio
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
 from hil.config.explain import suggestion
-from hil.core.fields import FIELDS, OF_KIND, OFFSETS
+from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO
 from hil.daemon import real_boards
 from hil.daemon.captures import names, watch_port, watch_segment
 from hil.daemon.segments import listed as listed_segments
@@ -24,7 +25,14 @@ if TYPE_CHECKING:
 OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
 """Fields of an axis that are the world around the board and not the firmware's memory."""
 SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
+STATE = (
+    *("at_ns", "position_deg", "velocity_rpm", "torque_Nm"),
+    *("loop_on", "mode", "r", "e", "u", "following"),
+    *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
+)
+"""What most want to see of an axis; each kind has some of them."""
 _FIELD_LIMIT = 1e6
+_POLL_NS = 20_000_000
 _REGISTER_LIMIT = 0x7FFF
 _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
@@ -37,8 +45,6 @@ class Host:
         self.bench = daemon.config.bench
         self.segments: Sequence[str] = list(daemon.bench.segments)
         self.devices = {name: self._info(name) for name in daemon.config.devices}
-        self.refused = 0
-        """Commands that were refused since the start."""
 
     @property
     def ports(self) -> Sequence[str]:
@@ -59,6 +65,7 @@ class Host:
                 FIELDS[field].meaning,
                 OFFSETS[field],
                 field in SETTABLE,
+                field in STATE,
             )
             for field in OF_KIND[device.axis.kind]
         }
@@ -66,24 +73,42 @@ class Host:
 
     def times_ns(self) -> tuple[int, int]:
         now_ns = self._daemon.bench.now_ns
-        return now_ns, self._daemon.epoch_ns + round(now_ns / self._daemon.config.speed)
+        return now_ns, self.wall_ns(now_ns)
+
+    def wall_ns(self, sim_ns: int) -> int:
+        return self._daemon.epoch_ns + round(sim_ns / self._daemon.config.speed)
+
+    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> None:
+        """A motion whose end is known is over then; else the board says that it stands."""
+        bench, speed = self._daemon.bench, self._daemon.config.speed
+        last_ns = done.effective_at_ns + round(at_most_s * 1e9)
+        end_ns = done.effective_at_ns + int(done.answer.get("ends_after_ns", 2 * _POLL_NS))
+        while bench.now_ns < last_ns:
+            if bench.now_ns < end_ns:
+                await asyncio.sleep(min(end_ns, last_ns) / 1e9 / speed - bench.now_ns / 1e9 / speed)
+                continue
+            axis = bench.devices[device].axis
+            state = axis.published()
+            if (
+                "ends_after_ns" in done.answer
+                or axis.kind == SERVO
+                or not (state.motion_state or state.pending)
+            ):
+                return
+            end_ns = bench.now_ns + _POLL_NS
 
     def state(self, device: str) -> Mapping[str, float]:
         self._twin(device)
-        return self._daemon.bench.devices[device].axis.published().as_dict()
+        try:
+            return self._daemon.bench.snapshot(device).as_dict()
+        finally:
+            self._daemon.lines.flush()
 
     def sample(self, device: str, interval_ns: int) -> "Sampling":
         self._twin(device)
         return Sampling(self._daemon.watches.sampler, device, interval_ns)
 
     async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
-        try:
-            return await self._do(source, device, verb, given)
-        except VerbRefused:
-            self.refused += 1
-            raise
-
-    async def _do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
         info = self._known(device)
         if verb not in info.verbs:
             raise VerbRefused(
@@ -179,7 +204,6 @@ class Host:
             "ticks": rt["ticks"],
             "missed": rt["missed"],
             "overruns": rt["overruns"],
-            "refused": self.refused,
             "failed": {device.name: device.failed for device in devices if device.failed},
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
         }

@@ -118,6 +118,12 @@ def _say_started(daemon: "Daemon") -> None:
     for name, real in daemon.real.items():
         away = "" if real.board.stats().clients else " (away, tried again each second)"
         typer.echo(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
+    for kind, bridge in daemon.bridges.items():
+        status = bridge.status()
+        doors = ", ".join([*status["listen"], *status["connect"]])
+        typer.echo(f"\n{kind}: {status['root']} at {doors}")
+        if status["insecure"]:
+            typer.echo("  insecure: whoever reaches it may do all")
     typer.echo("\nCtrl-C ends the bench.")
     sys.stdout.flush()
 

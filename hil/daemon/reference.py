@@ -6,7 +6,7 @@ from typing import Any
 
 import typer
 
-from hil.compose import find_catalogue, load_verbs
+from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
@@ -22,6 +22,7 @@ def reference(app: typer.Typer) -> str:
         _commands(app),
         _verbs(),
         _device_verbs(),
+        *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
     ]

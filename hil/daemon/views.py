@@ -69,7 +69,17 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
+    remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
     return Group(head, Text(), table, wires, *_remarks(remarks))
+
+
+def _bridge_line(row: dict[str, Any]) -> str:
+    """A bridge's doors and what came through."""
+    doors = ", ".join([*row["listen"], *row["connect"]])
+    counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
+    return f"{row['root']} at {doors}: {counts}" + (
+        "; INSECURE: whoever reaches it may do all" * row["insecure"]
+    )
 
 
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:

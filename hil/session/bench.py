@@ -6,7 +6,7 @@ Every input goes through ``give``, which fixes its effective time once and logs 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 
-from hil.core import AxisPlan, Core, CoreAxis
+from hil.core import AxisPlan, Core, CoreAxis, Snapshot
 from hil.session.device import Device
 from hil.session.faults import Faults
 from hil.session.group import Group
@@ -205,6 +205,13 @@ class BenchRuntime:
         """Sample a device's axis from now on; ``CoreAxis.watch``."""
         with self._owning(self._group_of[device]):
             self.devices[device].axis.watch(interval_ns, capacity)
+
+    def snapshot(self, device: str) -> Snapshot:
+        """A device's axis now."""
+        group = self._group_of[device]
+        with self._owning(group):
+            group.advance(self.now_ns)
+            return self.devices[device].axis.snapshot()
 
     def take_samples(self, device: str) -> tuple[list[bytes], int]:
         """A device's samples since the last call, in the binary layout, and how many were lost since

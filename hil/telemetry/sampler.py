@@ -37,10 +37,13 @@ class Subscription:
         self._queue: deque[bytes] = deque()
         self._readers = tuple(reader(name) for name in signals)
 
-    def put(self, samples: list[bytes], lost: int) -> None:
-        """Samples came; ``lost`` were lost before them."""
+    def put(self, samples: list[bytes], lost: int, interval_ns: int) -> None:
+        """Samples came, ``interval_ns`` apart; ``lost`` were lost before them."""
         self.lost += lost
-        self._queue.extend(each for each in samples if _AT_NS(each) % self.interval_ns == 0)
+        if interval_ns == self.interval_ns:
+            self._queue.extend(samples)
+        else:
+            self._queue.extend(each for each in samples if _AT_NS(each) % self.interval_ns == 0)
         while len(self._queue) > QUEUE_SAMPLES:
             self._queue.popleft()
             self.lost += 1
@@ -92,8 +95,9 @@ class Sampler:
         """The same, of one device."""
         samples, lost = self._bench.take_samples(device)
         new, self._lost[device] = lost - self._lost[device], lost
+        interval_ns = self._interval_ns(device)
         for subscription in self._subscriptions[device]:
-            subscription.put(samples, new)
+            subscription.put(samples, new, interval_ns)
 
     @property
     def period_ns(self) -> int | None:

@@ -27,7 +27,7 @@ class Done:
 @dataclass(frozen=True)
 class AxisField:
     """A value of an axis: its name, type (f32, f64, i32, i64), unit and meaning, its offset in the binary
-    layout in bytes, and whether it may be set from outside."""
+    layout in bytes, whether it may be set from outside, and whether it is told most often."""
 
     name: str
     type: str
@@ -35,6 +35,8 @@ class AxisField:
     meaning: str
     offset: int
     is_settable: bool
+    is_state: bool
+    """It belongs to the short state that is told most often."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,14 @@ class BridgeHost(Protocol):
     def times_ns(self) -> tuple[int, int]:
         """Simulated time, and the wall's since 1970, now."""
 
+    def wall_ns(self, sim_ns: int) -> int:
+        """The wall's time since 1970 at a simulated one."""
+
+    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> None:
+        """Until the motion that a verb began has ended, or so many seconds of simulated time."""
+
     def state(self, device: str) -> Mapping[str, float]:
-        """All fields of an axis, of the last 20 ms. Raises VerbRefused: a real board."""
+        """All fields of an axis, now. Raises VerbRefused: a real board."""
 
     def sample(self, device: str, interval_ns: int) -> Samples:
         """Sample an axis from now on."""
@@ -127,7 +135,8 @@ class Bridge(Protocol):
         """End, and leave nothing behind."""
 
     def status(self) -> Mapping[str, Any]:
-        """What ``hil status`` shows of it."""
+        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure`` and
+        counters."""
 
 
 class BridgeError(Exception):

@@ -1,0 +1,368 @@
+"""Answers queries and carries out commands. Zenoh's threads only fill a queue; all else is in the loop."""
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any
+
+import zenoh
+
+from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
+from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
+from bridges.zenoh.options import Options
+from bridges.zenoh.publications import Publications, short_state
+from bridges.zenoh.security import SecurityError, gate_of, session_config
+from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
+from hil.vocab.verbs import Role, VerbRefused, described
+
+__all__ = ["Options", "make", "reference"]
+
+WAITING = 10_000
+"""Requests in the queue; later ones are dropped and counted."""
+LATER = 1_000
+"""Queries that wait for a motion's end."""
+LONGEST_S = 3600.0
+
+Request = tuple[str, bytes | None, bytes | None, zenoh.Query | None]
+
+
+def make(options: Options, host: BridgeHost) -> "ZenohBridge":
+    """The bridge, not yet open."""
+    return ZenohBridge(options, host)
+
+
+class ZenohBridge:
+    """``hil.vocab.bridges.Bridge``."""
+
+    def __init__(self, options: Options, host: BridgeHost) -> None:
+        self._options = options
+        self._host = host
+        self._prefix = prefix(host.bench)
+        self._queue: deque[Request] = deque()
+        self._later: set[asyncio.Task[None]] = set()
+        self._session: zenoh.Session | None = None
+        self._entities: list[Any] = []
+        self.dropped = 0
+        self.commands = 0
+
+    async def open(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._gate = None
+        try:
+            config = zenoh.Config()
+            for path, value in session_config(self._options, self._host.bench).items():
+                config.insert_json5(path, json.dumps(value))
+            self._gate = gate_of(self._options)
+            self._session = session = zenoh.open(config)
+        except SecurityError as error:
+            raise BridgeError(str(error)) from None
+        except zenoh.ZError as error:
+            raise BridgeError(
+                f"{first_line(error)}; listen: choose another address, or [] for none"
+            ) from None
+        self._publications = Publications(session, self._host, self._options)
+        self._readers = self._readable()
+        everything = f"{self._prefix}/**"
+        self._entities = [
+            session.declare_subscriber(everything, self._on_put, allowed_origin=zenoh.Locality.REMOTE),
+            session.declare_queryable(everything, self._on_query, complete=True),
+        ]
+        live = [f"axis/{name}" for name in self._host.devices] + [
+            f"segment/{name}" for name in self._host.segments
+        ]
+        for name in ("daemon", *live):
+            self._entities.append(session.liveliness().declare_token(f"{self._prefix}/@live/{name}"))
+        self._publications.start()
+
+    async def close(self) -> None:
+        if self._session is None:
+            return
+        await self._publications.stop()
+        for task in list(self._later):
+            task.cancel()
+        for entity in reversed(self._entities):
+            entity.undeclare()
+        self._entities.clear()
+        session, self._session = self._session, None
+        await self._loop.run_in_executor(None, session.close)
+        while self._queue:
+            query = self._queue.popleft()[3]
+            if query is not None:
+                let_go(query)
+
+    def status(self) -> Mapping[str, Any]:
+        clients = len(list(self._session.info.links())) if self._session else 0
+        return {
+            "root": self._prefix,
+            "listen": list(self._options.listen),
+            "connect": list(self._options.connect),
+            "links": clients,
+            "commands": self.commands,
+            "rejected": self._publications.rejections,
+            "dropped": self.dropped + self._publications.dropped,
+            "insecure": self._options.insecure,
+        }
+
+    # ---- in zenoh's threads ----
+
+    def _on_put(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            attachment = sample.attachment.to_bytes() if sample.attachment else None
+            self._enqueue((str(sample.key_expr), sample.payload.to_bytes(), attachment, None))
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        payload = query.payload.to_bytes() if query.payload is not None else None
+        attachment = query.attachment.to_bytes() if query.attachment else None
+        self._enqueue((str(query.key_expr), payload, attachment, query))
+
+    def _enqueue(self, request: Request) -> None:
+        if len(self._queue) >= WAITING:
+            self.dropped += 1
+            if request[3] is not None:
+                let_go(request[3])
+            return
+        self._queue.append(request)
+        if len(self._queue) == 1:
+            try:
+                self._loop.call_soon_threadsafe(self._drain)
+            except RuntimeError:  # the loop is closed: the daemon has stopped
+                self._queue.clear()
+
+    # ---- in the loop ----
+
+    def _drain(self) -> None:
+        for _ in range(len(self._queue)):
+            key, payload, attachment, query = self._queue[0]
+            try:
+                self._handle(key, payload, attachment, query)
+            finally:
+                self._queue.popleft()
+        if self._queue:
+            self._loop.call_soon(self._drain)
+
+    def _handle(
+        self, key: str, payload: bytes | None, attachment: bytes | None, query: zenoh.Query | None
+    ) -> None:
+        try:
+            command = self._command(key, payload, attachment, query)
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+            return
+        if command is not None:
+            self._start(command)
+        elif query is not None:
+            self._read(key, query)
+
+    def _command(
+        self, key: str, payload: bytes | None, attachment: bytes | None, query: zenoh.Query | None
+    ) -> Any:
+        """The coroutine that carries out what came, or None: it is no command."""
+        match key.removeprefix(self._prefix + "/").split("/"):
+            case ["axis", device, "cmd", verb] if "*" not in device + verb:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                return self._do(source, key, device, verb, read_payload(payload), query)
+            case ["axis", device, "param", name] if payload and "*" not in device + name:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                value = read_payload(payload, {int, float})
+                return self._at_once(key, query, lambda: self._host.set_field(source, device, name, value))
+            case ["axis" | "segment", target, "fault"] if "*" not in target:
+                source = self._source(key, payload, attachment, Role.ADMIN)
+                given = read_payload(payload)
+                return self._at_once(key, query, lambda: self._host.fault(source, target, given))
+            case ["axis", _, "cmd", _] | ["axis" | "segment", _, "fault"]:
+                raise VerbRefused("bad_request", "a command is for one device: write its name instead of *")
+        if query is None:
+            raise VerbRefused("bad_request", "nothing is put here; the reference has the keys")
+        return None
+
+    def _source(self, key: str, payload: bytes | None, attachment: bytes | None, needed: Role) -> Source:
+        """Who sent it. Raises VerbRefused: nobody known, or not allowed."""
+        if self._gate is None:
+            return Source("zenoh", Role.ADMIN)
+        source: Source = self._gate.source(attachment, key, payload or b"", self._host.times_ns()[1])
+        if source.role < needed:
+            raise VerbRefused(
+                "forbidden", f"this needs the role {needed.name.lower()}; {source.name} has less"
+            )
+        return source
+
+    def _start(self, coroutine: Any) -> None:
+        """Run it to its first wait at once: most commands have none."""
+        task: asyncio.Task[None] = self._loop.create_task(coroutine)
+        self._later.add(task)
+        task.add_done_callback(self._later.discard)
+
+    async def _do(
+        self,
+        source: Source,
+        key: str,
+        device: str,
+        verb: str,
+        given: Mapping[str, object],
+        query: zenoh.Query | None,
+    ) -> None:
+        try:
+            done = await self._host.do(source, device, verb, given)
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+            return
+        self.commands += 1
+        if query is None:
+            return
+        try:
+            self._reply(query, key, done.answer, done.effective_at_ns)
+            await self._follow_up(query, key, device, done)
+        finally:
+            let_go(query)
+
+    async def _follow_up(self, query: zenoh.Query, key: str, device: str, done: Done) -> None:
+        """The replies that were asked for beside the acknowledgement."""
+        wanted = query.parameters
+        if wanted.get("applied") == "true":
+            self._reply(query, key, {"applied": True, "state": self._state(device)}, done.effective_at_ns)
+        if wanted.get("done") != "true":
+            return
+        if len(self._later) > LATER:
+            raise VerbRefused("not_now", f"{LATER} queries wait already")
+        await self._host.wait_until_done(device, done, LONGEST_S)
+        self._reply(query, key, {"done": True, "state": self._state(device)}, done.effective_at_ns)
+
+    def _state(self, device: str) -> Mapping[str, float | None]:
+        return {} if self._host.devices[device].is_real else short_state(self._host, device)
+
+    async def _at_once(
+        self, key: str, query: zenoh.Query | None, carry_out: Callable[[], Done | Mapping[str, Any]]
+    ) -> None:
+        try:
+            done = carry_out()
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+            return
+        self.commands += 1
+        if query is not None:
+            if isinstance(done, Done):
+                self._reply(query, key, done.answer, done.effective_at_ns)
+            else:
+                self._reply(query, key, done, None)
+            let_go(query)
+
+    def _reply(
+        self, query: zenoh.Query, key: str, answer: Mapping[str, Any], effective_at_ns: int | None
+    ) -> None:
+        try:
+            query.reply(
+                key,
+                acknowledged(answer, effective_at_ns, self._host.times_ns()),
+                encoding=encoding("hil.ack.v1"),
+            )
+        except zenoh.ZError:
+            return  # whoever asked has gone
+
+    def _refuse(self, key: str, query: zenoh.Query | None, refusal: VerbRefused) -> None:
+        text = refused(refusal, key, self._host.times_ns())
+        if query is not None:
+            try:
+                query.reply_err(text, encoding=encoding("hil.error.v1"))
+            except zenoh.ZError:
+                pass  # whoever asked has gone
+            finally:
+                let_go(query)
+        self._publications.rejected(text)
+
+    # ---- what can be read ----
+
+    def _readable(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
+        """Schema and content by key."""
+        host, told = self._host, self._publications
+        readers: dict[str, tuple[str, Callable[[], bytes]]] = {
+            "sim/clock": (SCHEMAS["sim/clock"], told.clock),
+            "sim/health": (SCHEMAS["sim/health"], told.health),
+            "layout": (SCHEMAS["layout"], self._layout),
+        }
+        for name in host.segments:
+            readers[f"segment/{name}/stats"] = (SCHEMAS["segment/<name>/stats"], partial(told.stats, name))
+        for name, device in host.devices.items():
+            readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
+            if device.is_real:
+                continue
+            readers[f"axis/{name}/state"] = (SCHEMAS["axis/<device>/state"], partial(told.state_now, name))
+            for field in device.fields.values():
+                if field.is_settable:
+                    key = f"axis/{name}/param/{field.name}"
+                    readers[key] = ("hil.param.v1", partial(self._parameter, name, field.name))
+        return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
+
+    def _read(self, key: str, query: zenoh.Query) -> None:
+        try:
+            for found in self._matching(key):
+                schema, content = self._readers[found]
+                query.reply(found, content(), encoding=encoding(schema))
+        except zenoh.ZError:
+            return  # whoever asked has gone
+        finally:
+            let_go(query)
+
+    def _matching(self, key: str) -> Iterable[str]:
+        if "*" not in key:
+            return [key] if key in self._readers else []
+        wanted = zenoh.KeyExpr(key)
+        return [each for each in self._readers if wanted.intersects(zenoh.KeyExpr(each))]
+
+    def _verbs(self, name: str) -> bytes:
+        device = self._host.devices[name]
+        return dumped(
+            {"device": name, "profile": device.profile, "verbs": described(device.verbs)}, self._host
+        )
+
+    def _parameter(self, device: str, name: str) -> bytes:
+        return dumped({name: self._host.state(device)[name]}, self._host)
+
+    def _layout(self) -> bytes:
+        fields: dict[str, dict[str, Any]] = {}
+        for device in self._host.devices.values():
+            for f in device.fields.values():
+                row = {
+                    "name": f.name,
+                    "type": f.type,
+                    "offset": f.offset,
+                    "unit": f.unit,
+                    "meaning": f.meaning,
+                }
+                fields[f.name] = row
+        ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
+        return dumped({"fields": ordered}, self._host)
+
+
+def reference() -> str:
+    """The keys, as Markdown."""
+    lines = [
+        "## Keys of the zenoh bridge\n",
+        "Below `hil/<bench>/`. JSON carries its version in `v`, its schema in the encoding, and the times at"
+        " which it was written: `sim_ns`, and `wall_ns` since 1970. A command is put, and then nothing comes"
+        " back, or queried, and then answered; a refusal is an error reply with a `code` (see Verbs of"
+        " devices). A role is the least that may use the key, where the bench has users.\n",
+        "| key | way | payload | schema | role | what | example |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for key in KEYS:
+        example = f"`{key.example}`" if key.example else ""
+        cells = (f"`{key.pattern}`", ", ".join(key.way), key.payload, key.schema, key.role.name.lower())
+        lines.append("| " + " | ".join((*cells, key.about, example)) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def encoding(schema: str) -> zenoh.Encoding:
+    """Of JSON here."""
+    return zenoh.Encoding.APPLICATION_JSON.with_schema(schema)
+
+
+def let_go(query: Any) -> None:
+    """Nothing more is answered; else the asker waits for its time-out."""
+    query.drop()
+
+
+def first_line(error: Exception) -> str:
+    """Of zenoh's errors, which end in a path of its sources."""
+    return str(error).partition(" at /")[0].partition("\n")[0]

@@ -1,0 +1,56 @@
+"""The JSON that goes out and comes in."""
+
+import json
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+from bridges.zenoh.keys import VERSION
+from hil.vocab.bridges import BridgeHost
+from hil.vocab.verbs import VerbRefused
+
+PAYLOAD_BYTES = 64 * 1024
+"""Longer ones are no command."""
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number")
+
+
+def read_payload(payload: bytes | None, wanted: set[type] | None = None) -> Any:
+    """A command's payload: an object, or a value of the ``wanted`` types; nothing stands for {}.
+
+    Raises:
+        VerbRefused: it is none.
+    """
+    if not payload and wanted is None:
+        return {}
+    if payload is not None and len(payload) > PAYLOAD_BYTES:
+        raise VerbRefused("bad_request", f"{len(payload)} bytes; a payload has at most {PAYLOAD_BYTES}")
+    try:
+        value = json.loads(payload or b"", parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise VerbRefused("bad_request", f"the payload is no JSON: {error}") from None
+    if type(value) not in (wanted or {dict}):
+        what = "a number" if wanted else 'an object, as in {"position_deg": 90}'
+        raise VerbRefused("bad_request", f"the payload has to be {what}")
+    return value
+
+
+def acknowledged(answer: Mapping[str, Any], effective_at_ns: int | None, times_ns: tuple[int, int]) -> bytes:
+    """The reply to a command."""
+    head: dict[str, Any] = {"v": VERSION, "sim_ns": times_ns[0], "wall_ns": times_ns[1]}
+    if effective_at_ns is not None:
+        head["effective_at_ns"] = effective_at_ns
+    return json.dumps(head | dict(answer)).encode()
+
+
+def refused(refusal: VerbRefused, key: str, times_ns: tuple[int, int]) -> bytes:
+    """The reply to a command that was not carried out."""
+    head = {"v": VERSION, "sim_ns": times_ns[0], "wall_ns": times_ns[1]}
+    return json.dumps(head | {"key": key, "code": refusal.code, "error": str(refusal)}).encode()
+
+
+def dumped(content: Mapping[str, Any], host: BridgeHost) -> bytes:
+    """Whatever else is told, with the times."""
+    sim_ns, wall_ns = host.times_ns()
+    return json.dumps({"v": VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()

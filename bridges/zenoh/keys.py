@@ -1,0 +1,173 @@
+"""The keys, in one table: what is under each, who may use it, an example. The reference is made from it."""
+
+from dataclasses import dataclass
+
+from hil.vocab.verbs import Role
+
+VERSION = 1
+"""Of all JSON here: it stands in ``v`` and in the encoding's schema."""
+JSON, PACKED, BYTES = "JSON", "binary", "bytes"
+
+
+@dataclass(frozen=True)
+class Key:
+    """One kind of key below ``hil/<bench>/``. ``way``: publish (the daemon tells), query (it answers),
+    command (a put is carried out, a query too and is answered)."""
+
+    pattern: str
+    way: tuple[str, ...]
+    payload: str
+    schema: str
+    about: str
+    role: Role
+    example: str
+
+
+PUBLISH, QUERY, COMMAND, TOKEN = "publish", "query", "command", "liveliness"
+KEYS = (
+    Key(
+        "axis/<device>/state",
+        (PUBLISH, QUERY),
+        JSON,
+        "hil.state.v1",
+        "an axis, `state_hz` times a simulated second while somebody subscribes",
+        Role.VIEWER,
+        '{"v":1,"at_ns":7400000000,"wall_ns":1795254243120000000,"position_deg":89.96,"velocity_rpm":0.0}',
+    ),
+    Key(
+        "axis/<device>/state/packed",
+        (PUBLISH, QUERY),
+        PACKED,
+        "hil.snapshot.v1",
+        "all its fields in the binary layout of `layout`, `packed_hz` times a simulated second",
+        Role.VIEWER,
+        "408 bytes, little-endian",
+    ),
+    Key(
+        "axis/<device>/cmd/<verb>",
+        (COMMAND,),
+        JSON,
+        "hil.ack.v1",
+        "carry out a verb: its parameters as an object. `?applied=true`: a second reply with the state then,"
+        " `?done=true`: one more when the motion has ended (both with consolidation none)",
+        Role.OPERATOR,
+        '{"position_deg":90} answers {"v":1,"effective_at_ns":7349071142,"set_point":90.0}',
+    ),
+    Key(
+        "axis/<device>/param/<name>",
+        (QUERY, COMMAND),
+        JSON,
+        "hil.param.v1",
+        "a settable field: a query without payload reads it, a number sets it",
+        Role.OPERATOR,
+        '15.0 answers {"v":1,"effective_at_ns":7500000000,"pKp":15.0}',
+    ),
+    Key(
+        "verbs/<device>",
+        (QUERY,),
+        JSON,
+        "hil.verbs.v1",
+        "what can be asked of a device",
+        Role.VIEWER,
+        '{"v":1,"device":"m1","profile":"mechaduino","verbs":[{"verb":"enable"}]}',
+    ),
+    Key(
+        "layout",
+        (QUERY,),
+        JSON,
+        "hil.layout.v1",
+        "the fields of the binary layout; new ones come at the end",
+        Role.VIEWER,
+        '{"v":1,"fields":[{"name":"at_ns","type":"i64","offset":0,"unit":"ns"}]}',
+    ),
+    Key(
+        "segment/<name>/packets",
+        (PUBLISH,),
+        JSON,
+        "hil.packet.v1",
+        "each burst on a segment; what a disturbed line reads as has `is_damaged`",
+        Role.VIEWER,
+        '{"v":1,"at_ns":1203004166,"data":"0204017631353003c000","about":"bus0.m","is_damaged":false}',
+    ),
+    Key(
+        "segment/<name>/stats",
+        (PUBLISH, QUERY),
+        JSON,
+        "hil.stats.v1",
+        "its counters, once a second",
+        Role.VIEWER,
+        '{"v":1,"segment":"bus0","packets":120,"collisions":0}',
+    ),
+    Key(
+        "segment/<name>/fault",
+        (COMMAND,),
+        JSON,
+        "hil.fault.v1",
+        "begin a fault on it or one of its taps, or end it",
+        Role.ADMIN,
+        '{"fault":"wire_noise","rate":0.01} answers {"v":1,"number":3}; {"clear":3} or {"clear":"all"}',
+    ),
+    Key(
+        "axis/<device>/fault",
+        (COMMAND,),
+        JSON,
+        "hil.fault.v1",
+        "the same on a device or one of its ports (`target`)",
+        Role.ADMIN,
+        '{"fault":"shaft_jam","for_s":0.5} answers {"v":1,"number":4}',
+    ),
+    Key(
+        "port/<name>/rx",
+        (PUBLISH,),
+        BYTES,
+        "hil.port.v1",
+        "bytes that a board receives at a port; the attachment has the times",
+        Role.VIEWER,
+        "r90\\r",
+    ),
+    Key(
+        "port/<name>/tx",
+        (PUBLISH,),
+        BYTES,
+        "hil.port.v1",
+        "bytes that it sends",
+        Role.VIEWER,
+        "Enter setpoint:\\r\\n",
+    ),
+    Key(
+        "sim/clock",
+        (PUBLISH, QUERY),
+        JSON,
+        "hil.clock.v1",
+        "simulated and wall time, once a second",
+        Role.VIEWER,
+        '{"v":1,"sim_ns":7400000000,"wall_ns":1795254243120000000}',
+    ),
+    Key(
+        "sim/health",
+        (PUBLISH, QUERY),
+        JSON,
+        "hil.health.v1",
+        "ticks, missed wakes, rejected commands, failed devices, once a second",
+        Role.VIEWER,
+        '{"v":1,"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}',
+    ),
+    Key(
+        "sim/rejected",
+        (PUBLISH,),
+        JSON,
+        "hil.error.v1",
+        "each command that was refused, for its sender or for others",
+        Role.VIEWER,
+        '{"v":1,"key":"hil/b/axis/m1/cmd/jump","code":"no_verb","error":"m1, a mechaduino, has no \'jump\'"}',
+    ),
+    Key("@live/daemon", (TOKEN,), "", "", "the daemon runs", Role.VIEWER, ""),
+    Key("@live/axis/<device>", (TOKEN,), "", "", "the device is there", Role.VIEWER, ""),
+    Key("@live/segment/<name>", (TOKEN,), "", "", "the segment is there", Role.VIEWER, ""),
+)
+SCHEMAS = {key.pattern: key.schema for key in KEYS}
+
+
+def prefix(bench: str) -> str:
+    """Of all the keys of a bench."""
+    return f"hil/{bench}"

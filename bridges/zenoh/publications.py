@@ -1,0 +1,284 @@
+"""What the bridge tells without being asked, while somebody listens."""
+
+import asyncio
+import json
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+from struct import Struct
+from typing import Any
+
+import zenoh
+
+from bridges.zenoh.documents import dumped
+from bridges.zenoh.keys import SCHEMAS, VERSION, prefix
+from bridges.zenoh.options import Options
+from hil.vocab.bridges import AxisField, BridgeHost, Samples
+from hil.vocab.segment import SegmentEvent
+
+LOOK_S = 0.5
+"""How often it is looked whether somebody listens."""
+SLOW_S = 1.0
+"""Between two of clock, health and stats."""
+TAKES_PER_S = 4000
+"""Of samples from the core; with many axes each take brings several."""
+SHORTEST_S = 0.005
+_CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
+
+
+def is_heard(publisher: Any) -> bool:
+    """Whether somebody has subscribed to what it publishes."""
+    return bool(publisher.matching_status.matching)
+
+
+def undeclare(entity: Any) -> None:
+    """Whose end zenoh's own types leave out."""
+    entity.undeclare()
+
+
+def short_state(host: BridgeHost, device: str) -> dict[str, float | None]:
+    """What is told of an axis, now; None for what is no number that JSON has."""
+    fields = host.devices[device].fields
+    state = {name: value for name, value in host.state(device).items() if fields[name].is_state}
+    return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
+
+
+class StateText:
+    """The JSON of a state from the binary layout. Written by a format, for it is made thousands of times a
+    second; ``json`` comes in where a value is no number that JSON has."""
+
+    def __init__(self, fields: Sequence[AxisField]) -> None:
+        ordered = sorted(fields, key=lambda field: field.offset)
+        layout, end = "<", 0
+        for field in ordered:
+            code = _CODES[field.type]
+            layout += f"{field.offset - end}x{code}"
+            end = field.offset + Struct("<" + code).size
+        self._names = [field.name for field in ordered]
+        self._unpack = Struct(layout).unpack_from
+        self._format = f'{{"v":{VERSION},"wall_ns":%d,' + ",".join(f'"{n}":%r' for n in self._names) + "}"
+
+    def of(self, packed: bytes, wall_ns: int) -> bytes:
+        """Of one sample."""
+        values = self._unpack(packed)
+        text = self._format % (wall_ns, *values)
+        if "nan" in text or "inf" in text:
+            named = zip(self._names, values, strict=True)
+            finite = {n: v if abs(v) < float("inf") else None for n, v in named}  # a NaN is not less either
+            text = json.dumps({"v": VERSION, "wall_ns": wall_ns} | finite)
+        return text.encode()
+
+
+class _Stream:
+    """Samples of one axis to one key while somebody listens there."""
+
+    def __init__(
+        self, publisher: zenoh.Publisher, begin: Callable[[], Samples], made: Callable[[bytes], bytes]
+    ) -> None:
+        self._publisher = publisher
+        self._begin = begin
+        self._made = made
+        self._samples: Samples | None = None
+        self.lost = 0
+
+    def look(self) -> None:
+        """Begin, or end."""
+        is_wanted = is_heard(self._publisher)
+        if is_wanted and self._samples is None:
+            self._samples = self._begin()
+        elif not is_wanted and self._samples is not None:
+            self._end()
+
+    @property
+    def is_on(self) -> bool:
+        return self._samples is not None
+
+    def flush(self) -> None:
+        if self._samples is not None:
+            for packed in self._samples.take():
+                self._publisher.put(self._made(packed))
+
+    def _end(self) -> None:
+        if self._samples is not None:
+            self.lost += self._samples.lost
+            self._samples.close()
+            self._samples = None
+
+    def close(self) -> None:
+        self._end()
+        undeclare(self._publisher)
+
+
+class _Watch:
+    """Something that is told as it happens, while somebody listens to one of the keys."""
+
+    def __init__(
+        self, publishers: Sequence[zenoh.Publisher], begin: Callable[[], Callable[[], None]]
+    ) -> None:
+        self._publishers = publishers
+        self._begin = begin
+        self._stop: Callable[[], None] | None = None
+
+    def look(self) -> None:
+        is_wanted = any(is_heard(publisher) for publisher in self._publishers)
+        if is_wanted and self._stop is None:
+            self._stop = self._begin()
+        elif not is_wanted:
+            self.end()
+
+    def end(self) -> None:
+        if self._stop is not None:
+            self._stop()
+            self._stop = None
+
+    def close(self) -> None:
+        self.end()
+        for publisher in self._publishers:
+            undeclare(publisher)
+
+
+class Publications:
+    """All of a bench's."""
+
+    def __init__(self, session: zenoh.Session, host: BridgeHost, options: Options) -> None:
+        self._session = session
+        self._host = host
+        self._options = options
+        self._prefix = prefix(host.bench)
+        self.rejections = 0
+        self._tasks: list[asyncio.Task[None]] = []
+        self._texts = {
+            name: StateText([field for field in device.fields.values() if field.is_state])
+            for name, device in host.devices.items()
+            if not device.is_real
+        }
+        self._states = [self._state(name) for name in self._texts]
+        self._packed = [self._packed_state(name) for name in self._texts]
+        self._watches = [self._packets(name) for name in host.segments]
+        self._watches += [self._bytes(name) for name in host.ports]
+        slow = {"sim/clock": self.clock, "sim/health": self.health}
+        self._slow = [(self._publisher(key, SCHEMAS[key]), content) for key, content in slow.items()]
+        for name in host.segments:
+            publisher = self._publisher(f"segment/{name}/stats", "hil.stats.v1")
+            self._slow.append((publisher, partial(self.stats, name)))
+        self._demand: list[_Stream | _Watch] = [*self._states, *self._packed, *self._watches]
+        self._rejected = self._publisher("sim/rejected", "hil.error.v1")
+
+    @property
+    def dropped(self) -> int:
+        """Samples that found no room in the core's ring."""
+        return sum(stream.lost for stream in (*self._states, *self._packed))
+
+    def start(self) -> None:
+        loop = asyncio.get_running_loop()
+        for streams, rate_hz in (
+            (self._states, self._options.state_hz),
+            (self._packed, self._options.packed_hz),
+        ):
+            self._tasks.append(loop.create_task(self._pump(streams, 1 / rate_hz)))
+        self._tasks.append(loop.create_task(self._look()))
+        self._tasks.append(loop.create_task(self._tell_slowly()))
+
+    async def stop(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+        for each in self._demand:
+            each.close()
+        for publisher, _ in self._slow:
+            undeclare(publisher)
+        undeclare(self._rejected)
+
+    def rejected(self, text: bytes) -> None:
+        """A command was refused."""
+        self.rejections += 1
+        self._rejected.put(text)
+
+    # ---- contents ----
+
+    def clock(self) -> bytes:
+        return dumped({}, self._host)
+
+    def health(self) -> bytes:
+        return dumped({"rejected": self.rejections} | dict(self._host.health()), self._host)
+
+    def stats(self, segment: str) -> bytes:
+        return dumped(self._host.segment_stats(segment), self._host)
+
+    def state_now(self, device: str) -> bytes:
+        return dumped(short_state(self._host, device), self._host)
+
+    # ---- who tells ----
+
+    def _publisher(self, key: str, schema: str, *, is_json: bool = True) -> zenoh.Publisher:
+        kind = zenoh.Encoding.APPLICATION_JSON if is_json else zenoh.Encoding.APPLICATION_OCTET_STREAM
+        return self._session.declare_publisher(
+            f"{self._prefix}/{key}",
+            encoding=kind.with_schema(schema),
+            congestion_control=zenoh.CongestionControl.DROP,
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+
+    def _state(self, name: str) -> _Stream:
+        publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
+        interval_ns = round(1e9 / self._options.state_hz)
+        text, wall_ns = self._texts[name], self._host.wall_ns
+        at_ns = Struct("<q").unpack_from
+        return _Stream(
+            publisher,
+            partial(self._host.sample, name, interval_ns),
+            lambda packed: text.of(packed, wall_ns(at_ns(packed)[0])),
+        )
+
+    def _packed_state(self, name: str) -> _Stream:
+        publisher = self._publisher(f"axis/{name}/state/packed", "hil.snapshot.v1", is_json=False)
+        interval_ns = round(1e9 / self._options.packed_hz)
+        return _Stream(publisher, partial(self._host.sample, name, interval_ns), lambda packed: packed)
+
+    def _packets(self, name: str) -> _Watch:
+        publisher = self._publisher(f"segment/{name}/packets", "hil.packet.v1")
+
+        def tell(event: SegmentEvent) -> None:
+            content: dict[str, Any] = {
+                "at_ns": event.at_ns,
+                "data": event.data.hex(),
+                "about": event.about,
+                "is_damaged": event.is_damaged,
+            }
+            publisher.put(dumped(content, self._host))
+
+        return _Watch([publisher], lambda: self._host.on_packets(name, tell))
+
+    def _bytes(self, name: str) -> _Watch:
+        publishers = {
+            "board": self._publisher(f"port/{name}/rx", "hil.port.v1", is_json=False),
+            "client": self._publisher(f"port/{name}/tx", "hil.port.v1", is_json=False),
+        }
+
+        def tell(towards: str, data: bytes) -> None:
+            publishers[towards].put(data, attachment=dumped({}, self._host))
+
+        return _Watch(list(publishers.values()), lambda: self._host.on_bytes(name, tell))
+
+    # ---- when ----
+
+    async def _look(self) -> None:
+        while True:
+            for each in self._demand:
+                each.look()
+            await asyncio.sleep(LOOK_S)
+
+    async def _pump(self, streams: Sequence[_Stream], interval_s: float) -> None:
+        while True:
+            on = [stream for stream in streams if stream.is_on]
+            for stream in on:
+                stream.flush()
+            await asyncio.sleep(max(interval_s, SHORTEST_S, len(on) / TAKES_PER_S) if on else LOOK_S)
+
+    async def _tell_slowly(self) -> None:
+        while True:
+            for publisher, content in self._slow:
+                if is_heard(publisher):
+                    publisher.put(content())
+            await asyncio.sleep(SLOW_S)

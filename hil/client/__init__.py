@@ -1,0 +1,22 @@
+"""A client of a bench over zenoh, for scripts in other processes and on other hosts.
+
+``connect`` is for asyncio, ``connect_sync`` for everything else; both give a bench whose ``axis(name)`` has
+the verbs as methods. Imports ``hil.vocab`` and zenoh, nothing else of the project.
+"""
+
+from hil.client.asynchronous import AsyncAxis, AsyncBench, connect
+from hil.client.messages import Ack, ClientError, CommandError, State
+from hil.client.synchronous import Axis, Bench, connect_sync
+
+__all__ = [
+    "Ack",
+    "AsyncAxis",
+    "AsyncBench",
+    "Axis",
+    "Bench",
+    "ClientError",
+    "CommandError",
+    "State",
+    "connect",
+    "connect_sync",
+]

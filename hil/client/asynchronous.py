@@ -1,0 +1,136 @@
+"""The client for asyncio: the same as the other, each exchange in a thread."""
+
+import asyncio
+from collections.abc import AsyncIterator, Coroutine
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hil.client.link import ENDPOINT, TIMEOUT_S, Link
+from hil.client.messages import Ack, State, state_of
+from hil.client.synchronous import Axis, Bench, connect_sync
+from hil.client.verbs import MOTION_S, AxisVerbs
+
+QUEUED = 10_000
+"""States that wait; the oldest of more are dropped."""
+
+
+class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
+    """As ``Axis``, to be awaited."""
+
+    def __init__(self, link: Link, name: str) -> None:
+        self.name = name
+        self._link = link
+        self._axis = Axis(link, name)
+
+    async def do(self, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Ack:
+        return await asyncio.to_thread(self._axis.do, verb, wait=wait, timeout_s=timeout_s, **given)
+
+    def put(self, verb: str, **given: object) -> None:
+        """The same without an answer, at once: for set-points in a stream."""
+        self._axis.put(verb, **given)
+
+    async def state(self) -> State:
+        """Now, at most 20 ms old."""
+        return await asyncio.to_thread(self._axis.state)
+
+    async def states(self) -> AsyncIterator[State]:
+        """As they come."""
+        loop = asyncio.get_running_loop()
+        came: asyncio.Queue[bytes] = asyncio.Queue()
+
+        def keep(text: bytes) -> None:
+            if came.qsize() >= QUEUED:
+                came.get_nowait()
+            came.put_nowait(text)
+
+        def take(text: bytes) -> None:
+            loop.call_soon_threadsafe(keep, text)
+
+        with self._link.subscribe(f"axis/{self.name}/state", take):
+            while True:
+                yield state_of(await came.get())
+
+    async def parameter(self, name: str) -> float:
+        """A settable field."""
+        return await asyncio.to_thread(self._axis.parameter, name)
+
+    async def set_parameter(self, name: str, value: float) -> Ack:
+        """Set one."""
+        return await asyncio.to_thread(self._axis.set_parameter, name, value)
+
+    async def fault(self, fault: str, **parameters: object) -> int:
+        """Begin a fault; its number."""
+        return await asyncio.to_thread(self._axis.fault, fault, **parameters)
+
+    async def clear_fault(self, number: int | str = "all") -> None:
+        """End one, or all."""
+        await asyncio.to_thread(self._axis.clear_fault, number)
+
+
+class AsyncBench:
+    """A bench; ``async with connect(...)`` opens it."""
+
+    def __init__(self, bench: str, arguments: dict[str, Any]) -> None:
+        self.name = bench
+        self._arguments = arguments
+        self._bench: Bench | None = None
+
+    async def __aenter__(self) -> "AsyncBench":
+        self._bench = await asyncio.to_thread(connect_sync, self.name, **self._arguments)
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await asyncio.to_thread(self._open.close)
+
+    @property
+    def _open(self) -> Bench:
+        if self._bench is None:
+            raise RuntimeError("open it first: async with connect(...) as bench")
+        return self._bench
+
+    def axis(self, name: str) -> AsyncAxis:
+        """A device."""
+        return AsyncAxis(self._open.link, name)
+
+    async def alive(self) -> list[str]:
+        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        return await asyncio.to_thread(self._open.alive)
+
+    async def clock(self) -> tuple[int, int]:
+        """Simulated and wall time, ns."""
+        return await asyncio.to_thread(self._open.clock)
+
+    async def read(self, key: str) -> dict[str, Any]:
+        """What is under a key of the bench, as in ``sim/health``."""
+        return await asyncio.to_thread(self._open.read, key)
+
+
+def connect(
+    bench: str,
+    endpoint: str = ENDPOINT,
+    *,
+    user: str | None = None,
+    password: str = "",
+    ca: Path | None = None,
+    certificate: Path | None = None,
+    key: Path | None = None,
+    timeout_s: float = TIMEOUT_S,
+) -> AsyncBench:
+    """A bench at a zenoh endpoint, opened by ``async with``.
+
+    Raises:
+        ClientError: nobody lets us in there.
+    """
+    arguments = {
+        "endpoint": endpoint,
+        "user": user,
+        "password": password,
+        "ca": ca,
+        "certificate": certificate,
+        "key": key,
+        "timeout_s": timeout_s,
+    }
+    return AsyncBench(bench, arguments)

@@ -1,0 +1,175 @@
+"""The session, and the exchanges that both kinds of client make over it. Everything here blocks."""
+
+import json
+import secrets
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from hil.client.messages import Ack, ClientError, State, ack_of, error_of, read, state_of
+from hil.vocab.signature import signed
+
+ENDPOINT = "tcp/127.0.0.1:7447"
+TIMEOUT_S = 5.0
+_LATEST = 10_000
+"""States that wait for a subscriber; the oldest of more are dropped."""
+
+
+@dataclass(frozen=True)
+class Credentials:
+    """Who asks: zenoh's own user and password, and the secret that commands are signed with; certificates
+    where the site has them."""
+
+    user: str
+    password: str
+    ca: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+
+
+def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> dict[str, Any]:
+    """Zenoh's configuration of a client that knows one door and looks for no others."""
+    config: dict[str, Any] = {
+        "mode": "client",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": round(timeout_s * 1000),
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/shared_memory/enabled": False,
+    }
+    if credentials is not None:
+        config["transport/auth/usrpwd/user"] = credentials.user
+        config["transport/auth/usrpwd/password"] = credentials.password
+        for option, path in (
+            ("root_ca_certificate", credentials.ca),
+            ("connect_certificate", credentials.certificate),
+            ("connect_private_key", credentials.key),
+        ):
+            if path is not None:
+                config[f"transport/link/tls/{option}"] = str(path)
+        if credentials.certificate is not None:
+            config["transport/link/tls/enable_mtls"] = True
+    return config
+
+
+class Link:
+    """An open session with one bench.
+
+    Raises:
+        ClientError: nobody lets it in there.
+    """
+
+    def __init__(self, bench: str, endpoint: str, credentials: Credentials | None, timeout_s: float) -> None:
+        self.bench = bench
+        self._credentials = credentials
+        self._timeout_s = timeout_s
+        config = zenoh.Config()
+        for path, value in session_config(endpoint, credentials, timeout_s).items():
+            config.insert_json5(path, json.dumps(value))
+        try:
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            why = str(error).partition(" at /")[0]
+            raise ClientError(
+                f"{endpoint}: {why}; is the bench running there, and are user and password right?"
+            ) from None
+
+    def close(self) -> None:
+        session: Any = self._session
+        session.close()
+
+    def key(self, rest: str) -> str:
+        """Of this bench."""
+        return f"hil/{self.bench}/{rest}"
+
+    def ask(self, rest: str, payload: object = None, *, timeout_s: float | None = None) -> list[bytes]:
+        """A query's replies.
+
+        Raises:
+            CommandError: it was refused.
+            ClientError: there was none in time.
+        """
+        key = self.key(rest)
+        text = b"" if payload is None else json.dumps(payload).encode()
+        waits_s = self._timeout_s if timeout_s is None else timeout_s
+        replies = self._session.get(
+            key,
+            payload=text or None,
+            attachment=self._signature(key.partition("?")[0], text),
+            encoding=zenoh.Encoding.APPLICATION_JSON,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=waits_s,
+        )
+        answers = []
+        for reply in replies:
+            if reply.ok is not None:
+                answers.append(reply.ok.payload.to_bytes())
+            elif reply.err is not None:
+                refusal = reply.err.payload.to_bytes()
+                if not refusal.startswith(b"{"):
+                    raise ClientError(f"{key}: {refusal.decode(errors='replace')} after {waits_s:g} s")
+                raise error_of(refusal)
+        if not answers:
+            raise ClientError(f"{key}: nobody answers; is bench {self.bench} there, and may you do this?")
+        return answers
+
+    def do(self, device: str, verb: str, given: Mapping[str, object], wait: bool, timeout_s: float) -> Ack:
+        """Carry out a verb; ``wait``: until the motion has ended, whose state is then in the answer."""
+        if not wait:
+            return ack_of(self.ask(f"axis/{device}/cmd/{verb}", dict(given))[0])
+        replies = self.ask(f"axis/{device}/cmd/{verb}?done=true", dict(given), timeout_s=timeout_s)
+        last = ack_of(replies[-1])
+        if not last.answer.get("done"):
+            raise ClientError(f"{device} was still moving after {timeout_s:g} s")
+        first = ack_of(replies[0])
+        return Ack(first.effective_at_ns, last.sim_ns, last.wall_ns, {**first.answer, **last.answer})
+
+    def put(self, rest: str, payload: object) -> None:
+        """Without an answer."""
+        key, text = self.key(rest), json.dumps(payload).encode()
+        self._session.put(
+            key,
+            text,
+            attachment=self._signature(key, text),
+            encoding=zenoh.Encoding.APPLICATION_JSON,
+            express=True,
+        )
+
+    def read(self, rest: str) -> dict[str, Any]:
+        """What is under a key."""
+        return read(self.ask(rest)[0])
+
+    def state(self, device: str) -> State:
+        """Of an axis, now."""
+        return state_of(self.ask(f"axis/{device}/state")[0])
+
+    def subscribe(self, rest: str, call: Callable[[bytes], None] | None = None) -> Any:
+        """To a key: a subscriber whose ``recv`` blocks, or one that calls from a thread of its own."""
+        if call is None:
+            return self._session.declare_subscriber(self.key(rest), zenoh.handlers.RingChannel(_LATEST))
+        return self._session.declare_subscriber(
+            self.key(rest), lambda sample: call(sample.payload.to_bytes())
+        )
+
+    def alive(self) -> list[str]:
+        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        replies = self._session.liveliness().get(self.key("@live/**"), timeout=self._timeout_s)
+        head = self.key("@live/")
+        return sorted(str(reply.ok.key_expr).removeprefix(head) for reply in replies if reply.ok)
+
+    def _signature(self, key: str, payload: bytes) -> bytes | None:
+        if self._credentials is None:
+            return None
+        who = self._credentials
+        return signed(who.user, who.password, key, payload, time.time_ns(), secrets.token_hex(8))
+
+
+def states(link: Link, device: str) -> Iterator[State]:
+    """Of an axis, as they come, until the iterator is closed."""
+    with link.subscribe(f"axis/{device}/state") as subscriber:
+        while True:
+            yield state_of(subscriber.recv().payload.to_bytes())

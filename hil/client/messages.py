@@ -1,0 +1,84 @@
+"""What goes over the wire, as values."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+VERSION = 1
+_HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")
+
+
+class ClientError(Exception):
+    """No bench answers, or not as it should: ``str(error)`` says what."""
+
+
+class CommandError(ClientError):
+    """A command was refused. ``code`` is one of ``hil.vocab.verbs.CODES``."""
+
+    def __init__(self, code: str, why: str) -> None:
+        super().__init__(why)
+        self.code = code
+
+
+@dataclass(frozen=True)
+class Ack:
+    """A command was validated and has taken effect at ``effective_at_ns`` (simulated; None for what has no
+    time). ``sim_ns`` and ``wall_ns``: when the answer was written. ``answer``: the verb's own."""
+
+    effective_at_ns: int | None
+    sim_ns: int
+    wall_ns: int
+    answer: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class State:
+    """An axis at simulated time ``at_ns``: its fields as attributes (``state.position_deg``) and in
+    ``fields``. The units are in the names; a value that is no number is None."""
+
+    at_ns: int
+    wall_ns: int
+    fields: Mapping[str, Any]
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.fields[name]
+        except KeyError:
+            raise AttributeError(f"this state has no {name!r}; it has {', '.join(self.fields)}") from None
+
+
+def read(text: bytes) -> dict[str, Any]:
+    """A message of the version that is known here.
+
+    Raises:
+        ClientError: it is none.
+    """
+    try:
+        message = json.loads(text)
+        version = message["v"]
+    except (ValueError, KeyError, TypeError):
+        raise ClientError(f"this is no message of a bench: {text[:80]!r}") from None
+    if version != VERSION:
+        raise ClientError(f"the bench speaks version {version}; this client knows {VERSION}")
+    return dict(message)
+
+
+def ack_of(text: bytes) -> Ack:
+    """A reply to a command."""
+    message = read(text)
+    answer = {name: value for name, value in message.items() if name not in _HEAD}
+    return Ack(message.get("effective_at_ns"), message["sim_ns"], message["wall_ns"], answer)
+
+
+def error_of(text: bytes) -> CommandError:
+    """A reply that refuses."""
+    message = read(text)
+    return CommandError(str(message.get("code")), str(message.get("error")))
+
+
+def state_of(text: bytes) -> State:
+    """A state."""
+    message = read(text)
+    fields = {name: value for name, value in message.items() if name not in _HEAD}
+    return State(fields.pop("at_ns"), message["wall_ns"], fields)

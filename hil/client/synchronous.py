@@ -1,0 +1,111 @@
+"""The client for programs without asyncio."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, Link, states
+from hil.client.messages import Ack, State, ack_of
+from hil.client.verbs import MOTION_S, AxisVerbs
+
+
+class Axis(AxisVerbs[Ack]):
+    """One device. Its verbs are methods; ``do`` takes any by name.
+
+    Raises:
+        CommandError: the bench refused.
+        ClientError: nobody answered.
+    """
+
+    def __init__(self, link: Link, name: str) -> None:
+        self.name = name
+        self._link = link
+
+    def do(self, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Ack:
+        return self._link.do(self.name, verb, given, wait, timeout_s)
+
+    def put(self, verb: str, **given: object) -> None:
+        """The same without an answer: for set-points in a stream."""
+        self._link.put(f"axis/{self.name}/cmd/{verb}", given)
+
+    def state(self) -> State:
+        """Now, at most 20 ms old."""
+        return self._link.state(self.name)
+
+    def states(self) -> Iterator[State]:
+        """As they come."""
+        return states(self._link, self.name)
+
+    def parameter(self, name: str) -> float:
+        """A settable field."""
+        return float(self._link.read(f"axis/{self.name}/param/{name}")[name])
+
+    def set_parameter(self, name: str, value: float) -> Ack:
+        """Set one."""
+        return ack_of(self._link.ask(f"axis/{self.name}/param/{name}", value)[0])
+
+    def fault(self, fault: str, **parameters: object) -> int:
+        """Begin a fault; its number."""
+        answer = self._link.ask(f"axis/{self.name}/fault", {"fault": fault, **parameters})
+        return int(ack_of(answer[0]).answer["number"])
+
+    def clear_fault(self, number: int | str = "all") -> None:
+        """End one, or all."""
+        self._link.ask(f"axis/{self.name}/fault", {"clear": number})
+
+
+class Bench:
+    """A bench; ``connect_sync`` makes it."""
+
+    def __init__(self, link: Link) -> None:
+        self.name = link.bench
+        self.link = link
+
+    def axis(self, name: str) -> Axis:
+        """A device."""
+        return Axis(self.link, name)
+
+    def alive(self) -> list[str]:
+        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        return self.link.alive()
+
+    def clock(self) -> tuple[int, int]:
+        """Simulated and wall time, ns."""
+        clock = self.link.read("sim/clock")
+        return int(clock["sim_ns"]), int(clock["wall_ns"])
+
+    def read(self, key: str) -> dict[str, Any]:
+        """What is under a key of the bench, as in ``sim/health`` or ``segment/bus0/stats``."""
+        return self.link.read(key)
+
+    def close(self) -> None:
+        self.link.close()
+
+    def __enter__(self) -> "Bench":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def connect_sync(
+    bench: str,
+    endpoint: str = ENDPOINT,
+    *,
+    user: str | None = None,
+    password: str = "",
+    ca: Path | None = None,
+    certificate: Path | None = None,
+    key: Path | None = None,
+    timeout_s: float = TIMEOUT_S,
+) -> Bench:
+    """A bench at a zenoh endpoint.
+
+    Raises:
+        ClientError: nobody lets us in there.
+    """
+    credentials = Credentials(user, password, ca, certificate, key) if user is not None else None
+    return Bench(Link(bench, endpoint, credentials, timeout_s))
