@@ -48,8 +48,14 @@ def test_what_is_left_out_has_defaults() -> None:
             "{timeout_ms: 3600001}",
             "5:29: {}.timeout_ms: the number 3600001 is too large (write 3600000.0 or less)",
         ),
-        ("{timeout_ms: .nan}", "5:29: {}.timeout_ms: nan is not a number to compute with (write a finite number)"),
-        ('{timeout_ms: "5"}', '5:29: {}.timeout_ms: a number is wanted here, not "5" (write it without quotes)'),
+        (
+            "{timeout_ms: .nan}",
+            "5:29: {}.timeout_ms: nan is not a number to compute with (write a finite number)",
+        ),
+        (
+            '{timeout_ms: "5"}',
+            '5:29: {}.timeout_ms: a number is wanted here, not "5" (write it without quotes)',
+        ),
         ("{policy: hold}", '5:5: {}.timeout_ms: this key is missing (add the line "timeout_ms: ...")'),
         (
             "{timeout_ms: 5, policy: brake}",
