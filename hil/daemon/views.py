@@ -77,9 +77,8 @@ def _bridge_line(row: dict[str, Any]) -> str:
     """A bridge's doors and what came through."""
     doors = ", ".join([*row["listen"], *row["connect"]])
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
-    return f"{row['root']} at {doors}: {counts}" + (
-        "; INSECURE: whoever reaches it may do all" * row["insecure"]
-    )
+    warning = "; INSECURE: whoever reaches it may do all" if row["insecure"] else ""
+    return f"{row['root']} at {doors}: {counts}{warning}"
 
 
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
