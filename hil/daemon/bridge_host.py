@@ -154,7 +154,8 @@ class Host:
             self._daemon.lines.flush()
 
     def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
-        info = self._known(device)
+        self._twin(device)
+        info = self.devices[device]
         if name not in info.fields or not info.fields[name].is_settable:
             settable = [field.name for field in info.fields.values() if field.is_settable]
             raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
@@ -172,14 +173,16 @@ class Host:
         try:
             if "clear" in parameters:
                 which = parameters.pop("clear")
-                on_it = [row["number"] for row in registry.listed() if row["target"].startswith(target)]
-                chosen = on_it if which == "all" else [which]
-                if parameters or (which != "all" and which not in on_it):
+                on_it = [
+                    row["number"] for row in registry.listed() if f"{row['target']}.".startswith(f"{target}.")
+                ]
+                chosen = on_it if which == "all" else [number for number in on_it if which == number]
+                if parameters or isinstance(which, bool) or (which != "all" and not chosen):
                     raise VerbRefused(
                         "bad_parameter", f'clear: write "all" or one of {on_it}, and nothing beside it'
                     )
                 for number in chosen:
-                    registry.clear(int(str(number)))
+                    registry.clear(number)
                 return {"cleared": chosen}
             kind = parameters.pop("fault", None)
             if not isinstance(kind, str):
