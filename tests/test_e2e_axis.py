@@ -163,3 +163,24 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
     with server.client("m2") as client:
         place.cli("axis", "m2", "type", "m", "-b", "r")
         client.read_until(b"Main menu")
+
+
+def test_a_run_with_verbs_is_repeated_from_its_log(place: Place) -> None:
+    log = place.folder / "run.jsonl"
+    server = place.serve(config(speed=5, devices=DEVICES), "--log", str(log)).ready("m-1")
+    place.cli("axis", "m-1", "move-abs", "5", code=1)
+    place.cli("axis", "m-1", "enable")
+    place.cli("axis", "s1", "velocity", "-120")
+    with server.client("m-1") as client:
+        for angle in ("30", "-30", "15"):
+            place.cli("axis", "m-1", "move-rel", angle)
+            client.ask(b"q", b"};\r\n")
+        place.cli("axis", "m-1", "velocity", "60")
+        until(lambda: snapshot(server)["loop_on"] == 0, "the time-out")
+        client.ask(b"p")
+    place.cli("axis", "s1", "stop")
+    with server.client("s1") as terminal:
+        terminal.ask(b"vd\r", b"SAC>")
+    server.stop()
+    assert log.read_text().count('"input":"do"') == 8
+    assert place.cli("replay", str(log)).startswith("identical: ")
