@@ -177,6 +177,9 @@ def attack(config: Mapping[str, Any] | str, user: str | None, secret: str | None
 
         remote = zenoh.Locality.REMOTE
         alive = session.liveliness()
+        # Declared here and used later: once zenoh has heard that nobody is at the other end, they are silent.
+        publisher = session.declare_publisher(ours("axis/m1/cmd/publisher"))
+        querier = session.declare_querier(ours("axis/m1/param/querier"))
         # Before the subscriber: while that waits for its first tokens, zenoh 1.10 answers without them.
         asked_alive = [str(reply.ok.key_expr) for reply in alive.get(ours("@live/**"), timeout=3) if reply.ok]
         kept = [
@@ -213,11 +216,12 @@ def attack(config: Mapping[str, Any] | str, user: str | None, secret: str | None
         again = sign(ours(COMMANDS[0]), b"again")
         for _ in range(2):
             session.put(ours(COMMANDS[0]), b"again", attachment=again)
-        publisher = session.declare_publisher(ours("axis/m1/cmd/publisher"))
         publisher.put(b"evil", attachment=sign(ours("axis/m1/cmd/publisher"), b"evil"))
         session.put("@/*/router/config/access_control/enabled", b"false")
         answered = [key for key in (*READ, "**", "other") if ask(key)]
         commanded = [key for key in (*COMMANDS, *FAULTS) if ask(key, b"1")]
+        if any(reply.ok for reply in querier.get()):
+            answered.append("querier")
         own = str(session.zid())
         admin = [str(reply.ok.key_expr) for reply in session.get("@/**", timeout=3) if reply.ok]
         for _ in range(3 * len(TOLD)):
@@ -434,7 +438,7 @@ def assert_rights(role: Role, user: str, result: dict[str, Any], report: dict[st
     """Exactly what a role may, and nothing beside it."""
     commands = (*(COMMANDS if role >= Role.OPERATOR else ()), *(FAULTS if role >= Role.ADMIN else ()))
     assert result["opened"]
-    assert result["answered"] == list(READ)
+    assert result["answered"] == [*READ, "querier"]
     assert result["narrow"] == sorted(TOLD)
     assert result["wide"] == []
     assert result["alive"] == result["asked_alive"] == [ours(LIVE)]
@@ -452,7 +456,7 @@ def assert_rights(role: Role, user: str, result: dict[str, Any], report: dict[st
             ("put", COMMANDS[0], "rejected: the signature was used before"),
             ("put", "axis/m1/cmd/publisher", user),
         ]
-    expected += [("query", key, "") for key in READ]
+    expected += [("query", key, "") for key in (*READ, "axis/m1/param/querier")]
     expected += [("query", key, user) for key in commands or COMMANDS[1:]]
     assert sorted(heard) == sorted(expected)
     assert_untouched(report)
@@ -541,7 +545,7 @@ def test_what_these_attacks_do_to_a_daemon_that_is_open(computers: tuple[str, st
     endpoint = f"tcp/{DAEMON}:7450"
     with lan(computers, {"listen": [endpoint], "insecure": True}, endpoint) as lan_now:
         result, report = lan_now.tried(client_config([endpoint]))
-    assert result["answered"] == [*READ, "**", "other"]
+    assert result["answered"] == [*READ, "**", "other", "querier"]
     assert result["commanded"] == [*COMMANDS, *FAULTS]
     assert set(result["narrow"]) == {*TOLD, UNTOLD}
     assert set(result["wide"]) == {ours(key) for key in (*TOLD, UNTOLD, LIVE) if key != "sim/clock"}
