@@ -10,6 +10,7 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import parse
+from hil.core.fields import PACKED_BYTES
 from hil.daemon.bridge_host import Host
 from hil.daemon.daemon import Daemon
 from hil.vocab.bridges import Source
@@ -144,16 +145,30 @@ def test_fields_that_are_set_and_those_that_are_not(using: Using) -> None:
     using(use)
 
 
-def test_a_calibration_ends_the_waiting_for_set_points(using: Using) -> None:
+def test_a_calibration_is_over_when_the_board_is_at_its_menu_again(using: Using) -> None:
+    async def use(host: Host) -> None:
+        await until(lambda: host.state("m1")["at_ns"] > 4_500_000_000)
+        done = await host.do(ADMIN, "m1", "calibrate", {})
+        assert await host.wait_until_done("m1", done, 0.5) is None
+        with pytest.raises(VerbRefused, match="its main program starts, or is in a routine") as refused:
+            await host.do(ADMIN, "m1", "enable", {})
+        assert refused.value.code == "not_now"
+        await host.do(ADMIN, "m1", "reset", {})
+        await until(lambda: host.state("m1")["at_ns"] > done.effective_at_ns + 6_000_000_000)
+
+    using(use)
+
+
+def test_a_move_that_another_ends_says_so(using: Using) -> None:
     async def use(host: Host) -> None:
         await until(lambda: host.state("m1")["at_ns"] > 4_500_000_000)
         await host.do(ADMIN, "m1", "enable", {})
-        await host.do(ADMIN, "m1", "velocity", {"velocity_rpm": 5})
-        await host.do(ADMIN, "m1", "calibrate", {})
-        now_ns = host.state("m1")["at_ns"]
-        await until(lambda: host.state("m1")["at_ns"] > now_ns + 200_000_000)
-        assert host.health()["starved"] == {}
-        await host.do(ADMIN, "m1", "reset", {})
+        done = await host.do(ADMIN, "m1", "move_rel", {"angle_deg": 3600})
+        await host.do(ADMIN, "m1", "stop", {"how": "prejudice"})
+        assert await host.wait_until_done("m1", done, 60) == "interrupted"
+        whole = await host.do(ADMIN, "m1", "move_rel", {"angle_deg": 5})
+        assert await host.wait_until_done("m1", whole, 60) == "ended"
+        assert len(host.packed("m1")) == PACKED_BYTES
 
     using(use)
 

@@ -1,9 +1,12 @@
 """Answers queries and carries out commands. Zenoh's threads only fill a queue; all else is in the loop."""
 
 import asyncio
+import logging
+import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -14,13 +17,18 @@ from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.publications import Publications, short_state
 from bridges.zenoh.security import Gate, SecurityError, open_session
+from bridges.zenoh.sender import Sender
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused, described
 
 __all__ = ["Options", "make", "reference"]
 
+log = logging.getLogger("hil")
+
 WAITING = 10_000
 """Requests in the queue; later ones are dropped and counted."""
+SLICE = 32
+"""Requests that are handled before others have their turn: some milliseconds."""
 LATER = 1_000
 """Queries that wait for a motion's end."""
 LONGEST_S = 3600.0
@@ -41,7 +49,11 @@ class ZenohBridge:
         self._host = host
         self._prefix = prefix(host.bench)
         self._queue: deque[Request] = deque()
-        self._later: set[asyncio.Task[None]] = set()
+        self._lock = threading.Lock()
+        self._is_awake = False
+        """``_drain`` will come."""
+        self._later: dict[asyncio.Task[None], None] = {}
+        self._sender: Sender
         self._session: zenoh.Session | None = None
         self._gate: Gate | None = None
         self._entities: list[Any] = []
@@ -59,8 +71,13 @@ class ZenohBridge:
                 f"{first_line(error)}; listen: choose another address, or [] for none"
             ) from None
         session = self._session
+        self._sender = Sender()
         self._publications = Publications(session, self._host, self._options)
         self._readers = self._readable()
+        self._encodings = {
+            schema: encoding(schema) for schema in (*SCHEMAS.values(), "hil.param.v1") if schema
+        }
+        self._encodings[SCHEMAS["axis/<device>/state/packed"]] = PACKED
         everything = f"{self._prefix}/**"
         self._entities = [
             session.declare_subscriber(everything, self._on_put, allowed_origin=zenoh.Locality.REMOTE),
@@ -79,15 +96,14 @@ class ZenohBridge:
         await self._publications.stop()
         for task in list(self._later):
             task.cancel()
+        await asyncio.gather(*self._later, return_exceptions=True)
+        await self._loop.run_in_executor(None, self._sender.close)
         for entity in reversed(self._entities):
             entity.undeclare()
         self._entities.clear()
         session, self._session = self._session, None
         await self._loop.run_in_executor(None, session.close)
-        while self._queue:
-            query = self._queue.popleft()[3]
-            if query is not None:
-                let_go(query)
+        self._queue.clear()
 
     def status(self) -> Mapping[str, Any]:
         clients = len(list(self._session.info.links())) if self._session else 0
@@ -98,7 +114,7 @@ class ZenohBridge:
             "links": clients,
             "commands": self.commands,
             "rejected": self._publications.rejections,
-            "dropped": self.dropped + self._publications.dropped,
+            "dropped": self.dropped + self._sender.dropped + self._publications.dropped,
             "insecure": self._options.insecure,
         }
 
@@ -115,60 +131,71 @@ class ZenohBridge:
         self._enqueue((str(query.key_expr), payload, attachment, query))
 
     def _enqueue(self, request: Request) -> None:
-        if len(self._queue) >= WAITING:
-            self.dropped += 1
-            if request[3] is not None:
-                let_go(request[3])
-            return
-        self._queue.append(request)
-        if len(self._queue) == 1:
-            try:
+        with self._lock:
+            if len(self._queue) >= WAITING:
+                self.dropped += 1
+                refused = request[3]
+            else:
+                self._queue.append(request)
+                refused = None
+            wakes = not self._is_awake
+            self._is_awake = True
+        if refused is not None:
+            self._sender.end(refused)
+        if wakes:
+            with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
                 self._loop.call_soon_threadsafe(self._drain)
-            except RuntimeError:  # the loop is closed: the daemon has stopped
-                self._queue.clear()
 
     # ---- in the loop ----
 
     def _drain(self) -> None:
-        for _ in range(len(self._queue)):
-            key, payload, attachment, query = self._queue[0]
+        """A few; the ports have their turn in between."""
+        for _ in range(SLICE):
+            with self._lock:
+                if not self._queue:
+                    self._is_awake = False
+                    return
+                key, payload, attachment, query = self._queue.popleft()
             try:
                 self._handle(key, payload, attachment, query)
-            finally:
-                self._queue.popleft()
-        if self._queue:
-            self._loop.call_soon(self._drain)
+            except Exception:  # ours: that request is lost, all else goes on
+                log.exception("zenoh: %s could not be handled", key)
+                if query is not None:
+                    self._sender.end(query)
+        self._loop.call_soon(self._drain)
 
     def _handle(
         self, key: str, payload: bytes | None, attachment: bytes | None, query: zenoh.Query | None
     ) -> None:
         try:
-            command = self._command(key, payload, attachment, query)
+            carry_out = self._command(key, payload, attachment, query)
+            if carry_out is not None:
+                carry_out()
+            elif query is not None:
+                self._read(key, query)
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
-            return
-        if command is not None:
-            self._start(command)
-        elif query is not None:
-            self._read(key, query)
 
     def _command(
         self, key: str, payload: bytes | None, attachment: bytes | None, query: zenoh.Query | None
-    ) -> Any:
-        """The coroutine that carries out what came, or None: it is no command."""
+    ) -> Callable[[], None] | None:
+        """What carries out what came, or None: it is no command."""
         match key.removeprefix(self._prefix + "/").split("/"):
             case ["axis", device, "cmd", verb] if "*" not in device + verb:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
-                return self._do(source, key, device, verb, read_payload(payload), query)
+                given = read_payload(payload)
+                return lambda: self._do(source, key, device, verb, given, query)
             case ["axis", device, "param", name] if payload and "*" not in device + name:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
                 value = read_payload(payload, {int, float})
-                return self._at_once(key, query, lambda: self._host.set_field(source, device, name, value))
+                return lambda: self._answer(query, key, self._host.set_field(source, device, name, value))
             case ["axis" | "segment", target, "fault"] if "*" not in target:
                 source = self._source(key, payload, attachment, Role.ADMIN)
                 given = read_payload(payload)
-                return self._at_once(key, query, lambda: self._host.fault(source, target, given))
-            case ["axis", _, "cmd", _] | ["axis" | "segment", _, "fault"]:
+                return lambda: self._answer(query, key, self._host.fault(source, target, given))
+            case ["axis", _, "param", _] if not payload:
+                pass
+            case ["axis", _, "cmd" | "param", _] | ["axis" | "segment", _, "fault"]:
                 raise VerbRefused("bad_request", "a command is for one device: write its name instead of *")
         if query is None:
             raise VerbRefused("bad_request", "nothing is put here; the reference has the keys")
@@ -185,13 +212,40 @@ class ZenohBridge:
             )
         return source
 
-    def _start(self, coroutine: Any) -> None:
-        """Run it to its first wait at once: most commands have none."""
-        task: asyncio.Task[None] = self._loop.create_task(coroutine)
-        self._later.add(task)
-        task.add_done_callback(self._later.discard)
+    def _do(
+        self,
+        source: Source,
+        key: str,
+        device: str,
+        verb: str,
+        given: Mapping[str, object],
+        query: zenoh.Query | None,
+    ) -> None:
+        done = self._host.do_now(source, device, verb, given)
+        if done is None:  # a real board's terminal takes its time
+            self._start(self._do_slowly(source, key, device, verb, given, query))
+            return
+        self.commands += 1
+        if query is None:
+            return
+        self._reply(query, key, done.answer, done.effective_at_ns)
+        wanted = query.parameters
+        if wanted.get("applied") == "true":
+            self._reply(query, key, {"applied": True, "state": self._state(device)}, done.effective_at_ns)
+        if wanted.get("done") == "true":
+            self._start(self._wait(key, device, done, query))
+        else:
+            self._sender.end(query)
 
-    async def _do(
+    def _start(self, waiting: Coroutine[Any, Any, None]) -> None:
+        """Of too many that wait the one that has waited longest gives way: its asker may long be gone."""
+        if len(self._later) >= LATER:
+            next(iter(self._later)).cancel()
+        task = self._loop.create_task(waiting)
+        self._later[task] = None
+        task.add_done_callback(lambda ended: self._later.pop(ended, None))
+
+    async def _do_slowly(
         self,
         source: Source,
         key: str,
@@ -205,67 +259,47 @@ class ZenohBridge:
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
             return
-        self.commands += 1
-        if query is None:
-            return
-        try:
-            self._reply(query, key, done.answer, done.effective_at_ns)
-            await self._follow_up(query, key, device, done)
-        finally:
-            let_go(query)
+        self._answer(query, key, done)
 
-    async def _follow_up(self, query: zenoh.Query, key: str, device: str, done: Done) -> None:
-        """The replies that were asked for beside the acknowledgement."""
-        wanted = query.parameters
-        if wanted.get("applied") == "true":
-            self._reply(query, key, {"applied": True, "state": self._state(device)}, done.effective_at_ns)
-        if wanted.get("done") != "true":
-            return
-        if len(self._later) > LATER:
-            raise VerbRefused("not_now", f"{LATER} queries wait already")
-        await self._host.wait_until_done(device, done, LONGEST_S)
-        self._reply(query, key, {"done": True, "state": self._state(device)}, done.effective_at_ns)
+    async def _wait(self, key: str, device: str, done: Done, query: zenoh.Query) -> None:
+        try:
+            how = await self._host.wait_until_done(device, done, LONGEST_S)
+            if how is None:
+                raise VerbRefused("not_now", f"it has not ended after {LONGEST_S:g} s; ask for its state")
+            answer = {"done": True, "interrupted": how == "interrupted", "state": self._state(device)}
+            self._reply(query, key, answer, done.effective_at_ns)
+            self._sender.end(query)
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+        except asyncio.CancelledError:
+            too_many = VerbRefused("not_now", f"{LATER} others wait for an end; ask for its state")
+            self._refuse(key, query, too_many)
+            raise
 
     def _state(self, device: str) -> Mapping[str, float | None]:
         return {} if self._host.devices[device].is_real else short_state(self._host, device)
 
-    async def _at_once(
-        self, key: str, query: zenoh.Query | None, carry_out: Callable[[], Done | Mapping[str, Any]]
-    ) -> None:
-        try:
-            done = carry_out()
-        except VerbRefused as refusal:
-            self._refuse(key, query, refusal)
-            return
+    def _answer(self, query: zenoh.Query | None, key: str, done: Done | Mapping[str, Any]) -> None:
+        """That something was carried out."""
         self.commands += 1
         if query is not None:
             if isinstance(done, Done):
                 self._reply(query, key, done.answer, done.effective_at_ns)
             else:
                 self._reply(query, key, done, None)
-            let_go(query)
+            self._sender.end(query)
 
     def _reply(
         self, query: zenoh.Query, key: str, answer: Mapping[str, Any], effective_at_ns: int | None
     ) -> None:
-        try:
-            query.reply(
-                key,
-                acknowledged(answer, effective_at_ns, self._host.times_ns()),
-                encoding=encoding("hil.ack.v1"),
-            )
-        except zenoh.ZError:
-            return  # whoever asked has gone
+        text = acknowledged(answer, effective_at_ns, self._host.times_ns())
+        self._sender.reply(query, key, text, ACKNOWLEDGED)
 
     def _refuse(self, key: str, query: zenoh.Query | None, refusal: VerbRefused) -> None:
         text = refused(refusal, key, self._host.times_ns())
         if query is not None:
-            try:
-                query.reply_err(text, encoding=encoding("hil.error.v1"))
-            except zenoh.ZError:
-                pass  # whoever asked has gone
-            finally:
-                let_go(query)
+            self._sender.refuse(query, text, REFUSED)
+            self._sender.end(query)
         self._publications.rejected(text)
 
     # ---- what can be read ----
@@ -284,6 +318,8 @@ class ZenohBridge:
             readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
             if device.is_real:
                 continue
+            packed = partial(host.packed, name)
+            readers[f"axis/{name}/state/packed"] = (SCHEMAS["axis/<device>/state/packed"], packed)
             readers[f"axis/{name}/state"] = (SCHEMAS["axis/<device>/state"], partial(told.state_now, name))
             for field in device.fields.values():
                 if field.is_settable:
@@ -292,14 +328,10 @@ class ZenohBridge:
         return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
 
     def _read(self, key: str, query: zenoh.Query) -> None:
-        try:
-            for found in self._matching(key):
-                schema, content = self._readers[found]
-                query.reply(found, content(), encoding=encoding(schema))
-        except zenoh.ZError:
-            return  # whoever asked has gone
-        finally:
-            let_go(query)
+        for found in self._matching(key):
+            schema, content = self._readers[found]
+            self._sender.reply(query, found, content(), self._encodings[schema])
+        self._sender.end(query)
 
     def _matching(self, key: str) -> Iterable[str]:
         if "*" not in key:
@@ -355,11 +387,10 @@ def encoding(schema: str) -> zenoh.Encoding:
     return zenoh.Encoding.APPLICATION_JSON.with_schema(schema)
 
 
-def let_go(query: Any) -> None:
-    """Nothing more is answered; else the asker waits for its time-out."""
-    query.drop()
-
-
 def first_line(error: Exception) -> str:
     """Of zenoh's errors, which end in a path of its sources."""
     return str(error).partition(" at /")[0].partition("\n")[0]
+
+
+ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
+PACKED = zenoh.Encoding.APPLICATION_OCTET_STREAM.with_schema("hil.snapshot.v1")

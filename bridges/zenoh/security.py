@@ -11,6 +11,7 @@ import ipaddress
 import json
 import os
 import re
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +37,8 @@ MESSAGE_BYTES = 1 << 20
 ACCEPT_MS = 2000
 """For a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own 10 s,
 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
+CLOSE_US = 500_000
+"""A client that reads nothing of its answers for so long loses its link: others wait for theirs meanwhile."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _NONCE = re.compile(r"[0-9a-f]{16,64}")
 _MAC = re.compile(r"[0-9a-f]{64}")
@@ -139,9 +142,11 @@ class _Seen:
 
 
 class Gate:
-    """Checks who sent a command."""
+    """Checks who sent a command. ``since_ns``: what was signed before is refused, for nonces from then are
+    not remembered."""
 
-    def __init__(self, users: Sequence[User]) -> None:
+    def __init__(self, users: Sequence[User], since_ns: int = 0) -> None:
+        self._since_ns = since_ns
         self._users = {user.name: user for user in users}
         self._seen = {user.name: _Seen() for user in users}
 
@@ -158,8 +163,11 @@ class Gate:
         if not hmac.compare_digest(expected, mac) or user is None or "\n" in key:
             raise Rejected("the signature is wrong: check user, password, key and payload")
         if abs(now_ns - at_ns) > FRESH_NS:
-            late_s = (now_ns - at_ns) / 1e9
-            raise Rejected(f"the signature is {late_s:.0f} s old; compare the clocks of both computers")
+            off_s = (now_ns - at_ns) / 1e9
+            how = f"{off_s:.1f} s old" if off_s > 0 else f"of {-off_s:.1f} s from now"
+            raise Rejected(f"the signature is {how}; compare the clocks of both computers")
+        if at_ns < self._since_ns:
+            raise Rejected("the signature is from before the daemon's start; sign the command anew")
         self._seen[name].add(nonce, at_ns, now_ns)
         return user
 
@@ -256,6 +264,7 @@ _CLOSED: Mapping[str, Any] = {
     "transport/unicast/max_links": 1,  # zenoh's access control looks at one link of each client only
     "transport/unicast/accept_timeout": ACCEPT_MS,
     "transport/link/rx/max_message_size": MESSAGE_BYTES,
+    "transport/link/tx/queue/congestion_control/block/wait_before_close": CLOSE_US,
     "timestamping/enabled": False,
 }
 
@@ -337,7 +346,7 @@ def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | No
     try:
         os.write(memory, "".join(f"{user.name}:{user.secret}\n" for user in users).encode())
         entries = session_config(options, bench, users, f"/proc/self/fd/{memory}")
-        return zenoh.open(made(entries)), Gate(users) if users else None
+        return zenoh.open(made(entries)), Gate(users, time.time_ns()) if users else None
     finally:
         os.close(memory)
 

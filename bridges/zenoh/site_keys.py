@@ -5,6 +5,7 @@ import base64
 import ipaddress
 import json
 import os
+import re
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
     from cryptography.x509 import Certificate, ExtensionType
 
+_BENCH = re.compile(r"[a-z][a-z0-9_-]{0,31}")
+_HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?")
 SKEW = timedelta(hours=1)
 """Certificates are valid from so long before: clocks of a site differ."""
 
@@ -62,6 +65,7 @@ def make_site(folder: Path, site: Site) -> str:
         raise SecurityError(
             "certificates need the package cryptography: pip install 'hil-motion[site]'"
         ) from None
+    _check(site)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
@@ -70,6 +74,25 @@ def make_site(folder: Path, site: Site) -> str:
         return _write_site(folder.absolute(), site)
     except OSError as error:
         raise SecurityError(f"{error.filename or folder}: {error.strerror}") from None
+
+
+def _check(site: Site) -> None:
+    """What would make certificates that nobody can use."""
+    if not _BENCH.fullmatch(site.bench):
+        raise SecurityError(
+            f"--bench {site.bench!r}: a bench's name is a letter a-z and up to 31 of a-z, 0-9, _, -"
+        )
+    for host in site.hosts:
+        try:
+            ipaddress.ip_address(host)
+        except ValueError:
+            if not _HOST.fullmatch(host):
+                raise SecurityError(f"--host {host!r}: write a name or an address, without port") from None
+    names = [name.lower() for name, _ in site.users]
+    if "ca" in names:
+        raise SecurityError("--user ca: that is the authority's name; take another")
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise SecurityError(f"--user {min(twice)}: that name is there twice")
 
 
 def _write_site(folder: Path, site: Site) -> str:

@@ -56,6 +56,8 @@ class Mechaduino:
         self.path: Path = ()
         """What the set-point follows, or followed last, and since when."""
         self.path_from_ns = 0
+        self.is_busy = True
+        """It starts, or does something that takes time, or asks for a number."""
 
     # ---- setup() and loop() ----
 
@@ -72,7 +74,9 @@ class Mechaduino:
         if not self.has_table:
             self.serial.println(text.EMPTY_TABLE)
         while True:
+            self.is_busy = False
             yield from self.serial.wait()
+            self.is_busy = True
             command = COMMANDS_BY_LETTER.get(self.serial.read())
             steps = command.run(self) if command else None
             if steps:

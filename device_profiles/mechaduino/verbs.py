@@ -21,8 +21,16 @@ GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
 Answer = Mapping[str, float | str | int]
 
 
+def _at_the_menu(board: Mechaduino) -> None:
+    """What the main program does itself, nobody may disturb: a serial client could not either."""
+    if board.is_busy:
+        why = "its main program starts, or is in a routine or at a prompt; let it end, or reset it"
+        raise VerbRefused("not_now", why)
+
+
 def _may_move(board: Mechaduino, mode: str) -> None:
     """The loop has to run, for nothing may move that was not switched on."""
+    _at_the_menu(board)
     if not board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is off; enable it first")
     if mode in "xh" and not board.has_table:
@@ -48,6 +56,7 @@ def torque(board: Mechaduino, effort_count: float) -> None:
 
 
 def mode(board: Mechaduino, mode: str) -> None:
+    _at_the_menu(board)
     board.axis.set("mode", ord(MODES[mode]))
     if mode in ("velocity", "torque"):
         board.axis.set("r", 0.0)
@@ -57,6 +66,7 @@ def mode(board: Mechaduino, mode: str) -> None:
 
 def enable(board: Mechaduino) -> Answer:
     """As the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
+    _at_the_menu(board)
     letter = _letter(board)
     if letter not in MODES.values():
         letter = "x"
@@ -77,6 +87,13 @@ def gains(board: Mechaduino, **given: float) -> Answer:
     return {name: board.axis.get(name) for name in GAINS}
 
 
+def calibrate(board: Mechaduino) -> None:
+    """The letter ``c`` is typed, and begins at once."""
+    _at_the_menu(board)
+    if board.axis.get("loop_on"):
+        raise VerbRefused("not_now", "the control loop is on, and would turn the shaft; disable it first")
+
+
 def move_abs(
     board: Mechaduino, position_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
 ) -> Answer:
@@ -89,7 +106,10 @@ def move_rel(
     board: Mechaduino, angle_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
 ) -> Answer:
     from_deg = board.path[-1].r if _is_on_the_way(board) else _where(board)[0]
-    return move_abs(board, from_deg + angle_deg, velocity_rpm, acceleration_rpm_per_s)
+    target_deg = from_deg + angle_deg
+    if not abs(target_deg) <= _ANGLE_DEG:
+        raise VerbRefused("bad_parameter", f"angle_deg: it would lead to {target_deg:.10g} deg")
+    return move_abs(board, target_deg, velocity_rpm, acceleration_rpm_per_s)
 
 
 def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
@@ -228,6 +248,7 @@ VERBS = (
     Verb(
         "calibrate",
         "make and store the look-up table, as the letter c: 26 s in which the shaft turns",
+        run=calibrate,
         effect=Effect.ENDS,
         types=b"c",
     ),
@@ -248,7 +269,7 @@ VERBS = (
     Verb(
         "stop",
         "end all motion, pulses too: with a ramp, or at once",
-        (Parameter("how", "", choices=("grace", "prejudice"), default="grace"), *_RAMP),
+        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"), *_RAMP),
         stop,
         Effect.ENDS,
     ),

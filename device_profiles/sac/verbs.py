@@ -194,13 +194,13 @@ _VERBS = (
     Verb(
         "pulse",
         "a single pulse, while it stands",
-        (Parameter("direction", "", choices=("cw", "ccw"), default="cw"),),
+        (Parameter("direction", "which way round", choices=("cw", "ccw"), default="cw"),),
         pulse,
     ),
     Verb(
         "stop",
         "end all motion: with the session's deceleration, or at once",
-        (Parameter("how", "", choices=("grace", "prejudice"), default="grace"),),
+        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"),),
         stop,
         Effect.ENDS,
     ),

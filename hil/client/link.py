@@ -131,7 +131,9 @@ class Link:
                     raise ClientError(f"{key}: {refusal.decode(errors='replace')} after {waits_s:g} s")
                 raise error_of(refusal)
         if not answers:
-            raise ClientError(f"{key}: nobody answers; is bench {self.bench} there, and may you do this?")
+            raise ClientError(
+                f"{key}: nobody answers; is bench {self.bench} there, and does your role let you do this?"
+            )
         return answers
 
     def do(self, device: str, verb: str, given: Mapping[str, object], wait: bool, timeout_s: float) -> Ack:

@@ -102,6 +102,15 @@ class AxisVerbs(Generic[Answer_co]):
     def sync(self) -> Answer_co:
         return self._do("sync")
 
+    def run(self, position: int, *, wait: bool = False) -> Answer_co:
+        return self._do("run", wait, position=position)
+
+    def pulse(self, direction: Literal["cw", "ccw"] = "cw") -> Answer_co:
+        return self._do("pulse", direction=direction)
+
+    def pin(self, pin: str, level: int) -> Answer_co:
+        return self._do("pin", pin=pin, level=level)
+
     def type(self, text: str) -> Answer_co:
         r"""At the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
         return self._do("type", text=text)

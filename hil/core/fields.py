@@ -1,6 +1,6 @@
 """The fields of an axis, by name, from the native core's one table (``native/fields.def``)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from typing import Any
@@ -47,6 +47,11 @@ class Snapshot:
         except KeyError:
             raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(self._names)}") from None
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Of all fields of the table, those that its kind has not too."""
+        return self._values
+
     def as_dict(self) -> dict[str, float]:
         """Every field by its name, in the table's order."""
         return {name: self._values[index] for name, index in self._names.items()}
@@ -76,6 +81,15 @@ CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
 """Of ``struct``; the machine's byte order, little on all that are supported."""
 OFFSETS, PACKED_BYTES = _layout()
 """The binary layout of a snapshot, as ``take_samples`` gives it."""
+
+
+def packed(values: Sequence[float]) -> bytes:
+    """Values of all fields in the binary layout."""
+    layout, end = "<", 0
+    for field in FIELDS.values():
+        layout += f"{OFFSETS[field.name] - end}x{CODES[field.type]}"
+        end = OFFSETS[field.name] + SIZES[field.type]
+    return Struct(f"{layout}{PACKED_BYTES - end}x").pack(*values)
 
 
 def reader(name: str) -> Callable[[bytes], float]:

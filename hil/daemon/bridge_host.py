@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
 from hil.config.explain import suggestion
-from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO
+from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO, packed
 from hil.daemon import real_boards
 from hil.daemon.captures import names, watch_port, watch_segment
 from hil.daemon.segments import listed as listed_segments
@@ -26,11 +26,12 @@ OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
 """Fields of an axis that are the world around the board and not the firmware's memory."""
 SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 STATE = (
-    *("at_ns", "position_deg", "velocity_rpm", "torque_Nm"),
+    *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
     *("loop_on", "mode", "r", "e", "u", "following"),
     *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
 )
 """What most want to see of an axis; each kind has some of them."""
+RANGES = {"uMAX": (0.0, 255.0), "PA": (-360.0, 360.0), "clock_Hz": (-1.0, 1e9)}
 _FIELD_LIMIT = 1e6
 _POLL_NS = 20_000_000
 _REGISTER_LIMIT = 0x7FFF
@@ -78,24 +79,33 @@ class Host:
     def wall_ns(self, sim_ns: int) -> int:
         return self._daemon.epoch_ns + round(sim_ns / self._daemon.config.speed)
 
-    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> None:
-        """A motion whose end is known is over then; else the board says that it stands."""
+    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> str | None:
         bench, speed = self._daemon.bench, self._daemon.config.speed
         last_ns = done.effective_at_ns + round(at_most_s * 1e9)
-        end_ns = done.effective_at_ns + int(done.answer.get("ends_after_ns", 2 * _POLL_NS))
-        while bench.now_ns < last_ns:
-            if bench.now_ns < end_ns:
-                await asyncio.sleep(min(end_ns, last_ns) / 1e9 / speed - bench.now_ns / 1e9 / speed)
-                continue
-            axis = bench.devices[device].axis
-            state = axis.published()
-            if (
-                "ends_after_ns" in done.answer
-                or axis.kind == SERVO
-                or not (state.motion_state or state.pending)
-            ):
-                return
-            end_ns = bench.now_ns + _POLL_NS
+        end_ns = int(done.effective_at_ns + done.answer.get("ends_after_ns", 0))
+        pause_s = _POLL_NS / 1e9 / speed
+        await asyncio.sleep(pause_s)  # what a main program does begins with its next step
+        while self._is_under_way(device, end_ns):
+            if bench.now_ns >= last_ns:
+                return None
+            await asyncio.sleep(max(min(pause_s, (end_ns - bench.now_ns) / 1e9 / speed), pause_s / 10))
+        wanted = done.answer.get("set_point")
+        is_other = wanted is not None and abs(bench.snapshot(device).r - wanted) > abs(wanted) * 1e-6 + 1e-4
+        return "interrupted" if is_other and "ends_after_ns" in done.answer else "ended"
+
+    def _is_under_way(self, name: str, end_ns: int) -> bool:
+        """Whether what a verb began goes on, as the board's state tells."""
+        bench, device = self._daemon.bench, self._daemon.bench.devices[name]
+        if device.failed:
+            return False
+        state = bench.snapshot(name)
+        if device.axis.kind == SERVO:
+            return device.is_busy or (bool(state.following) and bench.now_ns < end_ns + _POLL_NS)
+        return bool(state.motion_state or state.pending)
+
+    def packed(self, device: str) -> bytes:
+        self._twin(device)
+        return packed(self._daemon.bench.snapshot(device).values)
 
     def state(self, device: str) -> Mapping[str, float]:
         self._twin(device)
@@ -109,6 +119,13 @@ class Host:
         return Sampling(self._daemon.watches.sampler, device, interval_ns)
 
     async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
+        done = self.do_now(source, device, verb, given)
+        if done is not None:
+            return done
+        known = self.devices[device].verbs[verb]
+        return await self._do_real(device, known, known.filled(given))
+
+    def do_now(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done | None:
         info = self._known(device)
         if verb not in info.verbs:
             raise VerbRefused(
@@ -118,9 +135,7 @@ class Host:
         if source.role < known.role:
             raise VerbRefused("forbidden", f"{verb} needs the role {known.role.name.lower()}")
         parameters = known.filled(given)
-        if info.is_real:
-            return await self._do_real(device, known, parameters)
-        return self._do_twin(device, known, parameters)
+        return None if info.is_real else self._do_twin(device, known, parameters)
 
     async def _do_real(self, device: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
         if verb.name == "type":
@@ -159,13 +174,22 @@ class Host:
         if name not in info.fields or not info.fields[name].is_settable:
             settable = [field.name for field in info.fields.values() if field.is_settable]
             raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
-        is_register = info.fields[name].type == "i32"
-        low, high = (0.0, float(_REGISTER_LIMIT)) if is_register else (-_FIELD_LIMIT, _FIELD_LIMIT)
+        low, high = self._range(info, name)
         if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
             raise VerbRefused("bad_parameter", f"{name}: write {low:g} to {high:g}")
         at_ns = self._daemon.bench.give(self._daemon.bench.devices[device], SetField(name, float(value)))
         self._daemon.lines.flush()
         return Done(at_ns, {name: value})
+
+    @staticmethod
+    def _range(info: DeviceInfo, name: str) -> tuple[float, float]:
+        """What a field may be set to; a gain as the board's verb has it."""
+        for parameter in info.verbs["gains"].parameters if "gains" in info.verbs else ():
+            if parameter.name == name:
+                return parameter.minimum, parameter.maximum
+        if name in RANGES:
+            return RANGES[name]
+        return (0.0, _REGISTER_LIMIT) if info.fields[name].type == "i32" else (-_FIELD_LIMIT, _FIELD_LIMIT)
 
     def fault(self, source: Source, target: str, given: Mapping[str, object]) -> Mapping[str, Any]:
         registry = self._daemon.faults

@@ -77,6 +77,8 @@ def _bridge_line(row: dict[str, Any]) -> str:
     """A bridge's doors and what came through."""
     doors = ", ".join([*row["listen"], *row["connect"]])
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
+    if row["dropped"]:
+        counts += f", {row['dropped']} dropped"
     warning = "; INSECURE: whoever reaches it may do all" if row["insecure"] else ""
     return f"{row['root']} at {doors}: {counts}{warning}"
 

@@ -197,6 +197,11 @@ class Device:
         self.setpoints.note(verb.effect, now_ns, self._note)
         self._empty_outbox()
 
+    @property
+    def is_busy(self) -> bool:
+        """Its main program is in a routine of its own, and takes no commands."""
+        return self._is_on and bool(getattr(self._firmware, "is_busy", False))
+
     def lose_power(self, why: str) -> None:
         """Until a reset it does nothing, and nothing is heard of it."""
         self._runtime.close()

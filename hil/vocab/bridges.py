@@ -82,8 +82,15 @@ class BridgeHost(Protocol):
     def wall_ns(self, sim_ns: int) -> int:
         """The wall's time since 1970 at a simulated one."""
 
-    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> None:
-        """Until the motion that a verb began has ended, or so many seconds of simulated time."""
+    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> str | None:
+        """Until what a verb began has ended: "ended", or "interrupted" if by something else; None: not
+        within so many seconds of simulated time."""
+
+    def packed(self, device: str) -> bytes:
+        """All fields of an axis in the binary layout, now."""
+
+    def do_now(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done | None:
+        """As ``do``, for a twin; None for a real board, whose answer takes its time."""
 
     def state(self, device: str) -> Mapping[str, float]:
         """All fields of an axis, now. Raises VerbRefused: a real board."""

@@ -163,8 +163,15 @@ def test_what_is_no_signature_is_refused(given: bytes | None) -> None:
 def test_a_signature_is_good_for_thirty_seconds_either_way(late_ns: int) -> None:
     assert Gate(USERS).check(attachment(at_ns=NOW_NS - late_ns), KEY, PAYLOAD, NOW_NS) == OPA
     step_ns = 1 if late_ns >= 0 else -1
-    with pytest.raises(Rejected, match="s old; compare the clocks"):
+    with pytest.raises(Rejected, match=r"(30\.0 s old|of 30\.0 s from now); compare the clocks"):
         Gate(USERS).check(attachment(at_ns=NOW_NS - FRESH_NS * step_ns - step_ns), KEY, PAYLOAD, NOW_NS)
+
+
+def test_what_was_signed_before_the_start_is_refused() -> None:
+    gate = Gate(USERS, NOW_NS)
+    assert gate.check(attachment(at_ns=NOW_NS), KEY, PAYLOAD, NOW_NS + 1) == OPA
+    with pytest.raises(Rejected, match="before the daemon's start"):
+        gate.check(attachment(at_ns=NOW_NS - 1, nonce=NONCE[::-1]), KEY, PAYLOAD, NOW_NS + 1)
 
 
 def test_a_signature_is_good_once() -> None:
@@ -392,7 +399,14 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("site", "words"),
     [
-        (Site("b", ["bänch"], SITE.users, AT), "neither a name"),
+        (Site("b", ["bänch"], SITE.users, AT), "write a name or an address"),
+        (Site("b", ["10.0.0.1:7447"], SITE.users, AT), "without port"),
+        (Site("b", ["[::1]"], SITE.users, AT), "without port"),
+        (Site("b", [""], SITE.users, AT), "write a name or an address"),
+        (Site("", ["10.0.0.1"], SITE.users, AT), "--bench ''"),
+        (Site("b" * 60, ["10.0.0.1"], SITE.users, AT), "up to 31 more"),
+        (Site("b", ["10.0.0.1"], [("ca", Role.ADMIN)], AT), "the authority's name"),
+        (Site("b", ["10.0.0.1"], [("opa", Role.ADMIN), ("Opa", Role.VIEWER)], AT), "twice"),
         (Site("b", ["10.0.0.1"], [("../eve", Role.ADMIN)], AT), "no name"),
         (Site("b", ["10.0.0.1"], [("opa", Role.ADMIN), ("opa", Role.VIEWER)], AT), "twice"),
     ],
@@ -400,7 +414,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 def test_names_that_do_not_do(tmp_path: Path, site: Site, words: str) -> None:
     with pytest.raises(SecurityError, match=words):
         make_site(tmp_path / "site", site)
-    assert not list((tmp_path / "site").iterdir()), "what was begun would stand in the next one's way"
+    assert not list(tmp_path.glob("site/*")), "what was begun would stand in the next one's way"
 
 
 def test_the_command(tmp_path: Path) -> None:

@@ -96,13 +96,46 @@ def test_a_position_needs_a_table_and_a_speed_does_not() -> None:
     assert (board.now.mode, board.now.r) == (ord("t"), -3.0)
 
 
-def test_a_verb_is_carried_out_during_the_start_up_too() -> None:
+BUSY = "its main program starts, or is in a routine or at a prompt; let it end, or reset it"
+MOVING: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("enable", {}),
+    ("mode", {"mode": "velocity"}),
+    ("position", {"position_deg": 1.0}),
+    ("velocity", {"velocity_rpm": 1.0}),
+    ("torque", {"effort_count": 1.0}),
+    ("move_abs", {"position_deg": 1.0}),
+    ("move_rel", {"angle_deg": 1.0}),
+    ("calibrate", {}),
+)
+
+
+@pytest.mark.parametrize(("verb", "given"), MOVING, ids=[verb for verb, _ in MOVING])
+@pytest.mark.parametrize("busy_with", [b"c", b"a", b"r", b"k", None], ids=str)
+def test_what_the_main_program_does_is_not_disturbed(
+    verb: str, given: dict[str, Any], busy_with: bytes | None
+) -> None:
     bench = Bench({"bench": "t", "devices": {"m1": DEVICE}})
-    assert bench.axis("m1").do("gains")["effective_at_ns"] == 0
-    bench.axis("m1").do("enable")
-    bench.run(BOOT_MS)
-    assert bench.axis("m1").snapshot().loop_on == 1
-    assert b"Main menu" in bench.port("m1").read()
+    if busy_with is not None:  # else it starts
+        bench.run(BOOT_MS)
+        bench.port("m1").write(busy_with)
+        bench.run(50)
+    with pytest.raises(VerbRefused, match="its main program starts") as refused:
+        bench.axis("m1").do(verb, **given)
+    assert (refused.value.code, str(refused.value)) == ("not_now", BUSY)
+    assert bench.axis("m1").do("gains")["pKp"] == 15.0
+
+
+def test_a_calibration_with_the_loop_on_is_refused(on: Board) -> None:
+    code, why = on.refusal("calibrate")
+    assert (code, why) == ("not_now", "the control loop is on, and would turn the shaft; disable it first")
+
+
+def test_relative_moves_do_not_add_up_beyond_the_range(on: Board) -> None:
+    on.do("move_abs", position_deg=1e6)
+    assert on.refusal("move_rel", angle_deg=1.0) == (
+        "bad_parameter",
+        "angle_deg: it would lead to 1000001 deg",
+    )
 
 
 def test_what_does_not_do_is_refused_with_every_problem(on: Board) -> None:

@@ -165,7 +165,6 @@ def test_one_that_was_refused_waits_for_nothing_and_changes_no_waiting() -> None
         ("mode", {"mode": "torque"}),
         ("enable", {}),
         ("disable", {}),
-        ("calibrate", {}),
     ],
 )
 def test_other_motions_end_the_waiting(verb: str, parameters: dict[str, Any]) -> None:

@@ -1,0 +1,65 @@
+"""Answers queries from a thread of its own: zenoh keeps who answers waiting for a client that does not
+read, and that must not be the event loop."""
+
+import logging
+import threading
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import zenoh
+
+log = logging.getLogger("hil")
+
+WAITING = 20_000
+"""Answers; later ones are dropped and counted. Their askers wait for their time-out."""
+END_S = 2.0
+
+
+class Sender:
+    """Replies in the order in which they were given."""
+
+    def __init__(self) -> None:
+        self._queue: SimpleQueue[tuple[zenoh.Query, str | None, bytes | None, Any] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="zenoh-replies", daemon=True)
+        self._thread.start()
+        self.dropped = 0
+
+    def reply(self, query: zenoh.Query, key: str, content: bytes, encoding: zenoh.Encoding) -> None:
+        self._put(query, key, content, encoding)
+
+    def refuse(self, query: zenoh.Query, content: bytes, encoding: zenoh.Encoding) -> None:
+        self._put(query, None, content, encoding)
+
+    def end(self, query: zenoh.Query) -> None:
+        """Nothing more is answered; else the asker waits for its time-out."""
+        self._queue.put((query, None, None, None))
+
+    def _put(self, query: zenoh.Query, key: str | None, content: bytes, encoding: zenoh.Encoding) -> None:
+        if self._queue.qsize() >= WAITING:
+            self.dropped += 1
+        else:
+            self._queue.put((query, key, content, encoding))
+
+    def _run(self) -> None:
+        while (answer := self._queue.get()) is not None:
+            query: Any = answer[0]
+            _, key, content, encoding = answer
+            try:
+                if content is None:
+                    query.drop()
+                elif key is None:
+                    query.reply_err(content, encoding=encoding)
+                else:
+                    query.reply(key, content, encoding=encoding)
+            except zenoh.ZError:
+                continue  # whoever asked has gone
+
+    def close(self) -> None:
+        """Drop what waits; answers that zenoh holds up are left to it."""
+        while True:
+            try:
+                self._queue.get_nowait()
+            except Empty:
+                break
+        self._queue.put(None)
+        self._thread.join(END_S)
