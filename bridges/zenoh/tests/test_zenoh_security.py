@@ -404,7 +404,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
         (Site("b", ["[::1]"], SITE.users, AT), "without port"),
         (Site("b", [""], SITE.users, AT), "write a name or an address"),
         (Site("", ["10.0.0.1"], SITE.users, AT), "--bench ''"),
-        (Site("b" * 60, ["10.0.0.1"], SITE.users, AT), "up to 31 more"),
+        (Site("b" * 60, ["10.0.0.1"], SITE.users, AT), "up to 31"),
         (Site("b", ["10.0.0.1"], [("ca", Role.ADMIN)], AT), "the authority's name"),
         (Site("b", ["10.0.0.1"], [("opa", Role.ADMIN), ("Opa", Role.VIEWER)], AT), "twice"),
         (Site("b", ["10.0.0.1"], [("../eve", Role.ADMIN)], AT), "no name"),
