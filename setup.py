@@ -69,7 +69,13 @@ setup(
         ),
         Extension(
             "hil.core._trajectory",
-            ["hil/core/_trajectory.pyx", *(f"{NATIVE}/motion/{n}.c" for n in ("course", "shape", "spline", "trajectory"))],
+            [
+                "hil/core/_trajectory.pyx",
+                f"{NATIVE}/motion/course.c",
+                f"{NATIVE}/motion/shape.c",
+                f"{NATIVE}/motion/spline.c",
+                f"{NATIVE}/motion/trajectory.c",
+            ],
             depends=[f"{NATIVE}/motion/shape.h", f"{NATIVE}/motion/trajectory.h"],
             include_dirs=["hil/core"],
             libraries=["m"],

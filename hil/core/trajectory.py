@@ -9,6 +9,7 @@ from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import pairwise
 from typing import Literal
 
 from hil.core import _trajectory
@@ -52,8 +53,8 @@ _MEANINGS = {
 
 
 class PlanError(ValueError):
-    """Something that cannot be planned: what, of which axis (None: of none), and the least duration if one that
-    is too short was asked for."""
+    """Something that cannot be planned: what, of which axis (None: of none), and the least duration if too
+    short a one was asked for."""
 
     def __init__(self, problem: PlanProblem, axis: int | None = None, least_ns: int | None = None) -> None:
         least = "" if least_ns is None else f", at least {least_ns} ns"
@@ -136,8 +137,8 @@ class Trajectory:
         return tuple(Segment(*values) for values in self._course.segments_of(axis))
 
     def stop(self, at_ns: int, limits: Sequence[AxisLimits]) -> "Trajectory":
-        """From the state at ``at_ns`` to a standstill: along the line of a line, otherwise each axis as soon as it
-        can. Its time 0 is ``at_ns``.
+        """From the state at ``at_ns`` to a standstill, and its time 0 is ``at_ns``. Along the line of a line,
+        otherwise each axis as soon as it can.
 
         Raises:
             PlanError: the limits are not finite and above 0.
@@ -177,8 +178,8 @@ def plan_joint(
     kind: Kind = "s_curve",
     duration_ns: int | None = None,
 ) -> Trajectory:
-    """All axes from their starts to their targets at rest, beginning and ending together: after ``duration_ns``, or as
-    soon as the slowest can.
+    """All axes from their starts to their targets at rest. They begin and end together: after
+    ``duration_ns``, or as soon as the slowest can.
 
     Raises:
         PlanError: see ``PlanProblem``.
@@ -245,14 +246,14 @@ def plan_spline(points_deg: Sequence[Sequence[float]], times_ns: Sequence[int]) 
 
 
 def plan_spline_within(points_deg: Sequence[Sequence[float]], limits: Sequence[AxisLimits]) -> Trajectory:
-    """The same with times from the limits: they divide as the moves from rest to rest would, and are as short as the
-    limits let them be in that proportion.
+    """The same with times from the limits. The intervals are in the proportion of moves from rest to rest,
+    and as short as the limits let them be in it.
 
     Raises:
         PlanError: see ``PlanProblem``; POINTS_OUT_OF_ORDER if one point is the same as the one before it.
     """
     times_ns = [0]
-    for here, there in zip(points_deg, points_deg[1:], strict=False):
+    for here, there in pairwise(points_deg):
         chord = plan_joint([AxisState(p) for p in here], there, limits)
         times_ns.append(times_ns[-1] + chord.duration_ns)
     plan = plan_spline(points_deg, times_ns[: len(points_deg)])
@@ -265,7 +266,9 @@ def _duration(duration_ns: int | None) -> tuple[int, ...]:
 
 def _same_length(values: Sequence[object], count: int) -> None:
     if len(values) != count:
-        raise ValueError(f"{len(values)} values for {count}: all sequences have one value for each axis or point")
+        raise ValueError(
+            f"{len(values)} values for {count}: all sequences have one value for each axis or point"
+        )
 
 
 def _planned(course: _trajectory.Course, error: int, kind: Kind) -> Trajectory:

@@ -3,6 +3,9 @@
 #include <float.h>
 #include <math.h>
 
+/* fmax may answer either of two zeros. */
+static double at_least_0(double x) { return x > 0 ? x : 0; }
+
 static void begin(shape *s, double v) { *s = (shape){.v = v}; }
 
 static void append(shape *s, const shape_phase *phases, int count)
@@ -25,7 +28,7 @@ static void ramp(shape_phase out[3], const shape_bounds *b, double v, double a, 
     if (from > peak) hold = (change - from * from * b->inverse_j / 2) / peak; /* a start beyond the limit */
     else hold = (change - (peak * peak - from * from / 2) * b->inverse_j) / peak;
     if (hold < 0) {
-        peak = sqrt(fmax(change * b->j + from * from / 2, 0));
+        peak = sqrt(at_least_0(change * b->j + from * from / 2));
         if (peak < from) peak = from;
         hold = 0;
     }
@@ -58,7 +61,7 @@ static double excess(const family *f) { return (f->is_by_time ? f->s->t : f->s->
 static double excess_at(const family *f, double u)
 {
     const shape_bounds *b = f->b;
-    double rise = fmax((b->a - f->a) * b->inverse_j, 0), a = b->a;
+    double rise = at_least_0((b->a - f->a) * b->inverse_j), a = b->a;
     if (u < rise) {
         rise = u;
         a = f->a + u * b->j;

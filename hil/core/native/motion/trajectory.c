@@ -96,8 +96,8 @@ static int mean(const shape *x, const shape *y, double share, shape_phase *out)
     while (i < x->count || k < y->count) {
         shape_phase p = phase_at(x, i), q = phase_at(y, k);
         double left_x = p.t - in_x, left_y = q.t - in_y, t = fmin(left_x, left_y);
-        double a = share * (p.a + p.j * in_x) + (1 - share) * (q.a + q.j * in_y);
-        if (t > 0) out[count++] = (shape_phase){t, a, share * p.j + (1 - share) * q.j};
+        double a = p.a + p.j * in_x, b = q.a + q.j * in_y;
+        if (t > 0) out[count++] = (shape_phase){t, b + share * (a - b), q.j + share * (p.j - q.j)};
         in_x += t;
         in_y += t;
         if (left_x <= left_y) in_x = 0, i++;
@@ -113,12 +113,14 @@ static traj_error lengthen(traj_profile *p, const traj_state *start, const traj_
     if (is_at_rest(start, kind)) return traj_stretch(p, duration / p->duration);
     shape_bounds b = bounds_of(limits, kind);
     double v = start->velocity, a = kind == TRAJ_S_CURVE ? start->acceleration : 0, distance = p->to - p->from;
+    int forward = v > 0 || (v == 0 && a > 0) ? 1 : -1; /* a mirrored move is the mirrored profile, to the bit */
     shape far, near;
     shape_phase phases[2 * SHAPE_PHASES];
     if (!admit(&b, v, a)) return TRAJ_START_BEYOND_LIMITS;
-    shape_farthest(&far, &b, v, a, 1, duration);
-    shape_farthest(&near, &b, v, a, -1, duration);
-    double share = far.p > near.p ? fmin(fmax((distance - near.p) / (far.p - near.p), 0), 1) : 1;
+    shape_farthest(&far, &b, v, a, forward, duration);
+    shape_farthest(&near, &b, v, a, -forward, duration);
+    double share = far.p != near.p ? (distance - near.p) / (far.p - near.p) : 1;
+    share = share > 0 ? fmin(share, 1) : 0;
     return lay(p, p->from, v, phases, mean(&far, &near, share, phases));
 }
 
