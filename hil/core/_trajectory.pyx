@@ -59,6 +59,7 @@ cdef extern from "native/motion/trajectory.h" nogil:
                          const traj_limits *limits, traj_kind kind, traj_profile *out_path, traj_profile *out,
                          traj_fault *fault)
     traj_error traj_spline(int points, const int64_t *times_ns, const double *positions, traj_profile *out)
+    traj_error traj_check_limits(int axes, const traj_limits *limits, traj_kind kind, traj_fault *fault)
     traj_state traj_at(const traj_profile *profile, int64_t at_ns)
     int traj_violation(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind,
                        traj_violation_found *found)
@@ -94,7 +95,7 @@ cdef int read_numbers(object numbers, int axes, double *out) except -1:
 
 cdef class Course:
     """The axes' profiles and, of a line, its path's. The calls that plan answer a traj_error, and once;
-    nothing else changes it."""
+    nothing else changes what it does."""
 
     cdef traj_profile *profiles  # the path's is the last
     cdef traj_segment *segments
@@ -236,6 +237,12 @@ cdef class Course:
         cdef traj_profile *p = &self.profiles[axis]
         cdef traj_segment *s = p.segments
         return [(s[i].t, s[i].length, p.start_position + s[i].p, s[i].v, s[i].a, s[i].j) for i in range(p.count)]
+
+    def check(self, limits, bint is_s_curve):
+        """A traj_error: of limits, for the two calls after this one."""
+        cdef traj_limits limit[TRAJ_AXES]
+        read_limits(limits, self.axes, limit)
+        return traj_check_limits(self.axes, limit, is_s_curve, &self.fault)
 
     def violation(self, limits, bint is_s_curve):
         cdef traj_limits limit[TRAJ_AXES]

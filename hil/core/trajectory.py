@@ -148,8 +148,12 @@ class Trajectory:
         return _planned(course, course.stop(self._course, at_ns, limits, self.kind == "s_curve"), self.kind)
 
     def violation(self, limits: Sequence[AxisLimits]) -> Violation | None:
-        """The first end or turning point of a segment that exceeds a limit by more than a part in 1e9."""
-        _same_length(limits, self.axes)
+        """The first end or turning point of a segment that exceeds a limit by more than a part in 1e9.
+
+        Raises:
+            PlanError: the limits are not finite and above 0.
+        """
+        self._check(limits)
         found = self._course.violation(limits, self.kind == "s_curve")
         if found is None:
             return None
@@ -160,9 +164,16 @@ class Trajectory:
         """The same way, slowed as little as the limits need; itself if it keeps them.
 
         Only for what starts at rest: a start in motion would be slowed too.
+
+        Raises:
+            PlanError: the limits are not finite and above 0, or it would take over 100 years.
         """
-        _same_length(limits, self.axes)
+        self._check(limits)
         return self._stretched(max(1.0, self._course.fit(limits, self.kind == "s_curve")))
+
+    def _check(self, limits: Sequence[AxisLimits]) -> None:
+        _same_length(limits, self.axes)
+        _planned(self._course, self._course.check(limits, self.kind == "s_curve"), self.kind)
 
     def _stretched(self, factor: float) -> "Trajectory":
         if factor == 1:

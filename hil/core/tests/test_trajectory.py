@@ -179,6 +179,14 @@ def test_a_line_is_as_soon_as_its_slowest_axis_or_later(rows, kind):
     assert line.duration_ns >= plan_joint(starts, targets, limits, kind).duration_ns - 1
 
 
+@pytest.mark.parametrize("kind", ["trapezoid", "s_curve"])
+def test_a_line_uses_its_limits_up(kind):
+    half = AxisLimits(50, 500, 10_000)
+    one = plan_joint([AxisState(0)], [10], [LIMITS], kind)
+    assert plan_line([0, 0, 3], [10, -5, 3], [LIMITS, half, half], kind).duration_ns == one.duration_ns
+    assert plan_line([0, 0], [10, 5.1], [LIMITS, half], kind).duration_ns > one.duration_ns
+
+
 @given(st.lists(moves(), min_size=1, max_size=4), st.floats(0, 1))
 def test_a_stop_starts_smoothly_and_keeps_the_limits(rows, part):
     starts, targets, limits = columns(rows)
@@ -277,6 +285,7 @@ def test_the_first_violation_is_told():
 
 
 FAR = AxisState(0), AxisState(0)
+SPLINE = plan_spline([(0,), (1,)], [0, 10**9])
 
 
 @pytest.mark.parametrize(
@@ -289,6 +298,11 @@ FAR = AxisState(0), AxisState(0)
         ("NOT_FINITE", 1, lambda: plan_spline([(0, 0), (1, math.nan)], [0, 1])),
         ("NOT_FINITE", 0, lambda: plan_joint([AxisState(0)], [1], [replace(LIMITS, jerk_max=math.inf)])),
         ("LIMIT_NOT_POSITIVE", 1, lambda: plan_line([0, 0], [1, 1], [LIMITS, AxisLimits(1, 0, 1)])),
+        ("LIMIT_NOT_POSITIVE", 0, lambda: SPLINE.violation([AxisLimits(-1, 1, 1)])),
+        ("LIMIT_NOT_POSITIVE", 0, lambda: SPLINE.fitted([AxisLimits(1, 1, 0)])),
+        ("LIMIT_NOT_POSITIVE", 0, lambda: SPLINE.stop(0, [AxisLimits(1, 1, 0)])),
+        ("LIMIT_NOT_POSITIVE", 0, lambda: plan_spline_within([(0,), (1,)], [AxisLimits(1, 1, 0)])),
+        ("OUT_OF_RANGE", None, lambda: SPLINE.fitted([AxisLimits(1e-300, 1, 1)])),
         ("NO_AXES", None, lambda: plan_joint([], [], [])),
         ("TOO_MANY_AXES", None, lambda: plan_line([0] * 65, [1] * 65, [LIMITS] * 65)),
         ("TOO_MANY_AXES", None, lambda: plan_spline([[0] * 65, [1] * 65], [0, 1])),
@@ -338,7 +352,7 @@ def test_the_bits_are_the_same_on_every_machine():
         ):
             positions = plan.positions_deg(0, plan.duration_ns // 97 + 1, 100)
             digest.update(struct.pack(f"<{len(positions)}d", *positions))
-    assert digest.hexdigest() == "fc7b08a437bf84c8fcb0a1eaacbd915b0b9232b825d71eb6de63bdf46c1afa4c"
+    assert digest.hexdigest() == "75bb0584ab80dadde179fb8007e5ddeab3259528d57c8a4ff0116dc9c9d96a8c"
 
 
 def test_problems_are_those_of_the_header():

@@ -30,9 +30,7 @@ traj_state traj_at(const traj_profile *p, int64_t at_ns)
         if (p->segments[middle].t <= t) low = middle;
         else high = middle;
     }
-    /* Seconds late in a long profile are rounded to more than a short segment could bear. */
-    const traj_segment *now = &p->segments[low];
-    traj_state s = in_segment(now, fmin(t - now->t, now->length));
+    traj_state s = in_segment(&p->segments[low], t - p->segments[low].t);
     s.position += p->from;
     return s;
 }
@@ -62,25 +60,33 @@ static measure measure_of(const traj_segment *s, double dt, const traj_limits *l
     return (measure){s->j, l->jerk};
 }
 
+static int violation_of(const traj_profile *p, const traj_limits *l, traj_kind kind, traj_violation_found *found)
+{
+    double dt[3];
+    traj_quantity last = kind == TRAJ_S_CURVE ? TRAJ_JERK : TRAJ_ACCELERATION;
+    for (int i = 0; i < p->count; i++)
+        for (int k = 0, marks = marks_of(p, i, dt); k < marks; k++)
+            for (traj_quantity q = TRAJ_VELOCITY; q <= last; q++) {
+                measure m = measure_of(&p->segments[i], dt[k], l, q);
+                if (fabs(m.value) <= m.limit * (1 + TRAJ_TOLERANCE)) continue;
+                int64_t at_ns = (int64_t)((p->segments[i].t + dt[k]) * 1e9 + 0.5);
+                *found = (traj_violation_found){.quantity = q, .at_ns = at_ns, .value = m.value, .limit = m.limit};
+                return 1;
+            }
+    return 0;
+}
+
 int traj_violation(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind,
                    traj_violation_found *found)
 {
     int is_any = 0;
-    double dt[3];
-    traj_quantity last = kind == TRAJ_S_CURVE ? TRAJ_JERK : TRAJ_ACCELERATION;
+    traj_violation_found one;
     for (int axis = 0; axis < axes; axis++) {
-        const traj_profile *p = &profiles[axis];
-        for (int i = 0, is_here = 0; i < p->count && !is_here; i++)
-            for (int k = 0, marks = marks_of(p, i, dt); k < marks && !is_here; k++)
-                for (traj_quantity q = TRAJ_VELOCITY; q <= last && !is_here; q++) {
-                    measure m = measure_of(&p->segments[i], dt[k], &limits[axis], q);
-                    if (fabs(m.value) <= m.limit * (1 + TRAJ_TOLERANCE)) continue;
-                    int64_t at_ns = (int64_t)((p->segments[i].t + dt[k]) * 1e9 + 0.5);
-                    is_here = 1;
-                    if (!is_any || at_ns < found->at_ns)
-                        *found = (traj_violation_found){axis, q, at_ns, m.value, m.limit};
-                    is_any = 1;
-                }
+        if (!violation_of(&profiles[axis], &limits[axis], kind, &one)) continue;
+        if (is_any && one.at_ns >= found->at_ns) continue;
+        *found = one;
+        found->axis = axis;
+        is_any = 1;
     }
     return is_any;
 }
@@ -96,22 +102,21 @@ static double cube_root(double x)
 
 double traj_fit(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind)
 {
-    double v = 0, a = 0, j = 0, dt[3];
+    double most[TRAJ_JERK + 1] = {0}, dt[3];
     for (int axis = 0; axis < axes; axis++)
         for (int i = 0; i < profiles[axis].count; i++)
             for (int k = 0, marks = marks_of(&profiles[axis], i, dt); k < marks; k++)
                 for (traj_quantity q = TRAJ_VELOCITY; q <= TRAJ_JERK; q++) {
                     measure m = measure_of(&profiles[axis].segments[i], dt[k], &limits[axis], q);
-                    double *most = q == TRAJ_VELOCITY ? &v : q == TRAJ_ACCELERATION ? &a : &j;
-                    *most = fmax(*most, fabs(m.value) / m.limit);
+                    most[q] = fmax(most[q], fabs(m.value) / m.limit);
                 }
-    return fmax(fmax(v, sqrt(a)), kind == TRAJ_S_CURVE ? cube_root(j) : 0);
+    double factor = fmax(most[TRAJ_VELOCITY], sqrt(most[TRAJ_ACCELERATION]));
+    return kind == TRAJ_S_CURVE ? fmax(factor, cube_root(most[TRAJ_JERK])) : factor;
 }
 
 traj_error traj_stretch(traj_profile *p, double factor)
 {
-    if (!isfinite(factor)) return TRAJ_NOT_FINITE;
-    if (!(factor > 0)) return TRAJ_OUT_OF_RANGE;
+    if (!(factor > 0 && isfinite(factor))) return TRAJ_OUT_OF_RANGE;
     double by = 1 / factor;
     for (int i = 0; i < p->count; i++) {
         traj_segment *s = &p->segments[i];

@@ -29,7 +29,6 @@ static void ramp(shape_phase out[3], const shape_bounds *b, double v, double a, 
     else hold = (change - (peak * peak - from * from / 2) * b->inverse_j) / peak;
     if (hold < 0) {
         peak = sqrt(at_least_0(change * b->j + from * from / 2));
-        if (peak < from) peak = from;
         hold = 0;
     }
     double towards = peak >= from ? sign * b->j : -sign * b->j;
@@ -48,7 +47,7 @@ void shape_to_velocity(shape *s, const shape_bounds *b, double v, double a, doub
 
 /* All soonest ways to positions at rest beyond where the axis stops if it stops at once: it speeds up (its
    acceleration rises to the limit and stays there) for a time u, then stops; the ones to the farthest positions cruise
-   in between. Both the end's position and its time grow with u, so that either of them selects one. */
+   in between. Neither the end's position nor its time falls with u, so that either of them selects one. */
 typedef struct family {
     const shape_bounds *b;
     double v, a, goal;
@@ -75,9 +74,9 @@ static double excess_at(const family *f, double u)
 }
 
 /* Chandrupatla's method (Adv. Eng. Software 28, 1997): inverse quadratic interpolation where that is safe, else halves. */
-static void solve(const family *f, double low, double high)
+static void solve(const family *f, double high)
 {
-    double a = high, b = low, c = high, at_a = excess_at(f, a), at_c = at_a, part = 0.5;
+    double a = high, b = 0, c = high, at_a = excess_at(f, a), at_c = at_a, part = 0.5;
     if (!(at_a > 0)) return;
     double at_b = excess_at(f, b);
     if (!(at_b < 0)) return;
@@ -96,10 +95,7 @@ static void solve(const family *f, double low, double high)
         at_a = at_x;
         double best = fabs(at_a) < fabs(at_b) ? a : b;
         double least = 2 * DBL_EPSILON * fabs(best) / fabs(b - a);
-        if (at_a == 0 || !(least < 0.5)) {
-            if (best != x) excess_at(f, best);
-            return;
-        }
+        if (at_a == 0 || !(least < 0.5)) return;
         double xi = (a - b) / (c - b), phi = (at_a - at_b) / (at_c - at_b);
         part = 0.5;
         if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
@@ -113,15 +109,13 @@ static void select_member(const family *f)
 {
     const shape_bounds *b = f->b;
     shape_phase up[3], cruise = {0}, stop[3];
-    ramp(stop, b, f->v, f->a, 0);
-    double low = f->v + f->a * fabs(f->a) * b->inverse_j / 2 < 0 ? stop[0].t + stop[1].t : 0;
     ramp(up, b, f->v, f->a, b->v);
     ramp(stop, b, b->v, 0, 0);
     begin(f->s, f->v);
     append(f->s, up, 3);
     append(f->s, stop, 3);
     if (excess(f) > 0) {
-        solve(f, low, up[0].t + up[1].t);
+        solve(f, up[0].t + up[1].t);
         return;
     }
     cruise.t = -excess(f) / (f->is_by_time ? 1 : b->v);

@@ -10,6 +10,12 @@ static traj_error check_axes(int axes, traj_fault *fault)
     return axes < 1 ? TRAJ_NO_AXES : axes > TRAJ_AXES ? TRAJ_TOO_MANY_AXES : TRAJ_OK;
 }
 
+static traj_error failed(traj_error error, int axis, traj_fault *fault)
+{
+    if (error) fault->axis = axis;
+    return error;
+}
+
 static traj_error check_limits(const traj_limits *l, traj_kind kind)
 {
     double jerk = kind == TRAJ_S_CURVE ? l->jerk : 1;
@@ -17,9 +23,10 @@ static traj_error check_limits(const traj_limits *l, traj_kind kind)
     return l->velocity > 0 && l->acceleration > 0 && jerk > 0 ? TRAJ_OK : TRAJ_LIMIT_NOT_POSITIVE;
 }
 
-static traj_error failed(traj_error error, int axis, traj_fault *fault)
+traj_error traj_check_limits(int axes, const traj_limits *limits, traj_kind kind, traj_fault *fault)
 {
-    if (error) fault->axis = axis;
+    traj_error error = check_axes(axes, fault);
+    for (int i = 0; i < axes && !error; i++) error = failed(check_limits(&limits[i], kind), i, fault);
     return error;
 }
 
@@ -57,14 +64,10 @@ static int is_at_rest(const traj_state *s, traj_kind kind)
     return s->velocity == 0 && (kind == TRAJ_TRAPEZOID || s->acceleration == 0);
 }
 
-/* Widens the bounds by the rounding that the start exceeds them by; answers 0 if that is more than rounding. */
-static int admit(shape_bounds *b, double v, double a)
+static int is_within(const shape_bounds *b, double v, double a)
 {
-    double most_a = fabs(a), later = fabs(v + a * most_a * b->inverse_j / 2), most_v = fmax(fabs(v), later);
-    if (!(most_a <= b->a * (1 + TRAJ_TOLERANCE)) || !(most_v <= b->v * (1 + TRAJ_TOLERANCE))) return 0;
-    b->a = fmax(b->a, most_a);
-    b->v = fmax(b->v, most_v);
-    return 1;
+    double most_v = fmax(fabs(v), fabs(v + a * fabs(a) * b->inverse_j / 2));
+    return fabs(a) <= b->a * (1 + TRAJ_TOLERANCE) && most_v <= b->v * (1 + TRAJ_TOLERANCE);
 }
 
 static traj_error soonest(const traj_state *start, double target, const traj_limits *limits, traj_kind kind,
@@ -76,7 +79,7 @@ static traj_error soonest(const traj_state *start, double target, const traj_lim
         return TRAJ_NOT_FINITE;
     shape_bounds b = bounds_of(limits, kind);
     double v = start->velocity, a = kind == TRAJ_S_CURVE ? start->acceleration : 0;
-    if (!admit(&b, v, a)) return TRAJ_START_BEYOND_LIMITS;
+    if (!is_within(&b, v, a)) return TRAJ_START_BEYOND_LIMITS;
     shape s;
     shape_to_position(&s, &b, v, a, target - start->position);
     out->to = target;
@@ -116,7 +119,6 @@ static traj_error lengthen(traj_profile *p, const traj_state *start, const traj_
     int forward = v > 0 || (v == 0 && a > 0) ? 1 : -1; /* a mirrored move is the mirrored profile, to the bit */
     shape far, near;
     shape_phase phases[2 * SHAPE_PHASES];
-    if (!admit(&b, v, a)) return TRAJ_START_BEYOND_LIMITS;
     shape_farthest(&far, &b, v, a, forward, duration);
     shape_farthest(&near, &b, v, a, -forward, duration);
     double share = far.p != near.p ? (distance - near.p) / (far.p - near.p) : 1;
@@ -138,7 +140,7 @@ static traj_error choose_duration(int axes, const traj_profile *profiles, int64_
         fault->least_ns = *duration_ns;
         return failed(TRAJ_TOO_SHORT, slowest, fault);
     }
-    *duration = fmax(*duration, (double)asked_ns / 1e9);
+    *duration = (double)asked_ns / 1e9;
     *duration_ns = asked_ns;
     return *duration <= TRAJ_LONGEST_S ? TRAJ_OK : TRAJ_OUT_OF_RANGE;
 }

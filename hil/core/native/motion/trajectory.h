@@ -84,6 +84,9 @@ traj_error traj_spline(int points, const int64_t *times_ns, const double *positi
 
 traj_state traj_at(const traj_profile *profile, int64_t at_ns);
 
+/* For the functions below, which take limits on trust. */
+traj_error traj_check_limits(int axes, const traj_limits *limits, traj_kind kind, traj_fault *fault);
+
 typedef enum traj_quantity { TRAJ_VELOCITY, TRAJ_ACCELERATION, TRAJ_JERK } traj_quantity;
 
 typedef struct traj_violation_found {

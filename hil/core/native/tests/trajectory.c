@@ -95,8 +95,9 @@ static void check_inside(const traj_profile *p, const traj_limits *l, traj_kind 
     if (traj_violation(1, p, l, kind, &found))
         CHECK_FAILED("quantity %d is %.17g at %lld ns, limit %.17g", (int)found.quantity, found.value,
                      (long long)found.at_ns, found.limit);
-    for (int i = 0; i <= 50; i++) {
-        traj_state s = traj_at(p, (int64_t)((double)p->duration_ns * i / 50));
+    for (int i = 0; i < 51 + 3 * p->count; i++) { /* and around the ends of segments */
+        int64_t near = i < 51 ? 0 : (int64_t)(p->segments[(i - 51) / 3].t * 1e9) + (i % 3 - 1);
+        traj_state s = traj_at(p, i < 51 ? (int64_t)((double)p->duration_ns * i / 50) : near);
         CHECK(fabs(s.velocity) <= l->velocity * (1 + TRAJ_TOLERANCE));
         CHECK(fabs(s.acceleration) <= l->acceleration * (1 + TRAJ_TOLERANCE) ||
               (kind == TRAJ_TRAPEZOID && s.velocity == 0));
@@ -150,6 +151,42 @@ static void known_times(void)
               TRAJ_OK);
     CHECK_NEAR(p->axes->duration, 4 * cbrt(2.0 / 40000), 1e-12);
     CHECK_INT(p->axes->count, 3);
+    free(p);
+}
+
+/* A million seconds have a grain of 1e-10 s, in which this jerk changes the acceleration by a part in ten thousand. */
+static void a_long_cruise_does_not_blur_its_ends(void)
+{
+    plan *p = new_plan(TRAJ_SEGMENTS);
+    traj_limits l = {1, 1, 1e6};
+    for (int i = 0; i < 200; i++) {
+        double target = 1e6 + i / 7.0;
+        CHECK_INT(traj_joint(1, &(traj_state){0}, &target, &l, TRAJ_S_CURVE, TRAJ_SOONEST, p->axes, &p->fault), TRAJ_OK);
+        check_inside(p->axes, &l, TRAJ_S_CURVE);
+        check_continuous(p->axes, &l, TRAJ_S_CURVE);
+        check_end(p->axes, target);
+    }
+    free(p);
+}
+
+/* What rounding exceeds the limits by is not refused, and still there at the end. */
+static void a_start_may_be_a_rounding_beyond_the_limits(void)
+{
+    plan *p = new_plan(TRAJ_SEGMENTS);
+    traj_limits l = {100, 1000, 20000};
+    const traj_state starts[] = {{0, 100 * (1 + 9e-10), 0}, {0, 75 * (1 + 9e-10), 1000}, {0, -75, -1000 * (1 + 4e-10)}};
+    for (int i = 0; i < 30; i++) {
+        traj_state start = starts[i % 3];
+        double target = i < 3 ? 50 : pow(-1.7, i - 15);
+        CHECK_INT(traj_joint(1, &start, &target, &l, TRAJ_S_CURVE, TRAJ_SOONEST, p->axes, &p->fault), TRAJ_OK);
+        check_near_start(p->axes, &start, TRAJ_S_CURVE);
+        check_continuous(p->axes, &l, TRAJ_S_CURVE);
+        check_end(p->axes, target);
+    }
+    /* the target that it reaches when it brakes as the limits let it is that of no sooner plan */
+    double stop_at = 100 * 0.15 / 2;
+    CHECK_INT(traj_joint(1, starts, &stop_at, &l, TRAJ_S_CURVE, TRAJ_SOONEST, p->axes, &p->fault), TRAJ_OK);
+    check_continuous(p->axes, &l, TRAJ_S_CURVE);
     free(p);
 }
 
@@ -429,6 +466,8 @@ void trajectory_tests(void)
 {
     RUN(one_axis_keeps_its_limits_and_ends_exactly);
     RUN(known_times);
+    RUN(a_long_cruise_does_not_blur_its_ends);
+    RUN(a_start_may_be_a_rounding_beyond_the_limits);
     RUN(axes_end_together_when_asked_to);
     RUN(a_line_is_straight_and_so_is_its_stop);
     RUN(a_stop_is_smooth_and_within_limits);
