@@ -195,14 +195,17 @@ cdef class Course:
         cdef Course other = Course(self.axes, self.profiles[0].room)
         cdef traj_error error = TRAJ_OK
         cdef traj_profile *to
-        cdef int i
+        cdef traj_segment *segments
+        cdef int i, room
         other.is_line = self.is_line
         for i in range(self.axes + 1):
             to = &other.profiles[i]
             memcpy(to.segments, self.profiles[i].segments, self.profiles[i].count * sizeof(traj_segment))
-            segments, room = <size_t>to.segments, to.room
+            segments = to.segments
+            room = to.room
             to[0] = self.profiles[i]
-            to.segments, to.room = <traj_segment *><size_t>segments, room
+            to.segments = segments
+            to.room = room
             error = error or traj_stretch(to, factor)
         return error, other
 

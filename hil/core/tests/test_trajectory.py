@@ -37,6 +37,7 @@ def powers(low, high):
 
 
 ANY_LIMITS = st.builds(AxisLimits, powers(0, 4), powers(0, 5), powers(1, 6))
+FRACTIONS = st.floats(-1, 1).map(lambda x: round(x, 9))
 POSITIONS = st.floats(-720, 720, allow_subnormal=False)
 
 
@@ -46,7 +47,7 @@ def moves(draw, at_rest=False):
     limits, position, target = draw(ANY_LIMITS), draw(POSITIONS), draw(POSITIONS)
     if at_rest or draw(st.booleans()):
         return AxisState(position), target, limits
-    velocity, acceleration = draw(st.floats(-1, 1)), draw(st.floats(-1, 1))
+    velocity, acceleration = draw(FRACTIONS), draw(FRACTIONS)
     start = AxisState(position, velocity * limits.velocity_max, acceleration * limits.acceleration_max)
     later = start.acceleration_deg_per_s2 * abs(start.acceleration_deg_per_s2) / (2 * limits.jerk_max)
     assume(abs(start.velocity_deg_per_s + later) <= limits.velocity_max)
