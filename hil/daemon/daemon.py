@@ -308,8 +308,7 @@ class Daemon:
 
     def _core_is_due(self) -> None:
         self.bench.service()
-        for session in self._line_sessions():
-            session.refresh()
+        self.lines.refresh()
         self.lines.flush()
 
     def release(self) -> None:
@@ -318,7 +317,7 @@ class Daemon:
             self._release_timer.cancel()
             self._release_timer = None
         now_ns = self.bench.now_ns
-        due_ns = min((each.release(now_ns) for each in self._line_sessions()), default=FOREVER)
+        due_ns = self.lines.release(now_ns)
         if due_ns < FOREVER:
             delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
             loop = asyncio.get_running_loop()

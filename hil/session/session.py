@@ -32,19 +32,35 @@ class HasLine(Protocol):
     def flush(self) -> None:
         """Put what was sent on the line."""
 
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Hand the port what is complete by ``now_ns``; answers when the next is due."""
+
+    def refresh(self) -> None:
+        """Let the port read on if it was held up and there is room again."""
+
 
 class Lines:
-    """The paced lines of a bench. ``scheduled`` is called when bytes were put on one, for
-    ``Session.release`` to be called in time."""
+    """The paced lines of a bench: of hundreds, only those with something on them are looked at. ``scheduled``
+    is called when bytes were put on one, for ``release`` to be called in time."""
 
     def __init__(self, scheduled: Callable[[], None]) -> None:
         self._scheduled = scheduled
         self.fresh: list[HasLine] = []
         """Those whose device has sent something since the last ``flush``."""
+        self._busy: dict[HasLine, None] = {}
+        self._held: dict[HasLine, None] = {}
 
-    def schedule(self) -> None:
+    def schedule(self, session: HasLine) -> None:
         """A session has something to do at a time that its ``release`` says."""
+        self._busy[session] = None
         self._scheduled()
+
+    def hold(self, session: HasLine, is_held: bool) -> None:
+        """A session's port may read nothing for now, or it may again."""
+        if is_held:
+            self._held[session] = None
+        else:
+            self._held.pop(session, None)
 
     def flush(self) -> None:
         """Put what devices have sent on their lines; called after firmware has run."""
@@ -52,7 +68,22 @@ class Lines:
             fresh, self.fresh = self.fresh, []
             for session in fresh:
                 session.flush()
+                self._busy[session] = None
             self._scheduled()
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Hand ports what is complete by ``now_ns``; answers when the next is due."""
+        next_ns = FOREVER
+        for session in list(self._busy):
+            if (due_ns := session.release(now_ns)) == FOREVER:
+                self._busy.pop(session, None)
+            next_ns = min(next_ns, due_ns)
+        return next_ns
+
+    def refresh(self) -> None:
+        """Let ports read on that were held up, where there is room again."""
+        for session in list(self._held):
+            session.refresh()
 
 
 class Session:
@@ -95,6 +126,7 @@ class Session:
         """What the port may read from its clients now."""
         room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
         self._held = room == 0
+        self._lines.hold(self, self._held)
         return room
 
     def drained(self) -> None:
@@ -110,7 +142,6 @@ class Session:
         self.port_failure = reason
 
     def refresh(self) -> None:
-        """Let the port read on if it was held up and there is room again."""
         if self._held and self.room():
             self.port.resume_reading()
 
@@ -145,7 +176,6 @@ class Session:
         self._fresh.clear()
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """Hand the port the bytes that a client has by ``now_ns``; answers when the next is due."""
         out = bytearray()
         while self._line and self._line[0][0] <= now_ns:
             out += self._line.popleft()[1]

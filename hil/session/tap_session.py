@@ -34,8 +34,9 @@ class TapSession:
         room = 0 if is_full else self.tap.room(self._bench.now_ns)
         if room == 0 and not self._held:
             self._held = True
-            self._lines.schedule()
+            self._lines.schedule(self)
         self._held = room == 0
+        self._lines.hold(self, self._held)
         return room
 
     def drained(self) -> None:
@@ -48,7 +49,6 @@ class TapSession:
         self.port_failure = reason
 
     def refresh(self) -> None:
-        """Let the port read on if it was held up and there is room again."""
         if self._held and self.room():
             self.port.resume_reading()
 
@@ -62,7 +62,6 @@ class TapSession:
         self._is_fresh = False
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """Hand the port what is complete by ``now_ns``; answers when the next is due."""
         if data := self.tap.take(now_ns):
             for listener in self.taps:
                 listener("client", data)

@@ -198,10 +198,12 @@ class DeviceUart:
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         if characters:
-            times_ns = tuple(each.at_ns for each in characters)
-            self._fly(_Flight(times_ns, bytes(each.byte for each in characters)))
+            self._fly(_flight_of(tuple(characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
+        if not self._in_flight:
+            self._before = b""
+            return
         left = [each for each in self.in_flight() if each[0] <= after_ns]
         self._in_flight.clear()
         self._taken = 0
@@ -276,6 +278,12 @@ class DeviceUart:
         if not is_gapless:
             self._is_gapless = False
             self.wake_on(wake_byte, self._mark)
+
+
+@lru_cache(maxsize=4)
+def _flight_of(characters: tuple[HeardCharacter, ...]) -> _Flight:
+    """Kept, because all receivers on a line hear the same."""
+    return _Flight(tuple(each.at_ns for each in characters), bytes(each.byte for each in characters))
 
 
 @lru_cache(maxsize=4)

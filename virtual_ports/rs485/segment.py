@@ -331,20 +331,23 @@ class Segment:
 
     def _tell_all(self, now_ns: int) -> None:
         """From ``now_ns`` on everybody's receiver reads the line anew."""
-        shared: dict[tuple[bool, int], list[Character]] = {}
+        shared: dict[tuple[bool, int], tuple[Character, ...]] = {}
         senders = {burst.station for burst in self._cluster}
         for station in self.stations.values():
             if station.is_cut:
                 continue
             station.receiver.retract(SimTimeNs(now_ns))
             if station.name in senders and not station.has_echo:
-                heard = self._heard_by(station)
+                heard = self._heard_after(now_ns, station)
             else:
                 key = (station.is_swapped, station.receiver.baud_now)
                 if key not in shared:
-                    shared[key] = self._heard_by(station)
+                    shared[key] = self._heard_after(now_ns, station)
                 heard = shared[key]
-            station.receiver.hear_characters([each for each in heard if each.at_ns > now_ns])
+            station.receiver.hear_characters(heard)
+
+    def _heard_after(self, now_ns: int, listener: Station) -> tuple[Character, ...]:
+        return tuple(each for each in self._heard_by(listener) if each.at_ns > now_ns)
 
     def _heard_by(self, listener: Station) -> list[Character]:
         from_ns = min(burst.on_ns for burst in self._cluster)

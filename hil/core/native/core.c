@@ -103,6 +103,7 @@ void core_stir(hil_core *c, int axis)
 {
     hil_axis *a = &c->axes[axis];
     hil_group *g = &c->groups[a->group];
+    a->is_shown = 0;
     if (a->is_active) return;
     a->is_active = 1;
     a->next_active = g->first_active;

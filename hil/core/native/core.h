@@ -54,6 +54,7 @@ typedef struct hil_axis {
     int open, group, next_in_group; /* -1: the last of its group */
     int order;                  /* of its opening in the group, which decides ties */
     int is_active, next_active; /* -1: the last of the group's active ones */
+    int is_shown;               /* what is published is what it is, but for the time */
     mechaduino law;
     int is_full; /* which of the two plants moves */
     plant plant;

@@ -328,6 +328,7 @@ static void attend(stepper *s)
 void hil_axis_record_edges(hil_core *c, int axis, int outputs)
 {
     stepper *s = of(c, axis);
+    core_stir(c, axis);
     s->recorded = outputs;
     s->edges_first = s->edges_len = 0;
     attend(s);
@@ -347,6 +348,7 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
 {
     stepper *s = of(c, from_axis);
     if (!s || s->n_wires == STEPPER_WIRES) return -1;
+    core_stir(c, from_axis);
     s->wires[s->n_wires++] = (stepper_wire){.out = from_pin, .to_axis = to_axis, .to_pin = to_pin};
     attend(s);
     axis_pin(c, to_axis, to_pin, s->levels[from_pin], hil_group_now(c, c->axes[to_axis].group));

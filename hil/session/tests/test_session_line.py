@@ -13,7 +13,7 @@ from hil.session.session import BACKLOG_HOLD_BYTES, Lines, Session
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.ports import PortHost, PortStats
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.serial_line import resample
+from hil.wire.serial_line import character_ns, resample
 
 PARAMETERS = {
     "inertia_kg_m2": 5.4e-6,
@@ -191,6 +191,46 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     session.drained()
     assert port.resumed == 1
     session.drained()
+    assert port.resumed == 1
+
+
+class Counted(Session):
+    """How often it is looked at."""
+
+    released = 0
+    refreshed = 0
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        self.released += 1
+        return super().release(now_ns)
+
+    def refresh(self) -> None:
+        self.refreshed += 1
+        super().refresh()
+
+
+def test_only_lines_that_hold_something_are_looked_at() -> None:
+    bench = Bench()
+    lines = Lines(lambda: None)
+    devices = [bench.add(f"m{i}", Echo, 9600) for i in range(3)]
+    sessions = [Counted(bench.runtime, device, MemoryPort(9600), lines) for device in devices]
+    assert lines.release(SimTimeNs(0)) == FOREVER
+    sessions[1].send(SimTimeNs(0), b"ab")
+    lines.flush()
+    first_ns = character_ns(1, 9600)
+    assert lines.release(SimTimeNs(first_ns)) == character_ns(2, 9600)
+    assert lines.release(SimTimeNs(2 * first_ns + 1)) == FOREVER
+    assert lines.release(FOREVER) == FOREVER
+    assert [each.released for each in sessions] == [0, 2, 0]
+    port = sessions[2].port
+    assert isinstance(port, MemoryPort)
+    port.unread = BACKLOG_HOLD_BYTES + 1
+    assert sessions[2].room() == 0
+    lines.refresh()
+    port.unread = 0
+    lines.refresh()
+    lines.refresh()
+    assert [each.refreshed for each in sessions] == [0, 0, 2]
     assert port.resumed == 1
 
 

@@ -52,6 +52,50 @@ static void a_ramp_that_is_too_steep_loses_whole_teeth(void)
     hil_core_free(c);
 }
 
+/* Axes that stand still are published in short: what is read there is what the axis is, whatever was done to it. */
+static void what_is_published_is_what_it_is(void)
+{
+    static const int64_t at_ns[] = {0, 1000000000}, raw[] = {0, 9000};
+    hil_core *c = new_sac(&MOVE);
+    open_axis(c, 0);
+    uint64_t state = 20261121;
+    for (int round = 0; round < 300; round++) {
+        int axis = (int)random_below(&state, 2);
+        switch (random_below(&state, 12)) {
+        case 0: hil_axis_set(c, axis, HIL_FIELD_load_torque_Nm, (double)random_below(&state, 3) * 0.01); break;
+        case 1: hil_axis_set(c, 1, HIL_FIELD_r, (double)random_below(&state, 360)); break;
+        case 2: hil_axis_pin(c, axis, axis ? 0 : HIL_IN_SYNC, (int)random_below(&state, 2)); break;
+        case 3: hil_axis_spi(c, 1, random_below(&state, 2) ? 0x4001 : 0xC000); break;
+        case 4: hil_axis_script_encoder(c, 1, (int)random_below(&state, 3), at_ns, raw, 1); break;
+        case 5: hil_axis_fault(c, 1, HIL_FAULT_NOISE, (double)random_below(&state, 2) * 40); break;
+        case 6: hil_axis_output(c, 1, (float)random_below(&state, 360), 50); break;
+        case 7: start(c); break;
+        case 8: hil_motion_do(c, 0, HIL_MOTION_PULSE, random_below(&state, 2), 0); break;
+        case 9: hil_axis_power_up(c, axis); break;
+        case 10: hil_axis_fault(c, axis, HIL_FAULT_SHIFT, 0.25); break;
+        case 11: hil_axis_record_edges(c, 0, (int)random_below(&state, 2)); break;
+        }
+        for (int again = 0; again < 3; again++) {
+            hil_group_advance(c, 0, hil_group_now(c, 0) + random_below(&state, 50000000));
+            hil_event e;
+            while (hil_group_take_event(c, 0, &e)) {}
+            hil_group_release(c, 0);
+            hil_group_acquire(c, 0);
+            for (int i = 0; i < 2; i++) {
+                hil_snapshot published, now;
+                hil_axis_published(c, i, &published);
+                hil_axis_snapshot(c, i, &now);
+                CHECK_NEAR(published.velocity_rpm, now.velocity_rpm, 1e-9); /* between two nodes at rest: rounding */
+                published.velocity_rpm = now.velocity_rpm;
+                size_t at = 0;
+                while (at < sizeof now && ((char *)&published)[at] == ((char *)&now)[at]) at++;
+                CHECK_INT(at, sizeof now); /* else: where they differ */
+            }
+        }
+    }
+    hil_core_free(c);
+}
+
 /* Whoever looks, and however time is cut: the same bits. */
 static void looking_changes_nothing(void)
 {
@@ -261,6 +305,7 @@ void stepper_tests(void)
 {
     RUN(the_rotor_follows);
     RUN(a_ramp_that_is_too_steep_loses_whole_teeth);
+    RUN(what_is_published_is_what_it_is);
     RUN(looking_changes_nothing);
     RUN(company_changes_nothing);
     RUN(edges_have_their_widths);
