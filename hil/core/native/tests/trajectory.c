@@ -1,110 +1,6 @@
 /* Plans of one and several axes: limits, ends, continuity, times that can be said beforehand, and inputs that cannot
    be planned. */
-#include <stdlib.h>
-#include <string.h>
-
-#include "../motion/trajectory.h"
-#include "check.h"
-
-enum { MOST_POINTS = 40 };
-
-typedef struct plan {
-    traj_profile axes[TRAJ_AXES + 1]; /* the last for a path */
-    traj_segment segments[TRAJ_AXES + 1][MOST_POINTS + 1];
-    traj_fault fault;
-} plan;
-
-static plan *new_plan(int room)
-{
-    plan *p = calloc(1, sizeof *p);
-    for (int i = 0; i <= TRAJ_AXES; i++) {
-        p->axes[i].segments = p->segments[i];
-        p->axes[i].room = room;
-    }
-    return p;
-}
-
-/* Uniform in [0, 1). */
-static double chance(uint64_t *seed)
-{
-    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*seed >> 11) * 0x1p-53;
-}
-
-static double between(uint64_t *seed, double low, double high) { return low + (high - low) * chance(seed); }
-
-static traj_limits any_limits(uint64_t *seed)
-{
-    return (traj_limits){pow(10, between(seed, 0, 4)), pow(10, between(seed, 0, 5)), pow(10, between(seed, 1, 6))};
-}
-
-static traj_state any_start(uint64_t *seed, const traj_limits *l, traj_kind kind)
-{
-    for (;;) {
-        double v = between(seed, -1, 1) * l->velocity, a = between(seed, -1, 1) * l->acceleration;
-        double later = kind == TRAJ_S_CURVE ? v + a * fabs(a) / (2 * l->jerk) : v;
-        if (fabs(later) <= l->velocity) return (traj_state){between(seed, -1e3, 1e3), v, a};
-    }
-}
-
-static double scale_of(const traj_profile *p)
-{
-    double most = fabs(p->to - p->from);
-    for (int i = 0; i < p->count; i++) most = fmax(most, fabs(p->segments[i].p));
-    return most + 1e-3 * (fabs(p->from) + fabs(p->to));
-}
-
-static void check_near_start(const traj_profile *p, const traj_state *start, traj_kind kind)
-{
-    traj_state s = traj_at(p, 0);
-    CHECK(s.position == start->position);
-    if (p->duration_ns > 0) CHECK(s.velocity == start->velocity);
-    if (p->duration_ns > 0 && kind == TRAJ_S_CURVE)
-        CHECK_NEAR(s.acceleration, start->acceleration, 1e-9 * fabs(start->acceleration));
-}
-
-/* Neighbouring segments meet, and the last one meets the end. */
-static void check_continuous(const traj_profile *p, const traj_limits *l, traj_kind kind)
-{
-    double small = 1e-9;
-    for (int i = 0; i < p->count; i++) {
-        traj_segment s = p->segments[i];
-        double d = s.length;
-        traj_segment next = {p->duration, 0, p->to - p->from, p->end_v, 0, 0};
-        if (i + 1 < p->count) next = p->segments[i + 1];
-        CHECK(d > 0);
-        CHECK_NEAR(s.t + d, next.t, 1e-12 * p->duration);
-        CHECK_NEAR(s.p + d * (s.v + d * (s.a / 2 + d * s.j / 6)), next.p,
-                   small * scale_of(p) + 1e-14 * l->velocity * p->duration);
-        CHECK_NEAR(s.v + d * (s.a + d * s.j / 2), next.v, small * l->velocity);
-        if (kind == TRAJ_S_CURVE) CHECK_NEAR(s.a + d * s.j, next.a, 1e-8 * l->acceleration);
-    }
-}
-
-static void check_end(const traj_profile *p, double target)
-{
-    traj_state end = traj_at(p, p->duration_ns), later = traj_at(p, p->duration_ns + 1000000000);
-    CHECK(end.position == target && end.velocity == 0 && end.acceleration == 0);
-    CHECK(later.position == target && later.velocity == 0);
-}
-
-/* Sampled, besides what traj_violation looks at. */
-static void check_inside(const traj_profile *p, const traj_limits *l, traj_kind kind)
-{
-    traj_violation_found found;
-    if (traj_violation(1, p, l, kind, &found))
-        CHECK_FAILED("quantity %d is %.17g at %lld ns, limit %.17g", (int)found.quantity, found.value,
-                     (long long)found.at_ns, found.limit);
-    for (int i = 0; i < 51 + 3 * p->count; i++) { /* and around the ends of segments */
-        int64_t near = i < 51 ? 0 : (int64_t)(p->segments[(i - 51) / 3].t * 1e9) + (i % 3 - 1);
-        traj_state s = traj_at(p, i < 51 ? (int64_t)((double)p->duration_ns * i / 50) : near);
-        CHECK(fabs(s.velocity) <= l->velocity * (1 + TRAJ_TOLERANCE));
-        CHECK(fabs(s.acceleration) <= l->acceleration * (1 + TRAJ_TOLERANCE) ||
-              (kind == TRAJ_TRAPEZOID && s.velocity == 0));
-    }
-}
-
-static double any_distance(uint64_t *seed) { return (chance(seed) < 0.5 ? -1 : 1) * pow(10, between(seed, -4, 4)); }
+#include "trajectory_fixture.h"
 
 static void one_axis_keeps_its_limits_and_ends_exactly(void)
 {
@@ -308,74 +204,6 @@ static void a_velocity_is_reached_from_anywhere(void)
     free(p);
 }
 
-static void any_points(uint64_t *seed, int points, int64_t *times_ns, double *positions)
-{
-    times_ns[0] = (int64_t)between(seed, -1e12, 1e12);
-    for (int i = 0; i < points; i++) {
-        positions[i] = between(seed, -180, 180);
-        if (i > 0) times_ns[i] = times_ns[i - 1] + (int64_t)pow(10, between(seed, 6, 10));
-    }
-}
-
-static void a_spline_passes_its_points_smoothly_from_rest_to_rest(void)
-{
-    plan *p = new_plan(MOST_POINTS + 1);
-    uint64_t seed = 5;
-    for (int i = 0; i < 2000; i++) {
-        int64_t times_ns[MOST_POINTS];
-        double positions[MOST_POINTS];
-        int points = 2 + (int)(chance(&seed) * (MOST_POINTS - 2));
-        any_points(&seed, points, times_ns, positions);
-        CHECK_INT(traj_spline(points, times_ns, positions, p->axes), TRAJ_OK);
-        traj_violation_found found;
-        traj_limits l = {1, 1, 1};
-        double factor = traj_fit(1, p->axes, &l, TRAJ_S_CURVE), most_v = 0, most_a = 0;
-        CHECK(factor > 1 && traj_violation(1, p->axes, &l, TRAJ_S_CURVE, &found));
-        for (int k = 0; k < p->axes->count; k++) {
-            most_v = fmax(most_v, fabs(p->axes->segments[k].v));
-            most_a = fmax(most_a, fabs(p->axes->segments[k].a));
-        }
-        for (int k = 0; k < points; k++)
-            CHECK_NEAR(traj_at(p->axes, times_ns[k] - times_ns[0]).position, positions[k], 1e-9 * scale_of(p->axes));
-        check_continuous(p->axes, &(traj_limits){most_v, most_a, 1}, TRAJ_S_CURVE);
-        CHECK_INT(p->axes->duration_ns, times_ns[points - 1] - times_ns[0]);
-        check_near_start(p->axes, &(traj_state){positions[0], 0, 0}, TRAJ_S_CURVE);
-        check_end(p->axes, positions[points - 1]);
-        CHECK_INT(traj_stretch(p->axes, factor), TRAJ_OK);
-        check_inside(p->axes, &l, TRAJ_S_CURVE);
-        CHECK_NEAR(traj_fit(1, p->axes, &l, TRAJ_S_CURVE), 1, 1e-9);
-    }
-    free(p);
-}
-
-/* Two points 1 deg and 3 s apart: accelerations 0, 1, -1, 0 deg/s2 at whole seconds, by hand. */
-static void a_known_spline(void)
-{
-    plan *p = new_plan(3);
-    traj_violation_found found;
-    CHECK_INT(traj_spline(2, (int64_t[]){5, 3000000005}, (double[]){1, 2}, p->axes), TRAJ_OK);
-    CHECK_INT(p->axes->count, 3);
-    CHECK_NEAR(traj_at(p->axes, 1000000000).acceleration, 1, 1e-12);
-    CHECK_NEAR(traj_at(p->axes, 1000000000).position, 1 + 1.0 / 6, 1e-12);
-    CHECK_NEAR(traj_at(p->axes, 1500000000).velocity, 0.75, 1e-12);
-    CHECK(!traj_violation(1, p->axes, &(traj_limits){0.75, 1, 2}, TRAJ_S_CURVE, &found));
-    CHECK(traj_violation(1, p->axes, &(traj_limits){0.7, 1, 2}, TRAJ_S_CURVE, &found));
-    CHECK(found.quantity == TRAJ_VELOCITY && found.limit == 0.7);
-    CHECK_INT(found.at_ns, 1500000000);
-    CHECK_NEAR(found.value, 0.75, 1e-12);
-    CHECK(traj_violation(1, p->axes, &(traj_limits){0.7, 0.9, 2}, TRAJ_S_CURVE, &found));
-    CHECK(found.quantity == TRAJ_ACCELERATION);
-    CHECK_INT(found.at_ns, 1000000000);
-    CHECK_INT(traj_spline(2, (int64_t[]){INT64_MIN, INT64_MAX}, (double[]){1, 2}, p->axes), TRAJ_OUT_OF_RANGE);
-    CHECK_INT(traj_spline(2, (int64_t[]){1, 1}, (double[]){1, 2}, p->axes), TRAJ_POINTS_OUT_OF_ORDER);
-    CHECK_INT(traj_spline(2, (int64_t[]){2, 1}, (double[]){1, 2}, p->axes), TRAJ_POINTS_OUT_OF_ORDER);
-    CHECK_INT(traj_spline(1, (int64_t[]){1}, (double[]){1}, p->axes), TRAJ_TOO_FEW_POINTS);
-    CHECK_INT(traj_spline(3, (int64_t[]){1, 2, 3}, (double[]){1, 2, 3}, p->axes), TRAJ_NO_ROOM);
-    CHECK_INT(traj_spline(2, (int64_t[]){1, 2}, (double[]){1, NAN}, p->axes), TRAJ_NOT_FINITE);
-    CHECK_INT(traj_spline(2, (int64_t[]){1, 2}, (double[]){-1e308, 1e308}, p->axes), TRAJ_OUT_OF_RANGE);
-    free(p);
-}
-
 static void what_cannot_be_planned_is_named(void)
 {
     plan *p = new_plan(TRAJ_SEGMENTS);
@@ -472,8 +300,6 @@ void trajectory_tests(void)
     RUN(a_line_is_straight_and_so_is_its_stop);
     RUN(a_stop_is_smooth_and_within_limits);
     RUN(a_velocity_is_reached_from_anywhere);
-    RUN(a_spline_passes_its_points_smoothly_from_rest_to_rest);
-    RUN(a_known_spline);
     RUN(what_cannot_be_planned_is_named);
     RUN(no_bits_crash_it);
 }
