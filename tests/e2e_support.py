@@ -31,7 +31,7 @@ READY_NS = 4_000_000_000
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
-NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set", "plot", "step", "drive")
+NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set", "plot", "step", "drive", "axis")
 TERMINAL = {"COLUMNS": "100", "TERM": "dumb"}
 T = TypeVar("T")
 

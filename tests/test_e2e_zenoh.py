@@ -333,6 +333,36 @@ def test_a_router_that_dies_and_returns(place: Place) -> None:
             router.close()  # type: ignore[no-untyped-call]
 
 
+def test_users_of_a_site_may_what_their_roles_say(place: Place) -> None:
+    port, folder = free_port(), place.folder / "site"
+    users = ("--user", "vera:viewer", "--user", "otto:operator", "--user", "anna:admin")
+    where = ("--bench", "t", "--host", "127.0.0.1", "--port", str(port))
+    place.cli("zenoh", "keys", str(folder), *where, *users)
+    snippet = (folder / "bridge.yaml").read_text()
+    head = "bench: t\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n"
+    server = place.serve(head + snippet).ready()
+    done: dict[str, list[str]] = {}
+    for who in ("vera", "otto", "anna"):
+        with connect_sync("t", config=folder / "clients" / who / "zenoh.json") as client:
+            m1 = client.axis("m1")
+            assert client.alive() == ["axis/m1", "daemon"]
+            assert m1.state().at_ns > 0
+            for name, attempt in (
+                ("enable", m1.enable),
+                ("pKp", lambda axis=m1: axis.set_parameter("pKp", 14.0)),
+                ("fault", lambda axis=m1: axis.fault("shaft_jam")),
+            ):
+                try:
+                    attempt()
+                except ClientError:
+                    continue
+                done.setdefault(who, []).append(name)
+    assert done == {"otto": ["enable", "pKp"], "anna": ["enable", "pKp", "fault"]}
+    with pytest.raises(ClientError, match="are user and password right"):
+        connect_sync("t", f"tls/127.0.0.1:{port}", timeout_s=1)
+    assert server.ask("status")["bridges"]["zenoh"]["rejected"] >= 1
+
+
 def test_the_examples(bench: Bench) -> None:
     def run(program: str) -> str:
         command = [sys.executable, str(EXAMPLES / program), "t", bench.endpoint]

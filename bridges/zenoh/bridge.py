@@ -1,7 +1,7 @@
 """Answers queries and carries out commands. Zenoh's threads only fill a queue; all else is in the loop."""
 
 import asyncio
-import json
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -13,7 +13,7 @@ from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
 from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.publications import Publications, short_state
-from bridges.zenoh.security import SecurityError, gate_of, session_config
+from bridges.zenoh.security import Gate, SecurityError, open_session
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused, described
 
@@ -43,25 +43,22 @@ class ZenohBridge:
         self._queue: deque[Request] = deque()
         self._later: set[asyncio.Task[None]] = set()
         self._session: zenoh.Session | None = None
+        self._gate: Gate | None = None
         self._entities: list[Any] = []
         self.dropped = 0
         self.commands = 0
 
     async def open(self) -> None:
         self._loop = asyncio.get_running_loop()
-        self._gate = None
         try:
-            config = zenoh.Config()
-            for path, value in session_config(self._options, self._host.bench).items():
-                config.insert_json5(path, json.dumps(value))
-            self._gate = gate_of(self._options)
-            self._session = session = zenoh.open(config)
+            self._session, self._gate = open_session(self._options, self._host.bench)
         except SecurityError as error:
             raise BridgeError(str(error)) from None
         except zenoh.ZError as error:
             raise BridgeError(
                 f"{first_line(error)}; listen: choose another address, or [] for none"
             ) from None
+        session = self._session
         self._publications = Publications(session, self._host, self._options)
         self._readers = self._readable()
         everything = f"{self._prefix}/**"
@@ -181,7 +178,7 @@ class ZenohBridge:
         """Who sent it. Raises VerbRefused: nobody known, or not allowed."""
         if self._gate is None:
             return Source("zenoh", Role.ADMIN)
-        source: Source = self._gate.source(attachment, key, payload or b"", self._host.times_ns()[1])
+        source = self._gate.check(attachment, key, payload or b"", time.time_ns())
         if source.role < needed:
             raise VerbRefused(
                 "forbidden", f"this needs the role {needed.name.lower()}; {source.name} has less"

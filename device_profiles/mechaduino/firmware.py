@@ -84,10 +84,12 @@ class Mechaduino:
         return any(self._lookup[i] for i in (0, 128, 1024))
 
     def angle_deg(self) -> float:
-        """The calibrated angle with turns: of the last control step, or of a reading while there is none."""
-        if self.axis.get("loop_on") and self.axis.get("control_steps"):
-            return self.axis.get("yw")
-        return self._lookup[int(self.axis.get("raw"))] + 360.0 * self.axis.get("wrap_count")
+        """The calibrated angle with turns, of a reading now, as the law's next step will count it."""
+        angle_deg, turns = self._lookup[int(self.axis.get("raw"))], self.axis.get("wrap_count")
+        since_deg = angle_deg - (self.axis.get("yw") - 360.0 * turns)
+        if abs(since_deg) > 180.0:
+            turns -= math.copysign(1.0, since_deg)
+        return angle_deg + 360.0 * turns
 
     def interrupt(self, event: CoreEvent) -> None:
         if event.kind == "step_response":

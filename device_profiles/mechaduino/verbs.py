@@ -1,11 +1,11 @@
 """What can be asked of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them,
 and motions that the firmware itself does not know: the core moves the set-point along a path."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
 from hil.vocab.parameters import Parameter
-from hil.vocab.path import NS_PER_S, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.path import NS_PER_S, Path, PathPiece, at, length_ns, to_rest, trapezoid
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 DEG_PER_S = 6.0
@@ -21,18 +21,17 @@ GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
 Answer = Mapping[str, float | str | int]
 
 
-def _moving(board: Mechaduino, mode: str) -> None:
+def _may_move(board: Mechaduino, mode: str) -> None:
     """The loop has to run, for nothing may move that was not switched on."""
     if not board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is off; enable it first")
     if mode in "xh" and not board.has_table:
         raise VerbRefused("not_now", "the look-up table is empty; calibrate it first")
-    if chr(int(board.axis.get("mode"))) != mode:
-        board.axis.set("mode", ord(mode))
 
 
 def _set_point(board: Mechaduino, mode: str, r: float) -> None:
-    _moving(board, mode)
+    _may_move(board, mode)
+    board.axis.set("mode", ord(mode))
     board.axis.set("r", r)
 
 
@@ -58,7 +57,7 @@ def mode(board: Mechaduino, mode: str) -> None:
 
 def enable(board: Mechaduino) -> Answer:
     """As the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
-    letter = chr(int(board.axis.get("mode")))
+    letter = _letter(board)
     if letter not in MODES.values():
         letter = "x"
     r = board.angle_deg() if letter in "xh" else 0.0
@@ -81,31 +80,30 @@ def gains(board: Mechaduino, **given: float) -> Answer:
 def move_abs(
     board: Mechaduino, position_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
 ) -> Answer:
-    r, rate = _where(board)
-    _moving(board, "x")
+    _may_move(board, "x")
     limits = velocity_rpm * DEG_PER_S, acceleration_rpm_per_s * DEG_PER_S
-    return _follow(board, trapezoid(r, rate, position_deg, *limits))
+    return _follow(board, "x", lambda: trapezoid(*_where(board), position_deg, *limits))
 
 
 def move_rel(
     board: Mechaduino, angle_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float
 ) -> Answer:
-    from_deg = board.path[-1].r if board.axis.get("following") else _where(board)[0]
+    from_deg = board.path[-1].r if _is_on_the_way(board) else _where(board)[0]
     return move_abs(board, from_deg + angle_deg, velocity_rpm, acceleration_rpm_per_s)
 
 
 def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
     """``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
-    letter = chr(int(board.axis.get("mode")))
+    letter = _letter(board)
     if not board.axis.get("loop_on"):
         return None
     if how == "prejudice":
         board.axis.set("r", board.angle_deg() if letter in "xh" else 0.0)
         return None
     if letter in "xh":
-        return _follow(board, to_rest(*_where(board), acceleration_rpm_per_s * DEG_PER_S))
+        return _follow(board, letter, lambda: to_rest(*_where(board), acceleration_rpm_per_s * DEG_PER_S))
     if letter == "v":
-        return _follow(board, to_rest_value(board.axis.get("r"), acceleration_rpm_per_s))
+        return _follow(board, "v", lambda: to_rest_value(board.axis.get("r"), acceleration_rpm_per_s))
     board.axis.set("r", 0.0)
     return None
 
@@ -121,7 +119,10 @@ def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> Non
     if policy == "torque_off":
         board.disable()
     elif policy == "decelerate":
-        stop(board, "grace", acceleration_rpm_per_s)
+        try:
+            stop(board, "grace", acceleration_rpm_per_s)
+        except VerbRefused:  # from a set-point that was typed it would take centuries
+            stop(board, "prejudice", acceleration_rpm_per_s)
     elif board.axis.get("loop_on"):  # hold: here, whatever it did
         if not board.has_table:
             board.axis.set("r", 0.0)
@@ -138,19 +139,38 @@ def pulses(board: Mechaduino, count: float, rate_Hz: float, direction: str) -> A
     return {"ends_after_ns": duration_ns + 1000}
 
 
+def _letter(board: Mechaduino) -> str:
+    return chr(int(board.axis.get("mode")))
+
+
+def _is_on_the_way(board: Mechaduino) -> bool:
+    """Whether the set-point is an angle that follows a path."""
+    return bool(board.axis.get("following")) and _letter(board) in "xh"
+
+
 def _where(board: Mechaduino) -> tuple[float, float]:
     """Set-point and its rate in degrees; of the shaft, if the set-point is no angle."""
     axis = board.axis
-    if axis.get("loop_on") and chr(int(axis.get("mode"))) in "xh":
-        if board.path and axis.get("following"):
-            return at(board.path, int(axis.get("at_ns")) - board.path_from_ns)
+    if _is_on_the_way(board):
+        return at(board.path, int(axis.get("at_ns")) - board.path_from_ns)
+    if axis.get("loop_on") and _letter(board) in "xh":
         return axis.get("r"), 0.0
     return board.angle_deg(), axis.get("velocity_rpm") * DEG_PER_S
 
 
-def _follow(board: Mechaduino, path: tuple[PathPiece, ...]) -> Answer:
+def _follow(board: Mechaduino, mode: str, make: Callable[[], Path]) -> Answer:
+    try:
+        path = make()
+        board.axis.follow(path)
+    except (ValueError, OverflowError):  # a set-point that was typed may be infinite, or nearly so
+        raise VerbRefused(
+            "not_now",
+            f"no path leads there from the set-point {board.axis.get('r'):g}; set another one first",
+        ) from None
+    if _letter(board) != mode:
+        board.axis.set("mode", ord(mode))
+        board.axis.follow(path)
     board.path, board.path_from_ns = path, int(board.axis.get("at_ns"))
-    board.axis.follow(path)
     return {"ends_after_ns": length_ns(path), "set_point": path[-1].r}
 
 

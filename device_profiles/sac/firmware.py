@@ -56,6 +56,8 @@ class Sac:
         self.queue = QueueMemory(board.motion, self._session)
         self.moves = Moves(board.motion, self._session, self.queue)
         self._mode: Callable[[Text], Steps | None] | None = None
+        self.is_started = False
+        """The cold start is over."""
 
     def main(self) -> Main:
         yield from self._load()
@@ -69,6 +71,7 @@ class Sac:
         if self._eeprom.parameters.autorun > 0:
             self._motion.loop_start(1)
             self._motion.loop_finish(self._eeprom.parameters.autorun)
+        self.is_started = True
         while True:
             self._terminal.prompt()
             line = yield from self._terminal.read_line(self._single_pulse, self._from_network)

@@ -1,16 +1,19 @@
 """What can be asked of a SAC: its own commands, with angles in degrees."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import wraps
 
 from device_profiles.sac.firmware import Sac
 from device_profiles.sac.line import Text, from_rpm
 from device_profiles.sac.queue_memory import POSITIONS
+from hil.vocab.motion import CONTINUOUS_SLOT
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 Answer = Mapping[str, float | str | int]
 _ANGLE_DEG = 1e6
-_STANDBY, _CONTINUOUS = 0, 0
+_STANDBY = 0
 _SPEED = Parameter(
     "velocity_rpm",
     "speed on the way; left out: the session's",
@@ -20,6 +23,7 @@ _SPEED = Parameter(
     is_whole=True,
     is_optional=True,
 )
+_ENTRY_SPEED = replace(_SPEED, about="speed on the way; left out: the entry keeps its own")
 _RAMPS = (
     Parameter("acceleration", "as after an a: 1 slow to 998 fast, 0 none", "", 0, 998, is_optional=True),
     Parameter("deceleration", "as after a d", "", 0, 998, is_optional=True),
@@ -41,12 +45,16 @@ def velocity(sac: Sac, velocity_rpm: float) -> None:
         sac.moves.stop_gracefully(Text(""))
         return
     is_ccw = velocity_rpm < 0
-    runs = motion.get("motion_state") != _STANDBY and motion.get("queue_position") == _CONTINUOUS
-    if runs and motion.entry(_CONTINUOUS).is_ccw == is_ccw:
+    entry = motion.entry(CONTINUOUS_SLOT)
+    runs = motion.get("motion_state") != _STANDBY and motion.get("queue_position") == CONTINUOUS_SLOT
+    # Another speed would not keep one that stops from stopping.
+    if runs and not motion.get("is_ending") and entry.is_ccw == is_ccw:
         target = from_rpm(rpm, sac.parameters.steps_per_rev)
+        # The entry too: it may be waiting to take the place of what runs in the other direction.
+        motion.write_entry(CONTINUOUS_SLOT, replace(entry, rpm=target.rpm, cycle_us=target.cycle_us))
         motion.retarget(target.rpm, target.cycle_us)
         return
-    sac.moves.one_shot(Text(f"{'-' if is_ccw else ''}v{rpm}"))
+    sac.moves.one_shot(Text(f"{'-' if is_ccw else ''}0v{rpm}"))  # without the 0 the default's direction
 
 
 def move_rel(
@@ -62,7 +70,7 @@ def move_rel(
     pulses = round(angle_deg / 360 * per_rev)
     if pulses:
         said = _attributes(velocity_rpm, acceleration, deceleration)
-        sac.moves.one_shot(Text(f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}p"))
+        sac.moves.one_shot(Text(f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"))
     return {"pulses": pulses, "angle_deg": pulses * 360 / per_rev}
 
 
@@ -89,7 +97,7 @@ def queue(
     sync: float = 0,
 ) -> None:
     said = _attributes(velocity_rpm, acceleration, deceleration)
-    sac.queue.edit(Text(f"{int(position)}m{int(steps)}{said}s{int(sync)}"))
+    sac.queue.edit(Text(f"{int(position)}m{int(steps)}{said}s{int(sync)}f"))
 
 
 def recall(sac: Sac, position: float) -> None:
@@ -124,7 +132,19 @@ def starve(sac: Sac, policy: str, acceleration_rpm_per_s: float) -> None:
     stop(sac, "grace" if policy == "decelerate" else "prejudice")
 
 
-VERBS = (
+def _started(run: Callable[..., Answer | None]) -> Callable[..., Answer | None]:
+    """What is done during the cold start, its end would undo."""
+
+    @wraps(run)
+    def checked(sac: Sac, **parameters: float | str) -> Answer | None:
+        if not sac.is_started:
+            raise VerbRefused("not_now", "it is starting: wait for its prompt")
+        return run(sac, **parameters)
+
+    return checked
+
+
+_VERBS = (
     Verb(
         "velocity",
         "continuous motion at a speed, clockwise if positive; 0 stops with grace",
@@ -152,7 +172,7 @@ VERBS = (
         (
             _POSITION,
             Parameter("steps", "full steps, clockwise if positive", "", -(2**31), 2**31 - 1, is_whole=True),
-            _SPEED,
+            _ENTRY_SPEED,
             *_RAMPS,
             Parameter("sync", "1: it waits for the sync", default=0, is_whole=True),
         ),
@@ -185,3 +205,4 @@ VERBS = (
         Effect.ENDS,
     ),
 )
+VERBS = tuple(replace(verb, run=_started(verb.run)) for verb in _VERBS if verb.run)

@@ -114,12 +114,10 @@ def connect(
     *,
     user: str | None = None,
     password: str = "",
-    ca: Path | None = None,
-    certificate: Path | None = None,
-    key: Path | None = None,
+    config: Path | str | None = None,
     timeout_s: float = TIMEOUT_S,
 ) -> AsyncBench:
-    """A bench at a zenoh endpoint, opened by ``async with``.
+    """A bench at a zenoh endpoint, opened by ``async with``; the rest as of ``connect_sync``.
 
     Raises:
         ClientError: nobody lets us in there.
@@ -128,9 +126,7 @@ def connect(
         "endpoint": endpoint,
         "user": user,
         "password": password,
-        "ca": ca,
-        "certificate": certificate,
-        "key": key,
+        "config": config,
         "timeout_s": timeout_s,
     }
     return AsyncBench(bench, arguments)

@@ -21,19 +21,18 @@ _LATEST = 10_000
 
 @dataclass(frozen=True)
 class Credentials:
-    """Who asks: zenoh's own user and password, and the secret that commands are signed with; certificates
-    where the site has them."""
+    """Who asks: user and password at zenoh's door, with which commands are signed too."""
 
     user: str
     password: str
-    ca: Path | None = None
-    certificate: Path | None = None
-    key: Path | None = None
 
 
-def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> dict[str, Any]:
-    """Zenoh's configuration of a client that knows one door and looks for no others."""
-    config: dict[str, Any] = {
+def session_config(
+    endpoint: str, credentials: Credentials | None, timeout_s: float
+) -> tuple[zenoh.Config, str]:
+    """Zenoh's configuration of a client that knows one door and looks for no others, and the door."""
+    config = zenoh.Config()
+    entries: dict[str, Any] = {
         "mode": "client",
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": round(timeout_s * 1000),
@@ -42,18 +41,28 @@ def session_config(endpoint: str, credentials: Credentials | None, timeout_s: fl
         "transport/shared_memory/enabled": False,
     }
     if credentials is not None:
-        config["transport/auth/usrpwd/user"] = credentials.user
-        config["transport/auth/usrpwd/password"] = credentials.password
-        for option, path in (
-            ("root_ca_certificate", credentials.ca),
-            ("connect_certificate", credentials.certificate),
-            ("connect_private_key", credentials.key),
-        ):
-            if path is not None:
-                config[f"transport/link/tls/{option}"] = str(path)
-        if credentials.certificate is not None:
-            config["transport/link/tls/enable_mtls"] = True
-    return config
+        entries["transport/auth/usrpwd/user"] = credentials.user
+        entries["transport/auth/usrpwd/password"] = credentials.password
+    for path, value in entries.items():
+        config.insert_json5(path, json.dumps(value))
+    return config, endpoint
+
+
+def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credentials | None]:
+    """The same from a user's file, as `hil zenoh keys` makes it.
+
+    Raises:
+        ClientError: it cannot be used.
+    """
+    try:
+        values = json.loads(path.read_text())
+        config = zenoh.Config.from_json5(json.dumps(values))
+        config.insert_json5("connect/timeout_ms", json.dumps(round(timeout_s * 1000)))
+        door = ", ".join(values["connect"]["endpoints"])
+        who = values.get("transport", {}).get("auth", {}).get("usrpwd")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, zenoh.ZError) as error:
+        raise ClientError(f"{path}: {error}; `hil zenoh keys` makes such files") from None
+    return config, door, Credentials(who["user"], who["password"]) if who else None
 
 
 class Link:
@@ -63,19 +72,27 @@ class Link:
         ClientError: nobody lets it in there.
     """
 
-    def __init__(self, bench: str, endpoint: str, credentials: Credentials | None, timeout_s: float) -> None:
+    def __init__(
+        self,
+        bench: str,
+        endpoint: str,
+        credentials: Credentials | None,
+        config_file: Path | None,
+        timeout_s: float,
+    ) -> None:
         self.bench = bench
-        self._credentials = credentials
         self._timeout_s = timeout_s
-        config = zenoh.Config()
-        for path, value in session_config(endpoint, credentials, timeout_s).items():
-            config.insert_json5(path, json.dumps(value))
+        if config_file is not None:
+            config, door, self._credentials = from_file(config_file, timeout_s)
+        else:
+            config, door = session_config(endpoint, credentials, timeout_s)
+            self._credentials = credentials
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
             why = str(error).partition(" at /")[0]
             raise ClientError(
-                f"{endpoint}: {why}; is the bench running there, and are user and password right?"
+                f"{door}: {why}; is the bench running there, and are user and password right?"
             ) from None
 
     def close(self) -> None:

@@ -97,15 +97,14 @@ def connect_sync(
     *,
     user: str | None = None,
     password: str = "",
-    ca: Path | None = None,
-    certificate: Path | None = None,
-    key: Path | None = None,
+    config: Path | str | None = None,
     timeout_s: float = TIMEOUT_S,
 ) -> Bench:
-    """A bench at a zenoh endpoint.
+    """A bench at a zenoh endpoint; where it has users, as one of them. ``config``: the file of a user that
+    `hil zenoh keys` made, which says all that, instead.
 
     Raises:
         ClientError: nobody lets us in there.
     """
-    credentials = Credentials(user, password, ca, certificate, key) if user is not None else None
-    return Bench(Link(bench, endpoint, credentials, timeout_s))
+    credentials = Credentials(user, password) if user is not None else None
+    return Bench(Link(bench, endpoint, credentials, None if config is None else Path(config), timeout_s))

@@ -4,6 +4,7 @@ import difflib
 import json
 import re
 from collections.abc import Collection, Iterable
+from types import NoneType
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -145,7 +146,13 @@ def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseMo
     for part in loc:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
             field = annotation.model_fields.get(str(part))
-            annotation = None if field is None else field.annotation
+            annotation = None if field is None else _needed(field.annotation)
         else:
             annotation = next(iter(get_args(annotation)[-1:]), None)
     return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
+
+
+def _needed(annotation: Any) -> Any:
+    """What stands beside ``None``, where that is one thing."""
+    others = [each for each in get_args(annotation) if each is not NoneType]
+    return others[0] if len(others) == 1 and NoneType in get_args(annotation) else annotation

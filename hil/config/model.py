@@ -116,7 +116,7 @@ class SetpointsConfig(_Model):
     )
     acceleration_rpm_per_s: float = Field(
         default=600.0,
-        gt=0,
+        ge=0.01,
         le=1e6,
         description="Of the ramp of `decelerate`; a SAC takes its session's deceleration.",
     )

@@ -31,7 +31,7 @@ def axis(
     if name not in table:
         known = ", ".join(each.replace("_", "-") for each in table)
         raise fail(f"hil: {device} has no {verb!r}; it has {known}", 2)
-    given = _given(list(table[name]["parameters"]), values or [])
+    given = _given(list(table[name]["parameters"]), table[name]["texts"], values or [])
     answer = ask_bench(
         bench, runtime_dir, "do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given
     )
@@ -46,19 +46,22 @@ def _list(table: dict[str, dict[str, Any]]) -> None:
             typer.echo(f"  {parameter}: {described}")
 
 
-def _given(names: list[str], values: list[str]) -> dict[str, Any]:
+def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, Any]:
     """Values by the names of parameters; those without a name in their order."""
     given: dict[str, Any] = {}
     left = iter(names)
     for value in values:
         name, equals, text = value.partition("=")
         if not equals or name not in names:
-            name, text = next(left, ""), value
+            wrong, name, text = name if equals else "", next(left, ""), value
+            takes = f"it takes {', '.join(names) or 'nothing'}"
+            if wrong and name not in texts:
+                raise fail(f"hil: there is no parameter {wrong!r}; {takes}", 2)
             if not name:
-                raise fail(f"hil: {value!r} is too much; it takes {', '.join(names) or 'nothing'}", 2)
+                raise fail(f"hil: {value!r} is too much; {takes}", 2)
         if name in given:
             raise fail(f"hil: {name} is given twice", 2)
-        given[name] = _value(text)
+        given[name] = text if name in texts else _value(text)
     return given
 
 

@@ -136,7 +136,7 @@ class Host:
         bench = self._daemon.bench
         device = bench.devices[name]
         try:
-            if verb.run:
+            if verb.run or verb.types:
                 return Done(*bench.do(device, verb.name, parameters))
             if verb.name == "reset":
                 return Done(bench.give(device, Reset()), {})
@@ -149,13 +149,13 @@ class Host:
                         "bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}"
                     )
                 return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
-            data = verb.types or typed(str(parameters["text"]))
-            return Done(bench.give(device, Bytes(data)), {})
+            return Done(bench.give(device, Bytes(typed(str(parameters["text"])))), {})
         finally:
             self._daemon.lines.flush()
 
     def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
-        info = self._known(device)
+        self._twin(device)
+        info = self.devices[device]
         if name not in info.fields or not info.fields[name].is_settable:
             settable = [field.name for field in info.fields.values() if field.is_settable]
             raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
@@ -173,14 +173,16 @@ class Host:
         try:
             if "clear" in parameters:
                 which = parameters.pop("clear")
-                on_it = [row["number"] for row in registry.listed() if row["target"].startswith(target)]
-                chosen = on_it if which == "all" else [which]
-                if parameters or (which != "all" and which not in on_it):
+                on_it = [
+                    row["number"] for row in registry.listed() if f"{row['target']}.".startswith(f"{target}.")
+                ]
+                chosen = on_it if which == "all" else [number for number in on_it if which == number]
+                if parameters or isinstance(which, bool) or (which != "all" and not chosen):
                     raise VerbRefused(
                         "bad_parameter", f'clear: write "all" or one of {on_it}, and nothing beside it'
                     )
                 for number in chosen:
-                    registry.clear(int(str(number)))
+                    registry.clear(number)
                 return {"cleared": chosen}
             kind = parameters.pop("fault", None)
             if not isinstance(kind, str):

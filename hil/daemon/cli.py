@@ -352,6 +352,7 @@ app.command()(line_commands.capture)
 app.command()(line_commands.decode)
 app.command()(line_commands.play)
 dialogues.mount(app)
+dialogues.mount_bridges(app)
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)
 

@@ -30,6 +30,7 @@ OnPort = Annotated[
 ]
 OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default: the board's usual one]")]
 PROFILES = "device_profiles"
+BRIDGES = "bridges"
 GONE = "it was disconnected"
 """For pyserial's longer sentence."""
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
@@ -41,6 +42,14 @@ def mount(app: typer.Typer) -> None:
     for root in (spec.submodule_search_locations or []) if spec else []:
         for path in sorted(Path(root).glob("*/cli.py")):
             _mount_profile(app, path.parent.name)
+
+
+def mount_bridges(app: typer.Typer) -> None:
+    """Add the commands of all bridges that have some: ``app`` of their ``cli.py``."""
+    spec = find_spec(BRIDGES)
+    for root in (spec.submodule_search_locations or []) if spec else []:
+        for path in sorted(Path(root).glob("*/cli.py")):
+            app.add_typer(import_module(f"{BRIDGES}.{path.parent.name}.cli").app)
 
 
 def _mount_profile(app: typer.Typer, name: str) -> None:

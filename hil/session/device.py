@@ -176,13 +176,14 @@ class Device:
     def _do(self, verb: Verb, parameters: Mapping[str, float | str], now_ns: SimTimeNs) -> None:
         """At ``now_ns``; ``answer`` says what came of it."""
         self.answer = {}
-        if self.failed or self.is_hung or not self._is_on or verb.run is None:
+        if self.failed or self.is_hung or not self._is_on:
             why = self.failed or ("its main program hangs" if self.is_hung else "it has just got its power")
             self.answer = VerbRefused("failed" if self.failed else "not_now", why)
             return
         try:
             with self.guard():
-                self.answer = verb.run(self._firmware, **parameters) or {}
+                if verb.run:
+                    self.answer = verb.run(self._firmware, **parameters) or {}
         except KeyboardInterrupt:
             raise
         except VerbRefused as refusal:
@@ -191,6 +192,8 @@ class Device:
         except BaseException as error:  # as in step
             self.fail(f"{type(error).__name__}: {error}")
             self.answer = VerbRefused("failed", self.failed or "")
+        if verb.types:
+            self.uart.arrive(verb.types, None)
         self.setpoints.note(verb.effect, now_ns, self._note)
         self._empty_outbox()
 

@@ -17,6 +17,7 @@ from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import MAIN
+from hil.vocab.parameters import Values
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.serial_line import character_ns
@@ -125,6 +126,11 @@ class Bench:
     def give(self, device: Device, given: Input) -> None:
         """An input takes effect now; what the faces call."""
         self._runtime.give(device, given)
+
+    def do(self, device: Device, verb: str, parameters: Values) -> dict[str, Any]:
+        """What ``AxisFace.do`` calls."""
+        at_ns, answer = self._runtime.do(device, verb, parameters)
+        return dict(answer) | {"effective_at_ns": at_ns}
 
     def talk(self, name: str, dialogue: Dialogue[Result], uart: str = MAIN) -> Result:
         """Carry out a dialogue at a device's port, in simulated time; its result."""

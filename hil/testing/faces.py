@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hil.core import CoreMotion, Snapshot
 from hil.core.core import OUTPUTS
@@ -12,6 +12,7 @@ from hil.session.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.session.tap import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
 from hil.vocab.time import SimTimeNs, ms
+from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
 
@@ -143,6 +144,19 @@ class AxisFace:
         kind = self._device.axis.kind
         names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
         return self._bench.record(self._device, names, ms(interval_ms))
+
+    def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
+        """Carry out a verb of the board's table (``hil axis NAME`` lists it), now: what it answers, and
+        ``effective_at_ns``. Typing, power and pins have faces of their own.
+
+        Raises:
+            VerbRefused: it was not carried out; ``code`` and text say why.
+        """
+        known = self._device.verbs.get(verb)
+        if known is None or not (known.run or known.types):
+            names = ", ".join(name for name, each in self._device.verbs.items() if each.run or each.types)
+            raise VerbRefused("no_verb", f"there is no {verb!r} here; there are {names or 'none'}")
+        return self._bench.do(self._device, verb, known.filled(parameters))
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"

@@ -110,13 +110,15 @@ def table_of(verbs: tuple[Verb, ...]) -> dict[str, Verb]:
 
 
 def described(verbs: Mapping[str, Verb]) -> list[dict[str, Any]]:
-    """The table for those who ask a daemon for it."""
+    """The table for those who ask a daemon for it; ``texts``: parameters that are no numbers, whatever
+    they look like."""
     return [
         {
             "verb": verb.name,
             "about": verb.about,
             "role": verb.role.name.lower(),
             "parameters": {p.name: p.described() for p in verb.parameters},
+            "texts": [p.name for p in verb.parameters if p.is_text],
         }
         for verb in verbs.values()
     ]

@@ -8,6 +8,7 @@ void full_tests(void);
 void axis_tests(void);
 void groups_tests(void);
 void batch_tests(void);
+void follow_tests(void);
 void source_tests(void);
 void motion_tests(void);
 void stepper_tests(void);
@@ -25,6 +26,7 @@ int main(int argc, char **argv)
     axis_tests();
     groups_tests();
     batch_tests();
+    follow_tests();
     source_tests();
     motion_tests();
     stepper_tests();

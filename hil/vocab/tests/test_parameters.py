@@ -1,0 +1,112 @@
+"""What was given is checked against a table, and every problem is told."""
+
+import math
+from typing import Any
+
+import pytest
+
+from hil.vocab.parameters import Parameter, filled
+from hil.vocab.verbs import CODES, COMMON, Role, Verb, VerbRefused, described, table_of
+
+NUMBER = Parameter("angle_deg", "an angle", "deg", -90.0, 90.0)
+WHOLE = Parameter("count", "how many", "", 1, 1e6, is_whole=True)
+CHOICE = Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace")
+TEXT = Parameter("text", "what", maximum=5, is_text=True)
+OPTIONAL = Parameter("speed_rpm", "a speed", "rpm", 0.0, 10.0, is_optional=True)
+DEFAULT = Parameter("rate_Hz", "how fast", "Hz", 1.0, 10.0, 2.5)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "problem"),
+    [
+        (NUMBER, 90, None),
+        (NUMBER, -90.0, None),
+        (NUMBER, 90.0000001, "write -90 to 90"),
+        (NUMBER, math.nan, "write -90 to 90"),
+        (NUMBER, math.inf, "write -90 to 90"),
+        (NUMBER, -math.inf, "write -90 to 90"),
+        (NUMBER, 10**400, "write -90 to 90"),
+        (NUMBER, True, "write a number"),
+        (NUMBER, "5", "write a number"),
+        (NUMBER, None, "write a number"),
+        (NUMBER, [5], "write a number"),
+        (NUMBER, {"value": 5}, "write a number"),
+        (NUMBER, 5j, "write a number"),
+        (WHOLE, 5, None),
+        (WHOLE, 5.0, None),
+        (WHOLE, 5.5, "write a whole number"),
+        (WHOLE, 0, "write 1 to 1e+06"),
+        (WHOLE, math.nan, "write 1 to 1e+06"),
+        (WHOLE, False, "write a number"),
+        (CHOICE, "prejudice", None),
+        (CHOICE, "Grace", "write grace or prejudice"),
+        (CHOICE, "", "write grace or prejudice"),
+        (CHOICE, 0, "write grace or prejudice"),
+        (CHOICE, True, "write grace or prejudice"),
+        (CHOICE, ["grace"], "write grace or prejudice"),
+        (TEXT, "", None),
+        (TEXT, "12345", None),
+        (TEXT, "123456", "write a text of at most 5 characters"),
+        (TEXT, 12345, "write a text of at most 5 characters"),
+        (TEXT, b"123", "write a text of at most 5 characters"),
+        (TEXT, None, "write a text of at most 5 characters"),
+        (OPTIONAL, -1, "write 0 to 10"),
+    ],
+)
+def test_a_value_and_what_is_wrong_with_it(parameter: Parameter, value: object, problem: str | None) -> None:
+    assert parameter.problem(value) == problem
+
+
+def test_defaults_are_filled_in_and_what_is_optional_stays_away() -> None:
+    values, problems = filled("go", (NUMBER, CHOICE, OPTIONAL, DEFAULT), {"angle_deg": 5})
+    assert (values, problems) == ({"angle_deg": 5, "how": "grace", "rate_Hz": 2.5}, {})
+    values, problems = filled("go", (NUMBER, CHOICE, OPTIONAL), {"angle_deg": 5, "speed_rpm": None})
+    assert (values, problems) == ({"angle_deg": 5, "how": "grace"}, {})
+
+
+def test_every_problem_is_told() -> None:
+    values, problems = filled("go", (NUMBER, WHOLE, CHOICE), {"angle": 1, "count": True, "how": "well"})
+    assert problems == {
+        "angle": "parameters of go are angle_deg, count, how",
+        "angle_deg": "this one is missing: an angle",
+        "count": "write a number",
+        "how": "write grace or prejudice",
+    }
+    assert values == {}
+    assert filled("rest", (), {"x": 1}) == ({}, {"x": "parameters of rest are none"})
+
+
+def test_null_is_as_missing() -> None:
+    assert filled("go", (CHOICE,), {"how": None})[1] == {"how": "this one is missing: in which way"}
+
+
+def test_a_verb_tells_all_that_is_wrong_with_its_parameters() -> None:
+    verb = Verb("go", "go there", (NUMBER, WHOLE))
+    assert verb.filled({"angle_deg": 1, "count": 2}) == {"angle_deg": 1, "count": 2}
+    with pytest.raises(VerbRefused) as refused:
+        verb.filled({"angle_deg": math.nan})
+    assert refused.value.code == "bad_parameter"
+    assert refused.value.code in CODES
+    assert str(refused.value) == "angle_deg: write -90 to 90; count: this one is missing: how many"
+
+
+def test_described_for_people() -> None:
+    assert [each.described() for each in (NUMBER, WHOLE, CHOICE, TEXT, OPTIONAL)] == [
+        "an angle, -90 to 90 deg, needed",
+        "how many, 1 to 1e+06, needed",
+        "in which way, grace or prejudice, default grace",
+        "what, text, at most 5 characters, needed",
+        "a speed, 0 to 10 rpm, may be left out",
+    ]
+
+
+def test_the_common_verbs_stand_in_every_table() -> None:
+    own = Verb("go", "go there", (NUMBER,), role=Role.ADMIN)
+    table = table_of((own,))
+    assert list(table) == ["go", *(verb.name for verb in COMMON)]
+    rows: list[dict[str, Any]] = described(table)
+    assert rows[0]["role"] == "admin"
+    assert rows[0]["parameters"] == {"angle_deg": "an angle, -90 to 90 deg, needed"}
+    assert {row["verb"]: row["role"] for row in rows[1:]} == dict.fromkeys(
+        ("type", "reset", "pin"), "operator"
+    )

@@ -1,0 +1,186 @@
+"""``hil axis``: verbs of devices from the shell."""
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from e2e_support import Place, Server, config, until
+
+DEVICES: dict[str, dict[str, Any]] = {
+    "m-1": {"setpoints": {"timeout_ms": 500, "policy": "torque_off"}},
+    "s1": {"profile": "sac", "flash": {}},
+}
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Place, Server]]:
+    with Place() as place:
+        yield place, place.serve(config(devices=DEVICES)).ready("m-1")
+
+
+Bench = tuple[Place, Server]
+
+
+def snapshot(server: Server, device: str = "m-1") -> dict[str, Any]:
+    state: dict[str, Any] = server.status(device)["snapshot"]
+    return state
+
+
+def test_the_list_has_every_verb_with_its_parameters(bench: Bench) -> None:
+    place, _ = bench
+    lines = place.cli("axis", "m-1").splitlines()
+    verbs = [line.partition(":")[0] for line in lines if not line.startswith(" ")]
+    assert verbs == [
+        *("position", "velocity", "torque", "mode", "enable", "disable", "gains", "calibrate"),
+        *("move-abs", "move-rel", "stop", "pulses", "type", "reset", "pin"),
+    ]
+    at = lines.index("move-abs: go to an angle with ramps")
+    assert lines[at + 1 : at + 3] == [
+        "  position_deg: where to, -1e+06 to 1e+06 deg, needed",
+        "  velocity_rpm: speed on the way, 0.001 to 3000 rpm, default 60.0",
+    ]
+    assert "queue: write an entry of the queue" in place.cli("axis", "s1")
+
+
+def test_enable_and_move_and_what_they_answer(bench: Bench) -> None:
+    place, server = bench
+    assert re.fullmatch(r"effective_at_ns: \d+\nset_point: [0-9.-]+\n", place.cli("axis", "m-1", "enable"))
+    answer = place.cli("axis", "m-1", "move-abs", "-90", "velocity_rpm=120")
+    assert re.fullmatch(r"effective_at_ns: \d+\nends_after_ns: \d+\nset_point: -90\n", answer)
+    until(lambda: abs(snapshot(server)["position_deg"] + 90) < 0.2, "the shaft")
+    assert "set_point: -100" in place.cli("axis", "m-1", "move_rel", "-10")
+    answer = place.cli("axis", "m-1", "gains", "pKi=0.25")
+    assert "pKi: 0.25\n" in answer
+    place.cli("axis", "m-1", "stop", "prejudice")
+
+
+def test_a_stepper_moves_by_whole_pulses(bench: Bench) -> None:
+    place, server = bench
+    answer = place.cli("axis", "s1", "move-rel", "-45", "velocity_rpm=120")
+    assert answer.splitlines()[1:] == ["pulses: -50", "angle_deg: -45"]
+    until(lambda: snapshot(server, "s1")["pulses"] == -50, "the motor")
+    assert place.cli("axis", "s1", "pulse").startswith("effective_at_ns: ")
+
+
+@pytest.mark.parametrize("text", ["zz", "5", "1.0", "1e3", "nan", "a=b", "text=text", "text=-b5", "007"])
+def test_a_text_is_typed_as_it_stands(bench: Bench, text: str) -> None:
+    place, server = bench
+    with server.client("s1") as client:  # a SAC echoes all but + and -
+        place.cli("axis", "s1", "type", text)
+        client.read_until(text.removeprefix("text=").replace("-", "").encode())
+
+
+def test_what_is_typed_is_done(bench: Bench) -> None:
+    place, server = bench
+    with server.client("m-1") as client:
+        place.cli("axis", "m-1", "type", r"\x6d\r")
+        assert b"Main menu" in client.read_until(b"Main menu")
+    refused = place.cli("axis", "m-1", "type", r"\q", code=1)
+    assert refused == "hil: text: \\q means nothing; write \\r, \\n, \\t, \\\\ or \\xHH\n"
+    assert "a character is no byte" in place.cli("axis", "m-1", "type", "€", code=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("m-1", "fly"), 2, "hil: m-1 has no 'fly'; it has position, velocity, torque, mode, "),
+        (("m9", "stop"), 1, "hil: no device 'm9'; there are m-1, s1"),
+        (("m-1", "move-abs"), 1, "hil: position_deg: this one is missing: where to"),
+        (("m-1", "move-abs", "far"), 1, "hil: position_deg: write a number"),
+        (("m-1", "move-abs", "nan"), 1, "hil: position_deg: write -1e+06 to 1e+06"),
+        (("m-1", "move-abs", "inf"), 1, "hil: position_deg: write -1e+06 to 1e+06"),
+        (
+            ("m-1", "move-abs", "1", "2", "3", "4"),
+            2,
+            "hil: '4' is too much; it takes position_deg, velocity_rpm",
+        ),
+        (("m-1", "move-abs", "1", "position_deg=2"), 2, "hil: position_deg is given twice"),
+        (
+            ("m-1", "move-abs", "1", "speed=2"),
+            2,
+            "hil: there is no parameter 'speed'; it takes position_deg, ",
+        ),
+        (("m-1", "enable", "now"), 2, "hil: 'now' is too much; it takes nothing"),
+        (("m-1", "stop", "softly"), 1, "hil: how: write grace or prejudice"),
+        (("m-1", "pin", "D9", "1"), 1, "hil: pin: inputs of m-1 are D0, D1, D2, D3"),
+        (("s1", "run", "31"), 1, "hil: position: write 1 to 30"),
+        (("s1", "loop", "3", "2"), 1, "hil: last: 2 comes before first, 3"),
+    ],
+)
+def test_refusals_and_their_exit_codes(
+    bench: Bench, arguments: tuple[str, ...], code: int, message: str
+) -> None:
+    place, _ = bench
+    said = place.cli("axis", *arguments, code=code)
+    assert said.startswith(message), said
+    assert "Traceback" not in said
+
+
+def test_pins_and_power(bench: Bench) -> None:
+    place, server = bench
+    place.cli("axis", "m-1", "pin", "D3", "1")
+    assert snapshot(server)["pin_d3"] == 1
+    at_ns = int(place.cli("axis", "m-1", "reset").split()[1])
+    server.ready("m-1", at_ns)
+    assert (
+        place.cli("axis", "m-1", "move-rel", "5", code=1) == "hil: the control loop is off; enable it first\n"
+    )
+
+
+def test_a_stream_that_stops_is_in_the_status(bench: Bench) -> None:
+    place, server = bench
+    place.cli("axis", "m-1", "enable")
+    place.cli("axis", "m-1", "velocity", "-30")
+    until(lambda: snapshot(server)["loop_on"] == 0, "the time-out")
+    assert "no set-point for 500 ms: torque_off (1 times)" in str(server.status("m-1")["note"])
+    assert "no set-point for 500 ms" in place.cli("status")
+
+
+def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
+    twins = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}, "m1": {}})).ready("m1")
+    ports = {name: str(place.runtime / "t" / name) for name in ("s1", "m1")}
+    real = {
+        "bench": "r",
+        "devices": {
+            "s2": {"profile": "sac", "at": ports["s1"]},
+            "m2": {"profile": "mechaduino", "at": ports["m1"]},
+        },
+    }
+    server = place.serve(json.dumps(real), bench="r")
+    listed = place.cli("axis", "s2", "-b", "r")
+    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == ["type", "reset"]
+    listed = place.cli("axis", "m2", "-b", "r")
+    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == ["type"]
+    said = place.cli("axis", "s2", "move-rel", "90", "-b", "r", code=2)
+    assert said == "hil: s2 has no 'move-rel'; it has type, reset\n"
+    refused = place.cli("axis", "s2", "reset", "now", "-b", "r", code=2)
+    assert refused == "hil: 'now' is too much; it takes nothing\n"
+    place.cli("axis", "s2", "type", r"xm50p\r", "-b", "r")
+    until(lambda: snapshot(twins, "s1")["pulses"] == 50, "the motor")
+    place.cli("axis", "s2", "reset", "-b", "r")
+    with server.client("m2") as client:
+        place.cli("axis", "m2", "type", "m", "-b", "r")
+        client.read_until(b"Main menu")
+
+
+def test_a_run_with_verbs_is_repeated_from_its_log(place: Place) -> None:
+    log = place.folder / "run.jsonl"
+    server = place.serve(config(speed=5, devices=DEVICES), "--log", str(log)).ready("m-1")
+    place.cli("axis", "m-1", "move-abs", "5", code=1)
+    place.cli("axis", "m-1", "enable")
+    place.cli("axis", "s1", "velocity", "-120")
+    with server.client("m-1") as client:
+        for angle in ("30", "-30", "15"):
+            place.cli("axis", "m-1", "move-rel", angle)
+            client.ask(b"q", b"};\r\n")
+        place.cli("axis", "m-1", "velocity", "60")
+        until(lambda: snapshot(server)["loop_on"] == 0, "the time-out")
+        client.ask(b"p")
+    place.cli("axis", "s1", "stop")
+    with server.client("s1") as terminal:
+        terminal.ask(b"vd\r", b"SAC>")
+    server.stop()
+    assert log.read_text().count('"input":"do"') == 8
+    assert place.cli("replay", str(log)).startswith("identical: ")
