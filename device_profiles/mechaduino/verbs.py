@@ -94,6 +94,12 @@ def move_rel(
 
 def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
     """``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
+    answer = _stop_set_point(board, how, acceleration_rpm_per_s)
+    board.axis.drive(())  # pulses would move the set-point on
+    return answer
+
+
+def _stop_set_point(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
     letter = _letter(board)
     if not board.axis.get("loop_on"):
         return None
@@ -241,7 +247,7 @@ VERBS = (
     ),
     Verb(
         "stop",
-        "end all motion: with a ramp, or at once",
+        "end all motion, pulses too: with a ramp, or at once",
         (Parameter("how", "", choices=("grace", "prejudice"), default="grace"), *_RAMP),
         stop,
         Effect.ENDS,

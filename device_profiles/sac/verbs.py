@@ -81,7 +81,7 @@ def move_abs(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Answer:
-    if sac.motion.get("motion_state") != _STANDBY:
+    if sac.motion.get("motion_state") != _STANDBY or sac.motion.get("queue_position") >= 0:
         raise VerbRefused("not_now", "it moves, and where it will be is not known; stop it first")
     angle_deg = position_deg - sac.motion.get("commanded_deg")
     return move_rel(sac, angle_deg, velocity_rpm, acceleration, deceleration)

@@ -368,3 +368,18 @@ def test_pulses_at_the_step_input(on: Board) -> None:
     on.run(10)
     assert abs(on.now.r + 160 * 0.05625) < 1e-4
     assert on.refusal("pulses", count=1.5) == ("bad_parameter", "count: write a whole number")
+
+
+@pytest.mark.parametrize("how", ["grace", "prejudice"])
+def test_stop_ends_pulses_too(on: Board, how: str) -> None:
+    on.do("pulses", count=1000, rate_Hz=1000.0)
+    on.run(300)
+    on.do("stop", how=how)
+    r = on.run(1).r
+    assert on.run(1500).r == r
+    on.do("disable")
+    on.do("pulses", count=1000, rate_Hz=1000.0)
+    on.run(300)
+    on.do("stop", how=how)
+    r = on.now.r
+    assert on.run(1000).r == r

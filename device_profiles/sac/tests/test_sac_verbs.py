@@ -331,3 +331,25 @@ def test_nothing_is_done_during_the_cold_start() -> None:
     bench.axis("s1").do("velocity", velocity_rpm=60)
     bench.run(3000)
     assert bench.axis("s1").snapshot().speed_rpm == 60
+
+
+def test_an_absolute_move_is_refused_while_something_waits_to_move(board: Board) -> None:
+    board.do("loop", first=1, last=2, passes=1)
+    assert board.refusal("move_abs", position_deg=0.0)[0] == "not_now"
+    board.do("stop", how="prejudice")
+    board.type("m10s")
+    assert board.now.is_held == 1
+    assert board.refusal("move_abs", position_deg=0.0)[0] == "not_now"
+    board.do("stop")
+    board.do("move_abs", position_deg=45.0)
+    assert board.stands().pulses == 50
+
+
+def test_of_two_moves_at_one_moment_the_second_is_made(board: Board) -> None:
+    # As of two xm: the one preempts the other.
+    board.do("move_rel", angle_deg=90.0)
+    board.do("move_rel", angle_deg=-45.0)
+    assert board.stands().pulses == -50
+    board.do("move_rel", angle_deg=90.0)
+    board.do("move_abs", position_deg=9.0)
+    assert board.stands().pulses == 10
