@@ -69,7 +69,7 @@ class Host:
             )
             for field in OF_KIND[device.axis.kind]
         }
-        return DeviceInfo(name, profile, False, load_verbs(profile)[0], fields)
+        return DeviceInfo(name, profile, False, load_verbs(profile).table, fields)
 
     def times_ns(self) -> tuple[int, int]:
         now_ns = self._daemon.bench.now_ns

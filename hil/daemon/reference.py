@@ -79,7 +79,7 @@ def _device_verbs() -> str:
     ]
     tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
     for name in sorted(find_catalogue().profiles):
-        own = [verb for verb in load_verbs(name)[0].values() if verb not in COMMON]
+        own = [verb for verb in load_verbs(name).table.values() if verb not in COMMON]
         tables[f"`{name}`"] = tuple(own)
     for title, verbs in tables.items():
         parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")

@@ -1,17 +1,25 @@
-"""Multi-axis runs: what a document says (``document.py``), and the whole motion that follows from it before
-anything moves (``plan.py``). Imports ``hil.config`` for documents and places, and ``hil.core`` for
-trajectories; knows no clock and no bench: ``hil.daemon`` carries plans out.
+"""Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
+anything moves (``plan.py``), and how that is carried out (``execute.py``).
+
+Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.session`` for inputs;
+knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
+from hil.runs.execute import Execution, Progress, RunBench
+from hil.runs.on_bench import BenchAxes
 from hil.runs.plan import AxisNow, Event, Phrase, Plan, RunRefused, plan_run
 
 __all__ = [
     "AxisNow",
     "AxisRules",
+    "BenchAxes",
     "Event",
+    "Execution",
     "Phrase",
     "Plan",
+    "Progress",
+    "RunBench",
     "RunDocument",
     "RunRefused",
     "parse_run",

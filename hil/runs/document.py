@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
-from hil.config.document import Document
+from hil.config.document import Document, document_from_mapping
 from hil.config.explain import findings_of
-from hil.config.yaml_text import document_from_mapping, document_from_yaml
+from hil.config.yaml_text import document_from_yaml
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 DOCUMENT_BYTES = 1 << 20

@@ -71,6 +71,7 @@ class Plan:
     phrases: tuple[Phrase, ...]
     steps: int
     ends_deg: Mapping[str, float]
+    axes: Mapping[str, AxisNow]
 
 
 class RunRefused(Exception):
@@ -97,7 +98,7 @@ def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) 
     planner.end_phrase()
     if planner.findings:
         raise document.error(planner.findings)
-    return Plan(run, tuple(planner.phrases), len(order), planner.position_deg)
+    return Plan(run, tuple(planner.phrases), len(order), planner.position_deg, axes)
 
 
 def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Finding]:
