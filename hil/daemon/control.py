@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
+from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
+from hil.runs import RunRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -50,6 +52,9 @@ _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
 class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
+
+
+REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, RunRefused, VerbRefused)
 
 
 class ControlServer:
@@ -138,7 +143,14 @@ class ControlServer:
             if verb is VERBS["capture"]:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
-        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused) as error:
+        except (
+            ControlError,
+            DialogueError,
+            FaultRefused,
+            real_boards.NoDialogue,
+            RunRefused,
+            VerbRefused,
+        ) as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
@@ -380,6 +392,28 @@ def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
     return described(daemon.host.devices[device].verbs)
 
 
+def _run(daemon: "Daemon", text: str, file: str, check: bool) -> dict[str, Any]:
+    try:
+        if check:
+            return daemon.runs.check(text, file)
+        return daemon.runs.submit(LOCAL, text, file).as_dict()
+    except ConfigError as error:
+        return {"problems": str(error)}
+
+
+def _runs(daemon: "Daemon", name: str) -> list[dict[str, Any]]:
+    if name and name not in daemon.runs.progress:
+        raise ControlError(f"there is no run {name!r}")
+    every = daemon.runs.progress.values()
+    return [progress.as_dict() for progress in every if name in ("", progress.run)]
+
+
+def _cancel_run(daemon: "Daemon", name: str, how: str) -> dict[str, Any]:
+    if how not in ("grace", "prejudice"):
+        raise ControlError("how is grace or prejudice")
+    return daemon.runs.cancel(LOCAL, name, "grace" if how == "grace" else "prejudice").as_dict()
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -433,6 +467,9 @@ VERBS = {
     ),
     "do": Verb(_do, ("device", "name", "parameters"), "carry out a verb of the device (see Verbs)"),
     "verbs": Verb(_verbs, ("device",), "what can be asked of a device, with the parameters"),
+    "run": Verb(_run, ("text", "file", "check"), "submit a multi-axis run, or only check it"),
+    "runs": Verb(_runs, ("name",), "how a run does, or with an empty name all that are remembered"),
+    "cancel_run": Verb(_cancel_run, ("name", "how"), "end a run with grace or prejudice"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }
