@@ -201,6 +201,9 @@ def access_control(
         (Role.VIEWER, "egress", ["put"], keys(PUBLISH)),
         (Role.VIEWER, "ingress", ["query"], keys(QUERY)),
         (Role.VIEWER, "egress", ["reply"], keys(QUERY)),
+        # A declared querier or publisher of zenoh is silent while it knows of nobody at the other end.
+        (Role.VIEWER, "egress", ["declare_queryable"], everything),
+        (Role.OPERATOR, "egress", ["declare_subscriber"], everything),
         (Role.VIEWER, "ingress", ["liveliness_query", "declare_liveliness_subscriber"], live),
         (Role.VIEWER, "egress", ["liveliness_token"], live),
     ]
