@@ -13,6 +13,8 @@ POLL_NS = 10_000_000
 """How often an axis is looked at while it moves."""
 SAMPLE_NS = 1_000_000
 """Between two looks at the following error."""
+BEGINS_NS = 1_000_000
+"""A stepper's motion begins at the first tick of its clock after the command, and says so then."""
 STAND_NS = 3_600_000_000_000
 """A stepper that still turns so long after its phrase has failed."""
 
@@ -131,7 +133,7 @@ class Execution:
         for event in phrase.events:
             at_ns = start_ns + event.at_ns
             self._give(event.axis, Do(event.verb, tuple(event.parameters.items()), at_ns))
-        end_ns = start_ns + phrase.duration_ns
+        end_ns = start_ns + phrase.duration_ns + (BEGINS_NS if phrase.steppers else 0)
         marks = [(start_ns + at_ns, number) for number, (at_ns, _) in enumerate(phrase.marks, 1)]
         yield from self._until(end_ns, marks)
         self._steps_before += len(phrase.marks)
