@@ -9,7 +9,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
+from bridges.zenoh.documents import acknowledged, dumped, read_payload, read_text, refused
 from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.publications import Publications, short_state
@@ -168,6 +168,14 @@ class ZenohBridge:
                 source = self._source(key, payload, attachment, Role.ADMIN)
                 given = read_payload(payload)
                 return self._at_once(key, query, lambda: self._host.fault(source, target, given))
+            case ["run", "submit"]:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                text = read_text(payload)
+                return self._at_once(key, query, lambda: self._host.submit_run(source, text))
+            case ["run", name, "cancel"] if "*" not in name:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                how = read_payload(payload).get("how", "grace")
+                return self._at_once(key, query, lambda: self._host.cancel_run(source, name, how))
             case ["axis", _, "cmd", _] | ["axis" | "segment", _, "fault"]:
                 raise VerbRefused("bad_request", "a command is for one device: write its name instead of *")
         if query is None:
@@ -293,6 +301,11 @@ class ZenohBridge:
 
     def _read(self, key: str, query: zenoh.Query) -> None:
         try:
+            for name in self._host.run_names() if "/run/" in key or "*" in key else ():
+                found = f"{self._prefix}/run/{name}/state"
+                if zenoh.KeyExpr(key).intersects(zenoh.KeyExpr(found)):
+                    progress = dumped(self._host.run_progress(name) or {}, self._host)
+                    query.reply(found, progress, encoding=encoding("hil.run.v1"))
             for found in self._matching(key):
                 schema, content = self._readers[found]
                 query.reply(found, content(), encoding=encoding(schema))

@@ -22,7 +22,6 @@ from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
-from hil.runs import RunRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -54,7 +53,7 @@ class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
 
 
-REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, RunRefused, VerbRefused)
+REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused)
 
 
 class ControlServer:
@@ -143,14 +142,7 @@ class ControlServer:
             if verb is VERBS["capture"]:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
-        except (
-            ControlError,
-            DialogueError,
-            FaultRefused,
-            real_boards.NoDialogue,
-            RunRefused,
-            VerbRefused,
-        ) as error:
+        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused) as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}

@@ -10,6 +10,7 @@ from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
+from hil.runs.reference import run_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 
@@ -22,6 +23,7 @@ def reference(app: typer.Typer) -> str:
         _commands(app),
         _verbs(),
         _device_verbs(),
+        run_reference(),
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),

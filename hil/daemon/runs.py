@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from hil.config import ConfigError
 from hil.config.document import Document
-from hil.runs import BenchAxes, Execution, Progress, RunDocument, RunRefused, parse_run, plan_run
+from hil.runs import BenchAxes, Execution, Progress, RunDocument, parse_run, plan_run
 from hil.runs.document import DOCUMENT_BYTES
 from hil.runs.execute import How
 from hil.vocab.bridges import Source
-from hil.vocab.verbs import Role
+from hil.vocab.verbs import Role, VerbRefused
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -51,17 +51,17 @@ class Runs:
 
         Raises:
             ConfigError: it cannot be done, with all problems.
-            RunRefused: not by this source, or not now.
+            VerbRefused: not by this source, or not now.
         """
         if source.role < Role.OPERATOR:
-            raise RunRefused("forbidden", "a run needs the role operator")
+            raise VerbRefused("forbidden", "a run needs the role operator")
         if len(text) > DOCUMENT_BYTES:
-            raise RunRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
+            raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
         run, document = parse_run(text, file)
         if run.run in self.progress:
             return self.progress[run.run]
         if sum(progress.state == "queued" for progress in self.progress.values()) >= WAITING:
-            raise RunRefused("not_now", f"{WAITING} runs wait already; submit it again later")
+            raise VerbRefused("not_now", f"{WAITING} runs wait already; submit it again later")
         plan = plan_run(run, document, self._expected(run))
         self._documents[run.run] = (run, document)
         self._ends_deg[run.run] = plan.ends_deg
@@ -83,12 +83,12 @@ class Runs:
         """End a run; one that waits never starts.
 
         Raises:
-            RunRefused: there is none, or not by this source.
+            VerbRefused: there is none, or not by this source.
         """
         if source.role < Role.OPERATOR:
-            raise RunRefused("forbidden", "this needs the role operator")
+            raise VerbRefused("forbidden", "this needs the role operator")
         if name not in self.progress:
-            raise RunRefused("no_run", f"there is no run {name!r}")
+            raise VerbRefused("no_run", f"there is no run {name!r}")
         progress = self.progress[name]
         if progress.state == "queued" and name not in self._executions:
             progress.state, progress.why = "cancelled", "it was cancelled before it began"

@@ -8,7 +8,7 @@ knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
 from hil.runs.execute import Execution, Progress, RunBench
 from hil.runs.on_bench import BenchAxes
-from hil.runs.plan import AxisNow, Event, Phrase, Plan, RunRefused, plan_run
+from hil.runs.plan import AxisNow, Event, Phrase, Plan, plan_run
 
 __all__ = [
     "AxisNow",
@@ -21,7 +21,6 @@ __all__ = [
     "Progress",
     "RunBench",
     "RunDocument",
-    "RunRefused",
     "parse_run",
     "plan_run",
     "run_from_data",

@@ -66,7 +66,7 @@ class SplinePoint(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
 
-    at_s: Seconds | None = None
+    at_s: Seconds | None = Field(default=None, description="When, in seconds from the spline's start.")
 
     @property
     def positions_deg(self) -> Mapping[str, Any]:

@@ -74,14 +74,6 @@ class Plan:
     axes: Mapping[str, AxisNow]
 
 
-class RunRefused(Exception):
-    """A run is not taken: ``str(error)`` says why. ``code`` as of verbs."""
-
-    def __init__(self, code: str, why: str) -> None:
-        super().__init__(why)
-        self.code = code
-
-
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
     """All of a run, from where its axes are.
 
