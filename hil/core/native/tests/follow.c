@@ -64,6 +64,24 @@ static void each_step_has_the_paths_set_point(void)
     hil_core_free(c);
 }
 
+/* What is to begin later leaves the set-point alone until then, and begins at that very time. */
+static void a_later_start_is_kept(void)
+{
+    int64_t now_ns;
+    hil_core *c = holding(&now_ns);
+    int64_t start_ns = step_ns(40) + 12345;
+    hil_axis_set(c, 0, HIL_FIELD_r, 7);
+    CHECK_INT(hil_axis_follow(c, 0, start_ns, PIECES, PATH), 0);
+    hil_group_advance(c, 0, step_ns(40));
+    CHECK(get_r(c, 0) == 7);
+    CHECK_INT(is_following(c, 0), 1);
+    for (int64_t k = 41; k < 400; k++) {
+        hil_group_advance(c, 0, step_ns(k));
+        CHECK(get_r(c, 0) == wanted_r(step_ns(k) - start_ns));
+    }
+    hil_core_free(c);
+}
+
 /* However time is cut, and with a look at it in between. */
 static void cuts_do_not_matter(void)
 {
@@ -102,7 +120,7 @@ static void company_does_not_matter(void)
                 hil_axis_set(both[which], i, HIL_FIELD_r, i);
                 hil_axis_loop(both[which], i, 1);
                 hil_group_advance(both[which], i, 2000000 + i * 31);
-                if (i < followers) CHECK_INT(hil_axis_follow(both[which], i, PIECES, PATH), 0);
+                if (i < followers) CHECK_INT(hil_axis_follow(both[which], i, 0, PIECES, PATH), 0);
             }
         uint64_t random = (uint64_t)followers;
         for (int64_t now_ns = 3000000; now_ns < 100000000; now_ns += random_below(&random, 3000000)) {
@@ -236,6 +254,7 @@ static void closed_groups_leave_nothing(void)
 void follow_tests(void)
 {
     RUN(each_step_has_the_paths_set_point);
+    RUN(a_later_start_is_kept);
     RUN(cuts_do_not_matter);
     RUN(company_does_not_matter);
     RUN(what_ends_a_path);
