@@ -1,4 +1,4 @@
-"""Only what pyproject.toml cannot say yet: the native core and the packet codec."""
+"""Only what pyproject.toml cannot say yet: the native core, the planner and the packet codec."""
 
 from setuptools import Extension, setup
 
@@ -68,6 +68,20 @@ setup(
                 "-pthread",
             ],
             extra_link_args=["-pthread"],
+        ),
+        Extension(
+            "hil.core._trajectory",
+            [
+                "hil/core/_trajectory.pyx",
+                f"{NATIVE}/motion/course.c",
+                f"{NATIVE}/motion/shape.c",
+                f"{NATIVE}/motion/spline.c",
+                f"{NATIVE}/motion/trajectory.c",
+            ],
+            depends=[f"{NATIVE}/motion/shape.h", f"{NATIVE}/motion/trajectory.h"],
+            include_dirs=["hil/core"],
+            libraries=["m"],
+            extra_compile_args=["-std=gnu11", "-O3", "-ffp-contract=off", "-fvisibility=hidden"],
         ),
         Extension(
             "hil.wire._packet",

@@ -12,7 +12,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import acknowledged, dumped, read_payload, refused
+from bridges.zenoh.documents import acknowledged, dumped, read_payload, read_text, refused
 from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.publications import Publications, short_state
@@ -193,6 +193,14 @@ class ZenohBridge:
                 source = self._source(key, payload, attachment, Role.ADMIN)
                 given = read_payload(payload)
                 return lambda: self._answer(query, key, self._host.fault(source, target, given))
+            case ["run", "submit"]:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                text = read_text(payload)
+                return lambda: self._answer(query, key, self._host.submit_run(source, text))
+            case ["run", name, "cancel"] if "*" not in name:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                how = read_payload(payload).get("how", "grace")
+                return lambda: self._answer(query, key, self._host.cancel_run(source, name, how))
             case ["axis", _, "param", _] if not payload:
                 pass
             case ["axis", _, "cmd" | "param", _] | ["axis" | "segment", _, "fault"]:
@@ -328,6 +336,11 @@ class ZenohBridge:
         return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
 
     def _read(self, key: str, query: zenoh.Query) -> None:
+        for name in self._host.run_names() if "/run/" in key or "*" in key else ():
+            found = f"{self._prefix}/run/{name}/state"
+            if zenoh.KeyExpr(key).intersects(zenoh.KeyExpr(found)):
+                progress = dumped(self._host.run_progress(name) or {}, self._host)
+                self._sender.reply(query, found, progress, self._encodings["hil.run.v1"])
         for found in self._matching(key):
             schema, content = self._readers[found]
             self._sender.reply(query, found, content(), self._encodings[schema])

@@ -8,6 +8,7 @@ from bridges.zenoh.keys import VERSION
 from hil.vocab.bridges import BridgeHost
 from hil.vocab.verbs import VerbRefused
 
+RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024
 """Longer ones are no command."""
 
@@ -34,6 +35,20 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None) -> Any:
         what = "a number" if wanted else 'an object, as in {"position_deg": 90}'
         raise VerbRefused("bad_request", f"the payload has to be {what}")
     return value
+
+
+def read_text(payload: bytes | None) -> str:
+    """A run's payload, which its own reader checks.
+
+    Raises:
+        VerbRefused: it is too long, or no text.
+    """
+    if len(payload or b"") > RUN_BYTES:
+        raise VerbRefused("bad_request", f"{len(payload or b'')} bytes; a run has at most {RUN_BYTES}")
+    try:
+        return (payload or b"").decode()
+    except UnicodeDecodeError as error:
+        raise VerbRefused("bad_request", f"the payload is no UTF-8: {error}") from None
 
 
 def acknowledged(answer: Mapping[str, Any], effective_at_ns: int | None, times_ns: tuple[int, int]) -> bytes:

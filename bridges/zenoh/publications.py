@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from struct import Struct
@@ -162,6 +162,7 @@ class Publications:
             publisher = self._publisher(f"segment/{name}/stats", "hil.stats.v1")
             self._slow.append((publisher, partial(self.stats, name)))
         self._demand: list[_Stream | _Watch] = [*self._states, *self._packed, *self._watches]
+        self._end_runs = host.on_run(self._tell_run)
         self._rejected = self._publisher("sim/rejected", "hil.error.v1")
 
     @property
@@ -179,7 +180,15 @@ class Publications:
         self._tasks.append(loop.create_task(self._look()))
         self._tasks.append(loop.create_task(self._tell_slowly()))
 
+    def _tell_run(self, progress: Mapping[str, Any]) -> None:
+        key = f"{self._prefix}/run/{progress['run']}/state"
+        kind = zenoh.Encoding.APPLICATION_JSON.with_schema("hil.run.v1")
+        self._session.put(
+            key, dumped(progress, self._host), encoding=kind, allowed_destination=zenoh.Locality.REMOTE
+        )
+
     async def stop(self) -> None:
+        self._end_runs()
         for task in self._tasks:
             task.cancel()
             with suppress(asyncio.CancelledError):

@@ -174,6 +174,16 @@ def _is_on_the_way(board: Mechaduino) -> bool:
     return bool(board.axis.get("following")) and _letter(board) in "xh"
 
 
+def follow(board: Mechaduino, path: Path, start_ns: int) -> None:
+    """A run's motion: position mode, and the set-point along the path from then on."""
+    _may_move(board, "x")
+    if _letter(board) != "x":
+        board.axis.set("mode", ord("x"))
+        board.axis.set("r", path[0].r)
+    board.axis.follow(path, start_ns)
+    board.path, board.path_from_ns = path, max(start_ns, int(board.axis.get("at_ns")))
+
+
 def _where(board: Mechaduino) -> tuple[float, float]:
     """Set-point and its rate in degrees; of the shaft, if the set-point is no angle."""
     axis = board.axis

@@ -1,10 +1,10 @@
 """The client for asyncio: the same as the other, each exchange in a thread."""
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Coroutine, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 from hil.client.link import ENDPOINT, TIMEOUT_S, Link
 from hil.client.messages import Ack, State, state_of
@@ -94,6 +94,24 @@ class AsyncBench:
     def axis(self, name: str) -> AsyncAxis:
         """A device."""
         return AsyncAxis(self._open.link, name)
+
+    async def submit(self, run: Mapping[str, object] | str) -> dict[str, Any]:
+        """Submit a multi-axis run, as data or as YAML; its progress."""
+        return await asyncio.to_thread(self._open.submit, run)
+
+    async def run_state(self, name: str) -> dict[str, Any]:
+        """How a run does."""
+        return await asyncio.to_thread(self._open.run_state, name)
+
+    async def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
+        """End a run."""
+        return await asyncio.to_thread(self._open.cancel, name, how)
+
+    async def perform(
+        self, run: Mapping[str, object] | str, *, timeout_s: float = MOTION_S
+    ) -> dict[str, Any]:
+        """Submit a run and wait for its end; its last progress."""
+        return await asyncio.to_thread(self._open.perform, run, timeout_s=timeout_s)
 
     async def alive(self) -> list[str]:
         """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""

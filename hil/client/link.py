@@ -15,6 +15,8 @@ from hil.vocab.signature import signed
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
+MESSAGE_BYTES = 1_000_000
+"""A daemon takes no longer ones."""
 _LATEST = 10_000
 """States that wait for a subscriber; the oldest of more are dropped."""
 
@@ -110,8 +112,14 @@ class Link:
             CommandError: it was refused.
             ClientError: there was none in time.
         """
-        key = self.key(rest)
-        text = b"" if payload is None else json.dumps(payload).encode()
+        text = "" if payload is None else json.dumps(payload)
+        return self.ask_text(rest, text, timeout_s=timeout_s)
+
+    def ask_text(self, rest: str, payload: str, *, timeout_s: float | None = None) -> list[bytes]:
+        """As ``ask``, with the payload as it is."""
+        key, text = self.key(rest), payload.encode()
+        if len(text) > MESSAGE_BYTES:
+            raise ClientError(f"{key}: {len(text)} bytes; a message has at most {MESSAGE_BYTES}")
         waits_s = self._timeout_s if timeout_s is None else timeout_s
         replies = self._session.get(
             key,

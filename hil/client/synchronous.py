@@ -1,12 +1,14 @@
 """The client for programs without asyncio."""
 
-from collections.abc import Iterator
+import json
+import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, Link, states
-from hil.client.messages import Ack, State, ack_of
+from hil.client.messages import Ack, ClientError, State, ack_of, read
 from hil.client.verbs import MOTION_S, AxisVerbs
 
 
@@ -65,6 +67,38 @@ class Bench:
     def axis(self, name: str) -> Axis:
         """A device."""
         return Axis(self.link, name)
+
+    def submit(self, run: Mapping[str, object] | str) -> dict[str, Any]:
+        """Submit a multi-axis run, as data or as YAML; its progress.
+
+        Raises:
+            CommandError: with all problems, if it cannot be done.
+        """
+        text = run if isinstance(run, str) else json.dumps(run)
+        return read(self.link.ask_text("run/submit", text)[0])
+
+    def run_state(self, name: str) -> dict[str, Any]:
+        """How a run does."""
+        return self.link.read(f"run/{name}/state")
+
+    def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
+        """End a run."""
+        return read(self.link.ask(f"run/{name}/cancel", {"how": how})[0])
+
+    def perform(
+        self, run: Mapping[str, object] | str, *, timeout_s: float = MOTION_S, poll_s: float = 0.05
+    ) -> dict[str, Any]:
+        """Submit a run and wait for its end; its last progress. Raises ClientError: it does not end."""
+        progress = self.submit(run)
+        deadline_s = time.monotonic() + timeout_s
+        while progress["state"] in ("queued", "running"):
+            if time.monotonic() > deadline_s:
+                raise ClientError(
+                    f"run {progress['run']} was still {progress['state']} after {timeout_s:g} s"
+                )
+            time.sleep(poll_s)
+            progress = self.run_state(progress["run"])
+        return progress
 
     def alive(self) -> list[str]:
         """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""

@@ -87,11 +87,11 @@ def add_device(
     """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
     ``partner``: a device that wires join it with."""
     plan = config.axis_plan(profile, seed)
-    verbs, starve = load_verbs(profile.name)
+    verbs = load_verbs(profile.name)
     time_out = None
-    if (stream := config.setpoints) and starve:
+    if (stream := config.setpoints) and verbs.starve:
         after_ns = round(stream.timeout_ms * 1e6)
-        time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, starve)
+        time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, verbs.starve)
     group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
     device = Device(
         name,
@@ -105,8 +105,9 @@ def add_device(
         facts={"lookup_address": config.flash.address},
         store=store,
         sent=bench.sent,
-        verbs=verbs,
+        verbs=verbs.table,
         time_out=time_out,
+        follow=verbs.follow,
     )
     bench.add(group, device)
     return device

@@ -5,7 +5,7 @@ from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -98,13 +98,23 @@ def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
     return dialogues
 
 
-def load_verbs(profile: str) -> tuple[Mapping[str, Verb], Callable[..., None] | None]:
-    """What can be asked of a twin of this kind, by name, and what it does when its set-points stay away;
-    None: nothing."""
+class BoardVerbs(NamedTuple):
+    """What can be asked of a twin, by name; what it does when its set-points stay away, and with a path of
+    set-points (``starve`` and ``follow`` of its ``verbs.py``), None: nothing."""
+
+    table: Mapping[str, Verb]
+    starve: Callable[..., None] | None = None
+    follow: Callable[..., None] | None = None
+
+
+def load_verbs(profile: str) -> BoardVerbs:
+    """Of a kind of board."""
     if find_spec(f"{PROFILES}.{profile}.verbs") is None:
-        return table_of(()), None
+        return BoardVerbs(table_of(()))
     module = import_module(f"{PROFILES}.{profile}.verbs")
-    return table_of(module.VERBS), getattr(module, "starve", None)
+    return BoardVerbs(
+        table_of(module.VERBS), getattr(module, "starve", None), getattr(module, "follow", None)
+    )
 
 
 def make_segment() -> Segment:

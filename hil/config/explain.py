@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Collection, Iterable
 from types import NoneType
-from typing import Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -148,11 +148,13 @@ def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseMo
             field = annotation.model_fields.get(str(part))
             annotation = None if field is None else _needed(field.annotation)
         else:
-            annotation = next(iter(get_args(annotation)[-1:]), None)
+            annotation = _needed(next(iter(get_args(annotation)[-1:]), None))
     return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
 
 
 def _needed(annotation: Any) -> Any:
     """What stands beside ``None``, where that is one thing."""
+    if get_origin(annotation) is Annotated:
+        annotation = get_args(annotation)[0]
     others = [each for each in get_args(annotation) if each is not NoneType]
     return others[0] if len(others) == 1 and NoneType in get_args(annotation) else annotation

@@ -19,28 +19,28 @@ def reference(catalogue: Catalogue) -> str:
         "A bench is one YAML file. This page is generated from the models that check it; a key that is"
         ' not here is an error. Quote text that looks like a number (`"0.1"`, `"0660"`).',
         "## Bench",
-        _keys(whole),
+        keys_table(whole),
         "## Device: `devices.<name>`",
-        _keys(device),
+        keys_table(device),
         "## Flash: `devices.<name>.flash`",
-        _keys(definitions["FlashConfig"]),
+        keys_table(definitions["FlashConfig"]),
         "## Load: `devices.<name>.load`",
         "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
         *_loads(definitions),
         "## Segments: `segments.<name>`",
-        _keys(definitions["SegmentConfig"]),
+        keys_table(definitions["SegmentConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
-        _keys(definitions["TapConfig"]),
+        keys_table(definitions["TapConfig"]),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below; so is `network`.",
     ]
     for port in device["properties"]["port"]["anyOf"][1:]:
         kind = port["properties"].pop("kind")["const"]
         port["required"].remove("kind")
-        sections += [f"### `{kind}`", _keys(port) if port["properties"] else "No options."]
-    sections += ["## Set-points: `devices.<name>.setpoints`", _keys(definitions["SetpointsConfig"])]
+        sections += [f"### `{kind}`", keys_table(port) if port["properties"] else "No options."]
+    sections += ["## Set-points: `devices.<name>.setpoints`", keys_table(definitions["SetpointsConfig"])]
     for kind, choice in whole["properties"]["bridges"]["properties"].items():
-        sections += [f"## Bridge: `bridges.{kind}`", _keys(choice["anyOf"][1])]
+        sections += [f"## Bridge: `bridges.{kind}`", keys_table(choice["anyOf"][1])]
     sections.append("## Profiles: `devices.<name>.profile`")
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])
@@ -52,10 +52,11 @@ def _loads(definitions: dict[str, Any]) -> Iterable[str]:
         described = definitions[model.__name__]
         described["properties"].pop("kind")
         yield f"### `{kind}`: {described['description']}"
-        yield _keys(described)
+        yield keys_table(described)
 
 
-def _keys(model: dict[str, Any]) -> str:
+def keys_table(model: dict[str, Any]) -> str:
+    """The keys of a model with their types, defaults and meanings, Markdown."""
     required = model.get("required", [])
     return _table(
         ("Key", "Type", "Default", "Meaning"),

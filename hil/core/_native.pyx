@@ -222,7 +222,7 @@ cdef class NativeCore:
         if failed:
             raise MemoryError("no memory for the signal source")
 
-    def follow(self, int axis, list pieces):
+    def follow(self, int axis, int64_t start_ns, list pieces):
         cdef int i, n = <int>len(pieces), failed
         cdef hil_path_piece *rows = <hil_path_piece *>malloc(max(n, 1) * sizeof(hil_path_piece))
         if rows is NULL:
@@ -231,7 +231,7 @@ cdef class NativeCore:
             for i in range(n):
                 duration_ns, r, per_s, per_s2, per_s3 = pieces[i]
                 rows[i] = hil_path_piece(duration_ns, r, per_s, per_s2, per_s3)
-            failed = hil_axis_follow(self.core, axis, n, rows)
+            failed = hil_axis_follow(self.core, axis, start_ns, n, rows)
         finally:
             free(rows)
         if failed == -2:

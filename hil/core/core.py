@@ -212,13 +212,16 @@ class CoreAxis:
             self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )
 
-    def follow(self, path: Sequence[PathPiece]) -> None:
-        """The set-point follows a path from now on, and keeps its end; an empty one: it stays as it is.
+    def follow(self, path: Sequence[PathPiece], start_ns: int = 0) -> None:
+        """The set-point follows a path from ``start_ns`` on, or from now, and keeps its end; an empty one: it
+        stays as it is.
 
         Raises:
             ValueError: a piece that is not finite, or too long.
         """
-        self._native.follow(self.id, [(p.duration_ns, p.r, p.per_s, p.per_s2, p.per_s3) for p in path])
+        self._native.follow(
+            self.id, start_ns, [(p.duration_ns, p.r, p.per_s, p.per_s2, p.per_s3) for p in path]
+        )
 
     def watch(self, interval_ns: int, capacity: int) -> None:
         """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples

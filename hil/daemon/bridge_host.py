@@ -6,11 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
+from hil.config import ConfigError
 from hil.config.explain import suggestion
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO, packed
 from hil.daemon import real_boards
 from hil.daemon.captures import names, watch_port, watch_segment
 from hil.daemon.segments import listed as listed_segments
+from hil.runs.execute import How, Progress
 from hil.session.inputs import Bytes, Pin, Reset, SetField
 from hil.telemetry import Sampler
 from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
@@ -70,7 +72,7 @@ class Host:
             )
             for field in OF_KIND[device.axis.kind]
         }
-        return DeviceInfo(name, profile, False, load_verbs(profile)[0], fields)
+        return DeviceInfo(name, profile, False, load_verbs(profile).table, fields)
 
     def times_ns(self) -> tuple[int, int]:
         now_ns = self._daemon.bench.now_ns
@@ -219,6 +221,33 @@ class Host:
             raise VerbRefused("bad_parameter", str(error)) from None
         finally:
             self._daemon.lines.flush()
+
+    def submit_run(self, source: Source, text: str) -> Mapping[str, Any]:
+        try:
+            return self._daemon.runs.submit(source, text).as_dict()
+        except ConfigError as error:
+            raise VerbRefused("bad_run", str(error)) from None
+
+    def run_progress(self, name: str) -> Mapping[str, Any] | None:
+        progress = self._daemon.runs.progress.get(name)
+        return None if progress is None else progress.as_dict()
+
+    def run_names(self) -> Sequence[str]:
+        return list(self._daemon.runs.progress)
+
+    def cancel_run(self, source: Source, name: str, how: object) -> Mapping[str, Any]:
+        if how not in ("grace", "prejudice"):
+            raise VerbRefused("bad_parameter", "how: write grace or prejudice")
+        chosen: How = "grace" if how == "grace" else "prejudice"
+        return self._daemon.runs.cancel(source, name, chosen).as_dict()
+
+    def on_run(self, call: Callable[[Mapping[str, Any]], None]) -> Callable[[], None]:
+        def tell(progress: Progress) -> None:
+            call(progress.as_dict())
+
+        listeners = self._daemon.runs.listeners
+        listeners.append(tell)
+        return lambda: listeners.remove(tell)
 
     def segment_stats(self, segment: str) -> Mapping[str, Any]:
         return next(row for row in listed_segments(self._daemon) if row["segment"] == segment)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
-from hil.daemon import axis_command, dialogues, draw_commands, line_commands
+from hil.daemon import axis_command, dialogues, draw_commands, line_commands, run_command
 from hil.daemon.arduino import commands as arduino
 from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
@@ -347,6 +347,7 @@ app.command(context_settings={"ignore_unknown_options": True})(draw_commands.ste
 app.command()(draw_commands.drive)
 app.add_typer(arduino.app, name="arduino")
 app.command(context_settings={"ignore_unknown_options": True})(axis_command.axis)  # negative degrees
+app.command()(run_command.run)
 app.add_typer(line_commands.fault_app, name="fault")
 app.command()(line_commands.capture)
 app.command()(line_commands.decode)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
+from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
@@ -50,6 +51,9 @@ _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
 class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
+
+
+REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused)
 
 
 class ControlServer:
@@ -380,6 +384,28 @@ def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
     return described(daemon.host.devices[device].verbs)
 
 
+def _run(daemon: "Daemon", text: str, file: str, check: bool) -> dict[str, Any]:
+    try:
+        if check:
+            return daemon.runs.check(text, file)
+        return daemon.runs.submit(LOCAL, text, file).as_dict()
+    except ConfigError as error:
+        return {"problems": str(error)}
+
+
+def _runs(daemon: "Daemon", name: str) -> list[dict[str, Any]]:
+    if name and name not in daemon.runs.progress:
+        raise ControlError(f"there is no run {name!r}")
+    every = daemon.runs.progress.values()
+    return [progress.as_dict() for progress in every if name in ("", progress.run)]
+
+
+def _cancel_run(daemon: "Daemon", name: str, how: str) -> dict[str, Any]:
+    if how not in ("grace", "prejudice"):
+        raise ControlError("how is grace or prejudice")
+    return daemon.runs.cancel(LOCAL, name, "grace" if how == "grace" else "prejudice").as_dict()
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -433,6 +459,9 @@ VERBS = {
     ),
     "do": Verb(_do, ("device", "name", "parameters"), "carry out a verb of the device (see Verbs)"),
     "verbs": Verb(_verbs, ("device",), "what can be asked of a device, with the parameters"),
+    "run": Verb(_run, ("text", "file", "check"), "submit a multi-axis run, or only check it"),
+    "runs": Verb(_runs, ("name",), "how a run does, or with an empty name all that are remembered"),
+    "cancel_run": Verb(_cancel_run, ("name", "how"), "end a run with grace or prejudice"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

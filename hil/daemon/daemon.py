@@ -31,6 +31,7 @@ from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.daemon.runs import Runs
 from hil.daemon.store import NvmStore, StoreError
 from hil.daemon.watches import Watches
 from hil.firmware.nvm import Content
@@ -120,6 +121,7 @@ class Daemon:
         self.lines = Lines(self.release)
         self.bridges: dict[str, Bridge] = {}
         self.host: Host
+        self.runs: Runs
         self.grant: Grant | None = None
         self.epoch_ns = 0
         """Wall time at simulated time 0, nanoseconds since 1970."""
@@ -152,6 +154,7 @@ class Daemon:
             self._build(files, loop)
             await self._open_ports()
             self._start_core(loop)
+            self.runs = Runs(self)
             await self._open_bridges()
             started(self)
             await self._stop.wait()
@@ -371,6 +374,8 @@ class Daemon:
         await control.close()
         for bridge in self.bridges.values():
             await bridge.close()
+        if hasattr(self, "runs"):
+            await self.runs.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
             self._guard.close()

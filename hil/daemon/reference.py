@@ -10,6 +10,7 @@ from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
+from hil.runs.reference import run_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 
@@ -22,6 +23,7 @@ def reference(app: typer.Typer) -> str:
         _commands(app),
         _verbs(),
         _device_verbs(),
+        run_reference(),
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
@@ -79,7 +81,7 @@ def _device_verbs() -> str:
     ]
     tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
     for name in sorted(find_catalogue().profiles):
-        own = [verb for verb in load_verbs(name)[0].values() if verb not in COMMON]
+        own = [verb for verb in load_verbs(name).table.values() if verb not in COMMON]
         tables[f"`{name}`"] = tuple(own)
     for title, verbs in tables.items():
         parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")

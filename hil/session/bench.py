@@ -11,12 +11,12 @@ from hil.session.device import Device
 from hil.session.faults import Faults
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import Clear, Do, Inject, Input, Logged
+from hil.session.inputs import Clear, Do, Inject, Input, Logged, Reset
 from hil.session.tap import Tap
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment
 from hil.vocab.time import SimTimeNs
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.verbs import Effect, VerbRefused
 
 Listener = Callable[[Device, str, SimTimeNs, bytes], None]
 """Called with everything a device sends: on which serial interface, when its first bit is on the line, and
@@ -40,9 +40,13 @@ class BenchRuntime:
         self.segments: dict[str, Segment] = {}
         self.listeners: list[Listener] = []
         self.log: InputLogWriter | None = None
+        self.on_refused: Callable[[Device, Do, VerbRefused], None] = lambda device, given, why: None
+        """Called when a verb that was to be done later could not be."""
         self.real_time = False
         self.lag = [0] * LAG_BUCKETS
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
+        self._epochs: dict[str, int] = {}
+        """How often the motions of a device were ended."""
         self._groups: dict[int, Group] = {}
         self._group_of: dict[str, Group] = {}
         self._segment_of: dict[tuple[str, str], Segment] = {}
@@ -189,6 +193,19 @@ class BenchRuntime:
             raise device.answer
         return at_ns, device.answer
 
+    def _end_later(self, device: Device, given: Input) -> None:
+        """A reset, and a verb that ends motions, end those too that were to come."""
+        is_end = isinstance(given, Do) and device.verbs[given.verb].effect == Effect.ENDS
+        if is_end or isinstance(given, Reset):
+            self._epochs[device.name] = self._epochs.get(device.name, 0) + 1
+
+    def _do_later(self, group: Group, device: Device, given: Do, epoch: int) -> None:
+        if epoch != self._epochs.get(device.name, 0):
+            return
+        group.apply(device, given)
+        if isinstance(device.answer, VerbRefused):
+            self.on_refused(device, given, device.answer)
+
     def give_at(self, device: Device, given: Input, arrival_ns: SimTimeNs) -> SimTimeNs:
         """As ``give``, for an input that arrives at ``arrival_ns``."""
         group = self._group_of[device.name]
@@ -197,7 +214,12 @@ class BenchRuntime:
             at_ns = group.now_ns
             if self.log:
                 self.log.write(Logged(at_ns, device.name, given))
-            group.apply(device, given)
+            if isinstance(given, Do) and given.at_ns is not None and given.at_ns > at_ns:
+                epoch = self._epochs.get(device.name, 0)
+                group.at(given.at_ns, lambda now_ns: self._do_later(group, device, given, epoch))
+            else:
+                self._end_later(device, given)
+                group.apply(device, given)
             group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
         return at_ns
 

@@ -4,18 +4,29 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from itertools import groupby
 from operator import itemgetter
-from typing import Protocol
+from typing import Any, Protocol
 
 from hil.core import CoreAxis, CoreMotion
 from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
-from hil.session.inputs import Bytes, CommitDone, Do, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.session.inputs import (
+    Bytes,
+    CommitDone,
+    Do,
+    Drive,
+    Follow,
+    Input,
+    Pin,
+    Reset,
+    ScriptEncoder,
+    SetField,
+)
 from hil.session.setpoints import Setpoints, TimeOut
 from hil.session.uart import DeviceUart
 from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware, Main
 from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.vocab.verbs import Verb, VerbRefused
+from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 _UNGUARDED = nullcontext()
 NO_VERBS: Mapping[str, Verb] = {}
@@ -53,6 +64,7 @@ class Device:
         sent: Callable[["Device", str, SimTimeNs, bytes], None],
         verbs: Mapping[str, Verb] = NO_VERBS,
         time_out: TimeOut | None = None,
+        follow: Callable[..., None] | None = None,
     ) -> None:
         self.name = name
         self.profile = profile
@@ -78,6 +90,7 @@ class Device:
         self._outbox: list[tuple[str, SimTimeNs, bytes]] = []
         self._sent = sent
         self.verbs = verbs
+        self._follow = Verb("follow", "", run=follow, effect=Effect.ENDS) if follow else None
         self.setpoints = Setpoints(time_out)
         self.answer: Mapping[str, float | str | int] | VerbRefused = {}
         """To the last ``Do``."""
@@ -168,12 +181,17 @@ class Device:
                 self.commit_done(durable)
             case Do(verb, parameters):
                 self._do(self.verbs[verb], dict(parameters), now_ns)
+            case Follow(start_ns, path):
+                if self._follow:
+                    self._do(self._follow, {"path": path, "start_ns": start_ns}, now_ns)
+                else:
+                    self.answer = VerbRefused("cannot", f"a {self.profile} follows no paths")
             case Reset():
                 self._runtime.close()
                 self.failed = None
                 self._start()
 
-    def _do(self, verb: Verb, parameters: Mapping[str, float | str], now_ns: SimTimeNs) -> None:
+    def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs) -> None:
         """At ``now_ns``; ``answer`` says what came of it."""
         self.answer = {}
         if self.failed or self.is_hung or not self._is_on:
@@ -182,7 +200,9 @@ class Device:
             return
         try:
             with self.guard():
-                if verb.run:
+                if verb.name == "pin":
+                    self.axis.pin(str(parameters["pin"]), int(parameters["level"]))
+                elif verb.run:
                     self.answer = verb.run(self._firmware, **parameters) or {}
         except KeyboardInterrupt:
             raise

@@ -9,6 +9,7 @@ from dataclasses import asdict, astuple, dataclass, fields
 from typing import Any
 
 from hil.vocab.firmware import MAIN
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import Edges, Train
 
@@ -98,15 +99,28 @@ class Do:
 
     verb: str
     parameters: tuple[tuple[str, float | str], ...] = ()
+    at_ns: int | None = None
+    """Not when it comes but then."""
 
 
-Input = Do | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+@dataclass(frozen=True)
+class Follow:
+    """The set-point follows a path from ``start_ns`` on (``hil.vocab.path``)."""
+
+    start_ns: int
+    path: tuple[PathPiece, ...]
+
+
+Input = (
+    Do | Follow | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+)
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "play": Play,
     "inject": Inject,
     "clear": Clear,
     "do": Do,
+    "follow": Follow,
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
@@ -135,6 +149,12 @@ def encode_line(logged: Logged) -> str:
     values = asdict(logged.input)
     if isinstance(logged.input, Drive):
         values["train"] = [astuple(edges) for edges in logged.input.train]
+    if isinstance(logged.input, Follow):
+        values["path"] = [astuple(piece) for piece in logged.input.path]
+    if isinstance(logged.input, Do):
+        values["later_ns"] = values.pop("at_ns")
+        if values["later_ns"] is None:
+            del values["later_ns"]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
         if logged.input.port == MAIN:
@@ -157,6 +177,10 @@ def decode_line(line: str) -> Logged:
             values.setdefault("port", MAIN)
         if kind is Inject or kind is Do:
             values["parameters"] = tuple((str(name), value) for name, value in values["parameters"])
+        if kind is Do:
+            values["at_ns"] = values.pop("later_ns", None)
+        if kind is Follow:
+            values["path"] = tuple(PathPiece(*row) for row in values["path"])
         if kind is Play:
             values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])
         if kind is ScriptEncoder:

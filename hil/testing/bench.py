@@ -9,6 +9,7 @@ from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
+from hil.runs import BenchAxes, Execution, Progress, parse_run, plan_run, run_from_data
 from hil.session.device import Device
 from hil.session.inputs import Input
 from hil.session.tap import Tap
@@ -22,6 +23,8 @@ from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.serial_line import character_ns
 
+RUN_LEAD_NS = 1_000_000
+"""Between a run's phrases: in virtual time nothing needs longer."""
 LISTEN_SLICE_NS = 10 * NS_PER_MS
 """How far a dialogue that listens lets time pass between two looks at the port."""
 
@@ -131,6 +134,27 @@ class Bench:
         """What ``AxisFace.do`` calls."""
         at_ns, answer = self._runtime.do(device, verb, parameters)
         return dict(answer) | {"effective_at_ns": at_ns}
+
+    def execute(self, run: Mapping[str, object] | str) -> Execution:
+        """A multi-axis run (``hil.runs``), checked and planned now; drive it with ``perform``.
+
+        Raises:
+            ConfigError: it cannot be done, with all problems.
+        """
+        document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
+        bench = BenchAxes(self._runtime, self._sampler)
+        return Execution(plan_run(*document, bench.axes()), bench, RUN_LEAD_NS)
+
+    def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
+        """Carry out a run to its end, in simulated time.
+
+        Raises:
+            ConfigError: it cannot be done, with all problems.
+        """
+        execution = run if isinstance(run, Execution) else self.execute(run)
+        for until_ns in execution.run():
+            self._advance(SimTimeNs(until_ns))
+        return execution.progress
 
     def talk(self, name: str, dialogue: Dialogue[Result], uart: str = MAIN) -> Result:
         """Carry out a dialogue at a device's port, in simulated time; its result."""

@@ -119,6 +119,25 @@ class BridgeHost(Protocol):
             VerbRefused: there is no such fault, or it cannot be there.
         """
 
+    def submit_run(self, source: Source, text: str) -> Mapping[str, Any]:
+        """Submit a multi-axis run; its progress.
+
+        Raises:
+            VerbRefused: it cannot be done, or not now, or not by this source; with all problems.
+        """
+
+    def run_progress(self, name: str) -> Mapping[str, Any] | None:
+        """How a run does; None: there is none of this name."""
+
+    def run_names(self) -> Sequence[str]:
+        """Those that are remembered, in the order of their submission."""
+
+    def cancel_run(self, source: Source, name: str, how: object) -> Mapping[str, Any]:
+        """End a run with "grace" or "prejudice"; its progress. Raises VerbRefused."""
+
+    def on_run(self, call: Callable[[Mapping[str, Any]], None]) -> Callable[[], None]:
+        """Call with a run's progress when it changes; answers what ends it."""
+
     def segment_stats(self, segment: str) -> Mapping[str, Any]:
         """Its counters, as ``status`` has them."""
 

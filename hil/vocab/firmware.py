@@ -122,9 +122,9 @@ class Axis(Protocol):
     def write_table(self, packed: bytes) -> None:
         """Replace the look-up table; the shape of ``table()``."""
 
-    def follow(self, path: Sequence[PathPiece]) -> None:
-        """The set-point follows a path from now on, and keeps its end. Whatever sets it or the mode, or
-        stops the loop, ends that."""
+    def follow(self, path: Sequence[PathPiece], start_ns: int = 0) -> None:
+        """The set-point follows a path from ``start_ns`` on, or from now, and keeps its end. Whatever sets it
+        or the mode, or stops the loop, ends that."""
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """Edges on the inputs from now on: rows as ``hil.wire.step_dir.Edges``."""

@@ -33,7 +33,9 @@ def length_ns(path: Sequence[PathPiece]) -> int:
 
 
 def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
-    """Set-point and rate, so long after the beginning; at rest after the end. The path has a piece."""
+    """Set-point and rate, so long after the beginning; before it as at it, after the end at rest. The path
+    has a piece."""
+    into_ns = max(into_ns, 0)
     for piece in path:
         if into_ns < piece.duration_ns:
             return piece.after(into_ns)

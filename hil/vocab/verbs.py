@@ -76,6 +76,8 @@ CODES = {
     "cannot": "this board cannot do it at all",
     "forbidden": "the sender may not do it",
     "failed": "the device's firmware has stopped",
+    "no_run": "there is no such run",
+    "bad_run": "a run cannot be done as it is written; the text lists all problems with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
 

@@ -80,7 +80,7 @@ void hil_group_close(hil_core *c, int group)
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) {
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
         hil_axis_drive(c, i, 0, NULL);
-        hil_axis_follow(c, i, 0, NULL);
+        hil_axis_follow(c, i, 0, 0, NULL);
         hil_axis_watch(c, i, 0, 0);
         stepper_close(&c->axes[i]);
         c->axes[i].open = 0;

@@ -7,7 +7,7 @@
 
 void follow_end(hil_axis *a) { a->follow.n = 0; }
 
-int hil_axis_follow(hil_core *c, int axis, int n, const hil_path_piece *pieces)
+int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces)
 {
     int64_t now_ns;
     hil_axis *a = axis_stirred(c, axis, &now_ns);
@@ -22,13 +22,14 @@ int hil_axis_follow(hil_core *c, int axis, int n, const hil_path_piece *pieces)
     if (n && !copy) return -1;
     if (n) memcpy(copy, pieces, (size_t)n * sizeof *copy);
     free(a->follow.pieces);
-    a->follow = (follow){.pieces = copy, .n = n, .since_ns = now_ns};
+    a->follow = (follow){.pieces = copy, .n = n, .since_ns = start_ns > now_ns ? start_ns : now_ns};
     return 0;
 }
 
 void follow_step(hil_axis *a, int64_t at_ns)
 {
     follow *f = &a->follow;
+    if (at_ns < f->since_ns) return;
     const hil_path_piece *p = &f->pieces[f->at];
     while (at_ns - f->since_ns > p->duration_ns && f->at < f->n - 1) {
         f->since_ns += p->duration_ns;

@@ -182,10 +182,11 @@ typedef struct hil_path_piece {
     double r, per_s, per_s2, per_s3;
 } hil_path_piece;
 #define HIL_PATH_NS (INT64_C(1) << 62) /* a path is shorter */
-/* The set-point follows a path from now on, at each control step, and keeps its end; n = 0: it stays as it is.
+/* The set-point follows a path from start_ns on (now, if that is past), at each control step, and keeps its end;
+   until then, and with n = 0, it stays as it is.
    Whatever else sets the set-point or the mode, or stops the loop, ends the path. -1: no memory, -2: a piece
    that is not finite, or too long. */
-int hil_axis_follow(hil_core *c, int axis, int n, const hil_path_piece *pieces);
+int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces);
 /* ---- a stepper: the SAC's motion engine with driver and motor ---- */
 
 /* Slots: 0 continuous, 1 to 30 queue, 31 one-shot. What each does: motion/motion.h. */

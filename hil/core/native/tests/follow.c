@@ -44,7 +44,7 @@ static void each_step_has_the_paths_set_point(void)
 {
     int64_t since_ns;
     hil_core *c = holding(&since_ns);
-    CHECK_INT(hil_axis_follow(c, 0, PIECES, PATH), 0);
+    CHECK_INT(hil_axis_follow(c, 0, 0, PIECES, PATH), 0);
     CHECK_INT(is_following(c, 0), 1);
     CHECK(get_r(c, 0) == 0); /* until the next control step */
     int64_t k = 4;
@@ -64,6 +64,24 @@ static void each_step_has_the_paths_set_point(void)
     hil_core_free(c);
 }
 
+/* What is to begin later leaves the set-point alone until then, and begins at that very time. */
+static void a_later_start_is_kept(void)
+{
+    int64_t now_ns;
+    hil_core *c = holding(&now_ns);
+    int64_t start_ns = step_ns(40) + 12345;
+    hil_axis_set(c, 0, HIL_FIELD_r, 7);
+    CHECK_INT(hil_axis_follow(c, 0, start_ns, PIECES, PATH), 0);
+    hil_group_advance(c, 0, step_ns(40));
+    CHECK(get_r(c, 0) == 7);
+    CHECK_INT(is_following(c, 0), 1);
+    for (int64_t k = 41; k < 400; k++) {
+        hil_group_advance(c, 0, step_ns(k));
+        CHECK(get_r(c, 0) == wanted_r(step_ns(k) - start_ns));
+    }
+    hil_core_free(c);
+}
+
 /* However time is cut, and with a look at it in between. */
 static void cuts_do_not_matter(void)
 {
@@ -71,7 +89,7 @@ static void cuts_do_not_matter(void)
     for (uint64_t seed = 0; seed < 12; seed++) {
         int64_t since_ns;
         hil_core *c = holding(&since_ns);
-        hil_axis_follow(c, 0, PIECES, PATH);
+        hil_axis_follow(c, 0, 0, PIECES, PATH);
         uint64_t random = seed + 1;
         int64_t end_ns = since_ns + 90000000;
         for (int64_t now_ns = since_ns; seed && now_ns < end_ns;) {
@@ -102,7 +120,7 @@ static void company_does_not_matter(void)
                 hil_axis_set(both[which], i, HIL_FIELD_r, i);
                 hil_axis_loop(both[which], i, 1);
                 hil_group_advance(both[which], i, 2000000 + i * 31);
-                if (i < followers) CHECK_INT(hil_axis_follow(both[which], i, PIECES, PATH), 0);
+                if (i < followers) CHECK_INT(hil_axis_follow(both[which], i, 0, PIECES, PATH), 0);
             }
         uint64_t random = (uint64_t)followers;
         for (int64_t now_ns = 3000000; now_ns < 100000000; now_ns += random_below(&random, 3000000)) {
@@ -126,7 +144,7 @@ static void set_mode(hil_core *c) { hil_axis_set(c, 0, HIL_FIELD_mode, 'x'); }
 static void loop_off(hil_core *c) { hil_axis_loop(c, 0, 0); }
 static void power_up(hil_core *c) { hil_axis_power_up(c, 0); }
 static void enable_pin(hil_core *c) { hil_axis_pin(c, 0, 2, 1); }
-static void no_path(hil_core *c) { hil_axis_follow(c, 0, 0, NULL); }
+static void no_path(hil_core *c) { hil_axis_follow(c, 0, 0, 0, NULL); }
 static void set_gain(hil_core *c) { hil_axis_set(c, 0, HIL_FIELD_pKp, 3); }
 static void set_load(hil_core *c) { hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0.01); }
 
@@ -137,7 +155,7 @@ static void what_ends_a_path(void)
     int64_t now_ns;
     for (size_t i = 0; i < sizeof ENDS / sizeof *ENDS; i++) {
         hil_core *c = holding(&now_ns);
-        hil_axis_follow(c, 0, PIECES, PATH);
+        hil_axis_follow(c, 0, 0, PIECES, PATH);
         hil_group_advance(c, 0, now_ns + 20000000);
         float before = get_r(c, 0);
         ENDS[i](c);
@@ -151,7 +169,7 @@ static void what_ends_a_path(void)
     }
     for (size_t i = 0; i < sizeof LEAVES / sizeof *LEAVES; i++) {
         hil_core *c = holding(&now_ns);
-        hil_axis_follow(c, 0, PIECES, PATH);
+        hil_axis_follow(c, 0, 0, PIECES, PATH);
         hil_group_advance(c, 0, now_ns + 20000000);
         LEAVES[i](c);
         hil_group_advance(c, 0, now_ns + 200000000);
@@ -166,16 +184,16 @@ static void a_path_takes_the_place_of_another(void)
     int64_t now_ns;
     hil_core *c = holding(&now_ns);
     const hil_path_piece up[] = {{.duration_ns = 1000000000, .r = 0, .per_s = 100}, {.r = 100}};
-    hil_axis_follow(c, 0, 2, up);
+    hil_axis_follow(c, 0, 0, 2, up);
     for (int turn = 0; turn < 5; turn++) {
         now_ns += 3000000;
         hil_group_advance(c, 0, now_ns);
-        CHECK_INT(hil_axis_follow(c, 0, PIECES, PATH), 0);
+        CHECK_INT(hil_axis_follow(c, 0, 0, PIECES, PATH), 0);
     }
     hil_group_advance(c, 0, step_ns(200));
     CHECK(get_r(c, 0) == wanted_r(step_ns(200) - now_ns));
     const hil_path_piece point = {.r = -2.5};
-    hil_axis_follow(c, 0, 1, &point); /* of no length: at the next control step */
+    hil_axis_follow(c, 0, 0, 1, &point); /* of no length: at the next control step */
     hil_group_advance(c, 0, step_ns(201) - 1);
     CHECK(get_r(c, 0) == wanted_r(step_ns(200) - now_ns));
     hil_group_advance(c, 0, step_ns(201));
@@ -188,26 +206,26 @@ static void what_is_no_path_is_refused_and_the_one_before_goes_on(void)
 {
     int64_t since_ns;
     hil_core *c = holding(&since_ns);
-    CHECK_INT(hil_axis_follow(c, 0, PIECES, PATH), 0);
+    CHECK_INT(hil_axis_follow(c, 0, 0, PIECES, PATH), 0);
     hil_group_advance(c, 0, since_ns + 5000000);
     const double BAD[] = {NAN, INFINITY, -INFINITY};
     for (int i = 0; i < 12; i++) {
         hil_path_piece pieces[2] = {{.duration_ns = 1000, .r = 1}, {.duration_ns = 1000, .r = 1}};
         double *fields[] = {&pieces[1].r, &pieces[1].per_s, &pieces[1].per_s2, &pieces[1].per_s3};
         *fields[i % 4] = BAD[i / 4];
-        CHECK_INT(hil_axis_follow(c, 0, 2, pieces), -2);
+        CHECK_INT(hil_axis_follow(c, 0, 0, 2, pieces), -2);
     }
     const hil_path_piece backwards = {.duration_ns = -1}, too_long = {.duration_ns = HIL_PATH_NS + 1};
     const hil_path_piece half[] = {{.duration_ns = HIL_PATH_NS / 2}, {.duration_ns = HIL_PATH_NS / 2 + 1}};
     const hil_path_piece ages[] = {{.duration_ns = INT64_MAX}, {.duration_ns = INT64_MAX}};
-    CHECK_INT(hil_axis_follow(c, 0, 1, &backwards), -2);
-    CHECK_INT(hil_axis_follow(c, 0, 1, &too_long), -2);
-    CHECK_INT(hil_axis_follow(c, 0, 2, half), -2);
-    CHECK_INT(hil_axis_follow(c, 0, 2, ages), -2);
+    CHECK_INT(hil_axis_follow(c, 0, 0, 1, &backwards), -2);
+    CHECK_INT(hil_axis_follow(c, 0, 0, 1, &too_long), -2);
+    CHECK_INT(hil_axis_follow(c, 0, 0, 2, half), -2);
+    CHECK_INT(hil_axis_follow(c, 0, 0, 2, ages), -2);
     hil_group_advance(c, 0, step_ns(100));
     CHECK(get_r(c, 0) == wanted_r(step_ns(100) - since_ns));
     const hil_path_piece longest = {.duration_ns = HIL_PATH_NS, .r = 1};
-    CHECK_INT(hil_axis_follow(c, 0, 1, &longest), 0);
+    CHECK_INT(hil_axis_follow(c, 0, 0, 1, &longest), 0);
     hil_group_advance(c, 0, step_ns(200));
     CHECK(get_r(c, 0) == 1 && is_following(c, 0));
     hil_core_free(c);
@@ -223,19 +241,20 @@ static void closed_groups_leave_nothing(void)
         hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
         hil_axis_loop(c, axis, 1);
         CHECK_INT(is_following(c, axis), 0);
-        CHECK_INT(hil_axis_follow(c, axis, PIECES, PATH), 0);
+        CHECK_INT(hil_axis_follow(c, axis, 0, PIECES, PATH), 0);
         hil_group_advance(c, group, 5000000);
         CHECK_INT(is_following(c, axis), 1);
         hil_group_close(c, group);
     }
     int axis = open_axis(c, open_group(c, 0)); /* and it goes with the core */
-    hil_axis_follow(c, axis, PIECES, PATH);
+    hil_axis_follow(c, axis, 0, PIECES, PATH);
     hil_core_free(c);
 }
 
 void follow_tests(void)
 {
     RUN(each_step_has_the_paths_set_point);
+    RUN(a_later_start_is_kept);
     RUN(cuts_do_not_matter);
     RUN(company_does_not_matter);
     RUN(what_ends_a_path);

@@ -15,6 +15,8 @@ void stepper_tests(void);
 void watchdog_tests(void);
 void packet_tests(void);
 void fault_tests(void);
+void trajectory_tests(void);
+void spline_tests(void);
 
 int main(int argc, char **argv)
 {
@@ -31,5 +33,7 @@ int main(int argc, char **argv)
     watchdog_tests();
     packet_tests();
     fault_tests();
+    trajectory_tests();
+    spline_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

@@ -1,0 +1,67 @@
+"""``hil run``: a multi-axis run from a file."""
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.daemon.ask import Bench, RuntimeDir, ask_bench, fail
+
+POLL_S = 0.1
+BAD_DOCUMENT = 2
+
+
+def run(
+    file: Annotated[Path, typer.Argument(help="The run (YAML or JSON).", show_default=False)],
+    check: Annotated[
+        bool, typer.Option("--check", help="Say whether it can be done, and stop there.")
+    ] = False,
+    detach: Annotated[bool, typer.Option("--detach", help="Do not wait for its end.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Carry out a multi-axis run.
+
+    Its problems are listed before anything moves. Ctrl-C ends it with grace. Exits with 1 if it fails.
+    """
+    try:
+        text = file.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise fail(f"hil: {file}: {error}", BAD_DOCUMENT) from None
+    answer = ask_bench(bench, runtime_dir, "run", text=text, file=str(file), check=check)
+    if problems := answer.get("problems"):
+        raise fail(problems, BAD_DOCUMENT)
+    if check:
+        typer.echo(f"{file}: run {answer['run']}, {answer['steps']} step(s), no problems")
+        return
+    progress = answer
+    name = progress["run"]
+    step = -1
+    while not detach and progress["state"] in ("queued", "running"):
+        if progress["step"] != step and not as_json:
+            step = progress["step"]
+            said = f"step {step} of {progress['steps']}" if step else progress["state"]
+            typer.echo(f"{name}: {said}", err=True)
+        try:
+            time.sleep(POLL_S)
+        except KeyboardInterrupt:
+            ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
+        progress = ask_bench(bench, runtime_dir, "runs", name=name)[0]
+    typer.echo(json.dumps(progress) if as_json else _report(progress))
+    if progress["state"] in ("failed", "cancelled"):
+        raise typer.Exit(1)
+
+
+def _report(progress: dict[str, Any]) -> str:
+    """What became of a run, and how each axis did."""
+    why = f": {progress['why']}" if progress["why"] else ""
+    lines = [f"{progress['run']}: {progress['state']}{why}"]
+    for name, axis in progress["axes"].items():
+        lines.append(
+            f"  {name}: at {axis['position_deg']:.2f} deg, planned {axis['target_deg']:.2f};"
+            f" following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
+        )
+    return "\n".join(lines)

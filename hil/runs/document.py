@@ -1,0 +1,164 @@
+"""A run as it is written: axes with their limits, and steps. YAML or JSON, checked with the place of each
+mistake."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import PydanticCustomError
+
+from hil.config.document import Document, document_from_mapping
+from hil.config.explain import findings_of
+from hil.config.yaml_text import document_from_yaml
+
+NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
+DOCUMENT_BYTES = 1 << 20
+STEPS = 10_000
+"""Of a run, repetitions counted."""
+_DAY_S = 86_400.0
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
+Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class AxisRules(_Model):
+    """What an axis may do in this run."""
+
+    velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Most speed.")
+    acceleration_rpm_per_s: float = Field(default=600.0, gt=0, le=1e6, description="Most acceleration.")
+    jerk_rpm_per_s2: float = Field(
+        default=12_000.0, gt=0, le=1e9, description="Most change of acceleration in a second; S-curves only."
+    )
+    min_deg: Angle = Field(default=-1e6, description="No position below is planned.")
+    max_deg: Angle = Field(default=1e6, description="None above.")
+    following_error_deg: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e6,
+        description="An axis that is farther from its set-point has failed; null: never.",
+    )
+
+
+class WaitUntil(_Model):
+    """Until a field of an axis is in a range."""
+
+    axis: Name
+    field: str = Field(description="A field of the axis, as in `position_deg`.")
+    above: float | None = Field(default=None, description="It is over so, when it is this or more.")
+    below: float | None = Field(default=None, description="Or this or less; with both: in between.")
+    timeout_s: float = Field(default=10.0, gt=0, le=_DAY_S, description="The run fails after so long.")
+
+
+class Repeat(_Model):
+    """Do steps again."""
+
+    label: Name = Field(description="From the step with this label to the one before this.")
+    times: int = Field(ge=1, le=STEPS, description="How often more.")
+
+
+class SplinePoint(BaseModel):
+    """Positions of axes, and when, seconds from the spline's start; without times the limits say when."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
+
+    at_s: Seconds | None = Field(default=None, description="When, in seconds from the spline's start.")
+
+    @property
+    def positions_deg(self) -> Mapping[str, Any]:
+        """By the names of axes."""
+        return self.model_extra or {}
+
+
+ACTIONS = ("move", "move_by", "line", "line_by", "spline", "dwell_s", "wait_until", "pins", "repeat")
+
+
+def _one_action(step: "Step") -> "Step":
+    named = [name for name in ACTIONS if getattr(step, name) is not None]
+    if len(named) != 1 and not (not named and step.label):
+        said = " and ".join(named) or "nothing"
+        raise PydanticCustomError(
+            "actions",
+            f"a step does one thing, this one {said}",
+            {"remedy": f"write one of {', '.join(ACTIONS)}"},
+        )
+    if step.in_s is not None and named[:1] not in (["move"], ["move_by"], ["line"], ["line_by"]):
+        raise PydanticCustomError("in_s", "in_s is for moves and lines", {"remedy": "leave it out"})
+    return step
+
+
+class _Step(_Model):
+    """One thing to do."""
+
+    label: Name | None = Field(default=None, description="A name for `repeat`; may stand alone.")
+    move: dict[Name, Angle] | None = Field(
+        default=None, min_length=1, description="Axes to angles; they begin and end together."
+    )
+    move_by: dict[Name, Angle] | None = Field(default=None, min_length=1, description="The same by angles.")
+    line: dict[Name, Angle] | None = Field(
+        default=None, min_length=1, description="Axes to angles in a straight line."
+    )
+    line_by: dict[Name, Angle] | None = Field(default=None, min_length=1, description="The same by angles.")
+    spline: list[SplinePoint] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="Through points, mappings of axes to angles, from where they are; `at_s` in all or none.",
+    )
+    dwell_s: Seconds | None = Field(default=None, description="Stand for so long.")
+    wait_until: WaitUntil | None = Field(default=None, description="Until a field of an axis is in a range.")
+    pins: dict[str, Literal[0, 1]] | None = Field(
+        default=None, min_length=1, description="Inputs of boards to levels, as in `{m1.D3: 1}`."
+    )
+    repeat: Repeat | None = Field(default=None, description="Do earlier steps again.")
+    in_s: Seconds | None = Field(
+        default=None, description="How long a move or line takes; left out: as short as the limits let it be."
+    )
+
+
+Step = Annotated[_Step, AfterValidator(_one_action)]
+
+
+class RunDocument(_Model):
+    """A run."""
+
+    run: Name = Field(description="Its name; the same name submitted twice is one run.")
+    axes: dict[Name, AxisRules] = Field(
+        min_length=1, max_length=64, description="The devices that take part."
+    )
+    profile: Literal["trapezoid", "s_curve"] = Field(
+        default="s_curve", description="Of moves and lines: limits of acceleration, or of jerk too."
+    )
+    on_fault: Literal["grace", "prejudice"] = Field(
+        default="grace", description="How the others stop when an axis fails."
+    )
+    start_in_s: Seconds = Field(default=0.0, description="So long after it was accepted it starts.")
+    steps: list[Step] = Field(min_length=1, max_length=STEPS, description="In their order.")
+
+
+def parse_run(text: str, file: str) -> tuple[RunDocument, Document]:
+    """A run's text and the places in it. ``file`` is the name that problems carry.
+
+    Raises:
+        ConfigError: with all problems.
+    """
+    return _checked(document_from_yaml(text, file))
+
+
+def run_from_data(data: Mapping[str, object]) -> tuple[RunDocument, Document]:
+    """The same from plain values; problems have line 0."""
+    return _checked(document_from_mapping(data, "<run>"))
+
+
+def _checked(document: Document) -> tuple[RunDocument, Document]:
+    try:
+        run = RunDocument.model_validate(document.value)
+    except ValidationError as error:
+        raise document.error([*document.findings, *findings_of(error, RunDocument, (), document)]) from None
+    if document.findings:
+        raise document.error(document.findings)
+    return run, document

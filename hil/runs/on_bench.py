@@ -1,0 +1,80 @@
+"""A bench as plans and executions see it."""
+
+from collections.abc import Sequence
+
+from hil.core.fields import OF_KIND, SERVO
+from hil.runs.execute import Rows
+from hil.runs.plan import AxisNow
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.inputs import Do, Follow, Input
+from hil.telemetry import Sampler, Subscription
+from hil.vocab.verbs import VerbRefused
+
+ANGLES = (ord("x"), ord("h"))
+"""Modes of a servo whose set-point is an angle."""
+STEPPER_MOVES = "it moves; stop it first"
+LOOP_OFF = "its control loop is off; enable it first"
+
+
+class BenchAxes:
+    """``hil.runs.execute.RunBench`` of a running bench, in real or in virtual time."""
+
+    def __init__(self, bench: BenchRuntime, sampler: Sampler) -> None:
+        self._bench = bench
+        self._sampler = sampler
+        self._refused: dict[str, list[str]] = {}
+        bench.on_refused = self._note
+
+    def _note(self, device: Device, given: Do, refusal: VerbRefused) -> None:
+        self._refused.setdefault(device.name, []).append(f"{given.verb}: {refusal}")
+
+    def axes(self) -> dict[str, AxisNow]:
+        """All devices, as a plan begins with them."""
+        return {name: self._axis(device) for name, device in self._bench.devices.items()}
+
+    def _axis(self, device: Device) -> AxisNow:
+        state = self._bench.snapshot(device.name)
+        fields, pins = tuple(OF_KIND[device.axis.kind]), tuple(device.axis.pins)
+        if device.axis.kind != SERVO:
+            why = STEPPER_MOVES if state.motion_state or state.pending else device.failed
+            return AxisNow("stepper", state.commanded_deg, fields, pins, why)
+        why = device.failed or (None if state.loop_on else LOOP_OFF)
+        is_angle = state.loop_on and state.mode in ANGLES and not state.following
+        return AxisNow("servo", state.r if is_angle else state.yw, fields, pins, why)
+
+    @property
+    def now_ns(self) -> int:
+        return self._bench.now_ns
+
+    def give(self, axis: str, given: Input) -> None:
+        device = self._bench.devices[axis]
+        self._bench.give(device, given)
+        is_later = isinstance(given, Do) and given.at_ns is not None
+        if isinstance(given, Do | Follow) and not is_later and isinstance(device.answer, VerbRefused):
+            raise device.answer
+
+    def field(self, axis: str, name: str) -> float:
+        return float(getattr(self._bench.snapshot(axis), name))
+
+    def failure(self, axis: str) -> str | None:
+        return self._bench.devices[axis].failed
+
+    def refusals(self, axis: str) -> Sequence[str]:
+        return self._refused.pop(axis, [])
+
+    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
+        return _Rows(self._sampler, self._sampler.subscribe(axis, signals, interval_ns))
+
+
+class _Rows:
+    def __init__(self, sampler: Sampler, subscription: Subscription) -> None:
+        self._sampler = sampler
+        self._subscription = subscription
+
+    def take(self) -> Sequence[tuple[float, ...]]:
+        self._sampler.poll_device(self._subscription.device)
+        return self._subscription.take()
+
+    def close(self) -> None:
+        self._sampler.unsubscribe(self._subscription)

@@ -1,0 +1,184 @@
+"""Runs carried out on the virtual clock."""
+
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from hil.runs import Execution
+from hil.runs.execute import Progress
+from hil.testing import Bench
+
+SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
+SAC = {"profile": "sac"}
+
+
+def bench(servos: int = 1, steppers: int = 0) -> Bench:
+    devices: dict[str, Any] = {f"m{n}": SERVO for n in range(1, servos + 1)}
+    devices |= {f"s{n}": SAC for n in range(1, steppers + 1)}
+    made = Bench({"bench": "runs", "devices": devices})
+    made.run(4100)
+    for n in range(1, servos + 1):
+        made.axis(f"m{n}").do("enable")
+    made.run(100)
+    return made
+
+
+def run(*steps: dict[str, Any], axes: dict[str, Any], **top: Any) -> dict[str, Any]:
+    return {"run": "r", "axes": axes, "steps": list(steps)} | top
+
+
+def until(made: Bench, execution: Execution, condition: Any) -> Any:
+    """Drive a run until something is so; the rest of its driver."""
+    driver = execution.run()
+    for until_ns in driver:
+        made.run_until(until_ns / 1e6)
+        if condition():
+            return driver
+    raise AssertionError("the run ended first")
+
+
+def to_end(made: Bench, driver: Any) -> None:
+    for until_ns in driver:
+        made.run_until(until_ns / 1e6)
+
+
+def test_an_s_curve_is_followed_as_closely_as_the_law_does_it_alone() -> None:
+    made = bench()
+    progress = made.perform(
+        run({"move": {"m1": 0.0}}, {"move": {"m1": 360.0}}, axes={"m1": {"velocity_rpm": 120.0}})
+    )
+    assert progress.state == "done"
+    report = progress.axes["m1"]
+    assert abs(report.position_deg - 360) < 0.2
+
+    # The same set-points given one by one to a board that knows no runs: the closed-loop model alone.
+    alone = bench()
+    execution = alone.execute(
+        run({"move": {"m1": 0.0}}, {"move": {"m1": 360.0}}, axes={"m1": {"velocity_rpm": 120.0}})
+    )
+    (phrase,) = execution._plan.phrases
+    worst = _streamed(alone, phrase.paths["m1"], phrase.duration_ns)
+    assert report.error_max_deg == pytest.approx(worst, rel=0.10)
+
+
+def _streamed(made: Bench, path: Any, duration_ns: int) -> float:
+    """Following error where each control step's set-point is written from outside, as often as it can be."""
+    from hil.vocab.path import at
+
+    axis, begin_ns, worst = made.axis("m1"), made.now_ns, 0.0
+    for into_ns in range(0, duration_ns, 153_854):
+        made.run_until((begin_ns + into_ns) / 1e6)
+        axis.do("position", position_deg=at(path, into_ns)[0])
+        made.run(0.1)
+        state = axis.snapshot()
+        worst = max(worst, abs(state.r - state.yw))
+    return worst
+
+
+def test_32_axes_start_at_one_control_time() -> None:
+    made = bench(servos=32)
+    axes = {f"m{n}": {"velocity_rpm": 60.0} for n in range(1, 33)}
+    recordings = {name: made.axis(name).record("r", "following", interval_ms=0.05) for name in axes}
+    made.perform(run({"move": {name: 20.0 for name in axes}}, axes=axes))
+    begins, moves = set(), set()
+    for recording in recordings.values():
+        begins.add(next(row[0] for row in recording.rows if row[2]))
+        moves.add(next(after[0] for before, after in pairwise(recording.rows) if after[1] != before[1]))
+    assert len(begins) == 1
+    assert len(moves) == 1
+
+
+def test_steppers_start_at_the_same_nanosecond() -> None:
+    made = bench(servos=0, steppers=3)
+    axes = {f"s{n}": {"velocity_rpm": 60.0} for n in (1, 2, 3)}
+    progress = made.perform(run({"move": {name: 90.0 for name in axes}}, axes=axes))
+    assert progress.state == "done"
+    assert {round(report.position_deg, 1) for report in progress.axes.values()} == {90.0}
+    assert len({made.device(name).pin("clk").edges()[0][0] for name in axes}) == 1
+
+
+def test_a_mixed_run_with_waits_pins_and_repetitions() -> None:
+    made = bench(servos=2, steppers=1)
+    axes = {"m1": {"velocity_rpm": 120.0}, "m2": {"velocity_rpm": 120.0}, "s1": {}}
+    progress = made.perform(
+        run(
+            {"label": "again", "move": {"m1": 0.0, "m2": 0.0, "s1": 0.0}},
+            {"line": {"m1": 90.0, "m2": 45.0}},
+            {"pins": {"m1.D3": 1}},
+            {"move": {"m1": 10.0, "s1": 45.0}},
+            {"wait_until": {"axis": "s1", "field": "position_deg", "above": 44.0}},
+            {"repeat": {"label": "again", "times": 2}},
+            axes=axes,
+        )
+    )
+    assert (progress.state, progress.step, progress.steps) == ("done", 15, 15)
+    assert abs(progress.axes["m1"].position_deg - 10) < 0.3
+    assert abs(progress.axes["s1"].position_deg - 45) < 0.3
+    assert made.axis("m1").snapshot().pin_d3 == 1
+
+
+def test_the_same_run_twice_is_the_same() -> None:
+    steps: list[dict[str, Any]] = [{"move": {"m1": 50.0, "s1": 30.0}}, {"line": {"m1": 0.0, "m2": 9.0}}]
+
+    def once() -> Progress:
+        made = bench(servos=2, steppers=1)
+        return made.perform(run(*steps, axes={"m1": {}, "m2": {}, "s1": {}}))
+
+    assert once() == once()
+
+
+@pytest.mark.parametrize(("how", "longest_ms"), [("grace", 200.0), ("prejudice", 30.0)])
+def test_a_cancelled_run_ends_at_a_known_place(how: Any, longest_ms: float) -> None:
+    made = bench(servos=2, steppers=1)
+    axes = {"m1": {"velocity_rpm": 60.0}, "m2": {"velocity_rpm": 60.0}, "s1": {"velocity_rpm": 30.0}}
+    execution = made.execute(run({"move": {"m1": 720.0, "m2": 720.0, "s1": 720.0}}, axes=axes))
+    driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 90)
+    execution.cancel = how
+    began_ns = made.now_ns
+    to_end(made, driver)
+    progress = execution.progress
+    assert progress.state == "cancelled"
+    assert (made.now_ns - began_ns) / 1e6 < longest_ms + 2000  # a SAC's own ramp takes its time
+    made.run(300)
+    for name in axes:
+        state = made.axis(name).snapshot()
+        assert abs(state.velocity_rpm) < 2
+        assert abs(state.position_deg - progress.axes[name].position_deg) < 5
+
+
+def test_an_axis_that_is_jammed_stops_all() -> None:
+    made = bench(servos=2)
+    axes = {"m1": {"velocity_rpm": 120.0, "following_error_deg": 10.0}, "m2": {"velocity_rpm": 120.0}}
+    execution = made.execute(run({"move": {"m1": 720.0, "m2": 720.0}}, axes=axes))
+    driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 60)
+    made.fault("shaft_jam", "m1")
+    to_end(made, driver)
+    assert execution.progress.state == "failed"
+    assert (execution.progress.why or "").startswith("m1 is ")
+    assert made.axis("m2").snapshot().following == 0
+    assert execution.progress.axes["m2"].position_deg < 720
+
+
+def test_a_wait_that_is_not_met_fails_the_run() -> None:
+    made = bench()
+    wait = {"axis": "m1", "field": "yw", "above": 1e5, "timeout_s": 0.3}
+    progress = made.perform(run({"wait_until": wait}, axes={"m1": {}}))
+    assert progress.state == "failed"
+    assert progress.why == "m1.yw was not in its range for 0.3 s"
+    assert (progress.ended_at_ns or 0) - (progress.started_at_ns or 0) == pytest.approx(300_000_000, abs=15e6)
+
+
+def test_a_loop_that_is_switched_off_on_the_way_is_noticed() -> None:
+    made = bench(servos=2)
+    steps: list[dict[str, Any]] = [
+        {"move": {"m1": 90.0, "m2": 90.0}},
+        {"wait_until": {"axis": "m1", "field": "yw", "above": 0.0}},
+        {"move": {"m1": 0.0}},
+    ]
+    execution = made.execute(run(*steps, axes={"m1": {}, "m2": {}}))
+    driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 30)
+    made.axis("m1").do("disable")
+    to_end(made, driver)
+    assert execution.progress.state == "failed"
+    assert execution.progress.why == "m1: the control loop is off; enable it first"

@@ -1,0 +1,165 @@
+"""What a run's document may say, and what is planned from it."""
+
+from typing import Any
+
+import pytest
+
+from hil.config import ConfigError
+from hil.runs import AxisNow, Plan, parse_run, plan_run, run_from_data
+from hil.vocab.path import at, length_ns
+
+SERVO = AxisNow("servo", 0.0, ("position_deg", "yw"), ("D3", "step"))
+STEPPER = AxisNow("stepper", 0.0, ("position_deg",), ("sync",))
+AXES = {"m1": SERVO, "m2": SERVO, "s1": STEPPER}
+
+
+def plan(*steps: dict[str, Any], axes: dict[str, Any] | None = None, **top: Any) -> Plan:
+    data = {"run": "r", "axes": axes or {"m1": {}, "m2": {}, "s1": {}}, "steps": list(steps)} | top
+    return plan_run(*run_from_data(data), AXES)
+
+
+def problems(*steps: dict[str, Any], **rest: Any) -> str:
+    with pytest.raises(ConfigError) as refused:
+        plan(*steps, **rest)
+    return str(refused.value)
+
+
+def test_axes_of_a_move_end_together_and_others_stand() -> None:
+    made = plan({"move": {"m1": 360.0}}, {"move": {"m1": 0.0, "m2": 10.0}})
+    (phrase,) = made.phrases
+    for name in ("m1", "m2"):
+        assert length_ns(phrase.paths[name]) == phrase.duration_ns
+    middle_ns = phrase.marks[1][0]
+    assert at(phrase.paths["m1"], middle_ns)[0] == pytest.approx(360)
+    assert at(phrase.paths["m2"], middle_ns - 1)[0] == 0
+    assert at(phrase.paths["m2"], phrase.duration_ns) == (10.0, 0.0)
+    assert made.ends_deg == {"m1": 0.0, "m2": 10.0, "s1": 0.0}
+
+
+def test_limits_are_kept_all_the_way() -> None:
+    rules = {"velocity_rpm": 50.0, "acceleration_rpm_per_s": 300.0, "jerk_rpm_per_s2": 3000.0}
+    made = plan({"move": {"m1": 200.0}}, {"line": {"m1": 0.0, "m2": 90.0}}, axes={"m1": rules, "m2": rules})
+    for path in made.phrases[0].paths.values():
+        for piece in path:
+            for into_ns in (0, piece.duration_ns // 2, piece.duration_ns):
+                assert abs(piece.after(into_ns)[1]) <= 300 * (1 + 1e-9)
+            assert abs(piece.per_s2) <= 1800 * (1 + 1e-9)
+            assert abs(piece.per_s3) <= 18000 * (1 + 1e-9)
+
+
+def test_a_line_is_straight() -> None:
+    (phrase,) = plan({"line": {"m1": 90.0, "m2": -45.0}}).phrases
+    for part in range(11):
+        when_ns = phrase.duration_ns * part // 10
+        first, second = (at(phrase.paths[name], when_ns)[0] for name in ("m1", "m2"))
+        assert second == pytest.approx(-first / 2, abs=1e-6)
+
+
+def test_a_spline_goes_through_its_points_at_their_times() -> None:
+    points = [{"at_s": 1.0, "m1": 30.0}, {"at_s": 1.5, "m1": 20.0}, {"at_s": 3.0, "m1": 60.0}]
+    (phrase,) = plan({"spline": points}).phrases
+    assert phrase.duration_ns == 3_000_000_000
+    for point in points:
+        assert at(phrase.paths["m1"], round(point["at_s"] * 1e9))[0] == pytest.approx(point["m1"], abs=1e-6)
+
+
+def test_a_given_time_is_kept() -> None:
+    (phrase,) = plan({"move": {"m1": 90.0}, "in_s": 1.25}).phrases
+    assert phrase.duration_ns == 1_250_000_000
+
+
+def test_repetitions_are_done_in_their_order() -> None:
+    made = plan(
+        {"label": "a", "move_by": {"m1": 1.0}},
+        {"move_by": {"m1": 10.0}},
+        {"repeat": {"label": "a", "times": 3}},
+    )
+    assert made.steps == 8
+    assert made.ends_deg["m1"] == 44
+
+
+def test_a_stepper_starts_with_the_servos_and_takes_about_as_long() -> None:
+    made = plan({"move": {"m1": 180.0, "s1": 90.0}}, {"move": {"m1": 0.0}})
+    first, second = made.phrases
+    (event,) = first.events
+    assert (event.at_ns, event.axis, event.verb) == (0, "s1", "move_abs")
+    assert event.parameters["position_deg"] == 90
+    turns_s = 90 / (float(event.parameters["velocity_rpm"]) * 6)
+    assert turns_s <= first.duration_ns / 1e9 <= 2 * turns_s
+    assert first.steppers == {"s1"}
+    assert second.paths.keys() == {"m1"}
+
+
+def test_pins_and_waits() -> None:
+    made = plan(
+        {"move": {"m1": 10.0}},
+        {"pins": {"m1.D3": 1}},
+        {"wait_until": {"axis": "m1", "field": "yw", "above": 9.0}},
+        {"dwell_s": 0.5},
+    )
+    first, second = made.phrases
+    assert [(e.at_ns, e.verb) for e in first.events] == [(first.duration_ns, "pin")]
+    assert first.wait is not None
+    assert second.duration_ns == 500_000_000
+
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"move": {"m9": 1.0}}, "'m9' is none of the run's axes"),
+    ({"move": {"m1": 1e9}}, "steps.0.move.m1"),
+    ({"move": {"m1": float("nan")}}, "finite"),
+    ({"move": {}}, "nothing in it"),
+    ({"line": {"m1": 1.0, "s1": 1.0}}, "s1 makes ramps of its own"),
+    ({"move": {"m1": 90.0}, "in_s": 0.01}, "write 0."),
+    ({"move": {"s1": 90.0}, "in_s": 0.01}, "s1 cannot be so quick"),
+    ({"dwell_s": 1.0, "in_s": 1.0}, "in_s is for moves"),
+    ({"dwell_s": -1.0}, "dwell_s"),
+    ({"spline": [{"m1": 1.0}, {"m2": 1.0}]}, "the same axes"),
+    ({"spline": [{"m1": 1.0, "at_s": 1.0}, {"m1": 2.0}]}, "at_s"),
+    ({"spline": [{"m1": 1.0, "at_s": 1.0}, {"m1": 2.0, "at_s": 1.0}]}, "later time"),
+    ({"spline": [{"m1": 90.0, "at_s": 0.01}]}, "the limit is"),
+    ({"spline": [{"m1": "far"}]}, "angles are wanted"),
+    ({"wait_until": {"axis": "m1", "field": "yv", "above": 1.0}}, "has no 'yv'"),
+    ({"wait_until": {"axis": "m1", "field": "yw"}}, "neither above nor below"),
+    ({"wait_until": {"axis": "m7", "field": "yw", "above": 1.0}}, "'m7' is none"),
+    ({"pins": {"m1.D9": 1}}, "has no input 'D9'"),
+    ({"pins": {"m1.D3": 2}}, "steps.0.pins"),
+    ({"repeat": {"label": "x", "times": 1}}, "no step before has the label 'x'"),
+    ({}, "a step does one thing"),
+    ({"move": {"m1": 1.0}, "dwell_s": 1.0}, "a step does one thing"),
+    ({"mov": {"m1": 1.0}}, "did you mean"),
+]
+
+
+@pytest.mark.parametrize(("step", "said"), BAD, ids=[f"{i}-{said[:16]}" for i, (_, said) in enumerate(BAD)])
+def test_what_cannot_be_done_is_said(step: dict[str, Any], said: str) -> None:
+    assert said in problems(step)
+
+
+def test_all_problems_are_listed_with_their_places() -> None:
+    text = """
+run: bad
+axes:
+  m1: {max_deg: 50}
+  m2: {}
+steps:
+  - move: {m1: 90}
+  - line: {m2: 10, s1: 1}
+"""
+    with pytest.raises(ConfigError) as refused:
+        plan_run(*parse_run(text, "bad.yaml"), AXES)
+    assert str(refused.value).splitlines() == [
+        "bad.yaml:7:16: steps.0.move.m1: m1 may not go to 90 deg (its range is -1e+06 to 50)",
+        """bad.yaml:8:24: steps.1.line.s1: 's1' is none of the run's axes (known are: m1, m2)""",
+    ]
+
+
+def test_an_axis_that_cannot_take_part_is_said() -> None:
+    run = {"run": "r", "axes": {"m1": {}}, "steps": [{"move": {"m1": 1.0}}]}
+    off = {"m1": AxisNow("servo", 0.0, (), (), "its control loop is off; enable it first")}
+    with pytest.raises(ConfigError, match=r"axes\.m1: its control loop is off"):
+        plan_run(*run_from_data(run), off)
+
+
+def test_endless_repetitions_are_refused() -> None:
+    steps = ({"label": "a", "dwell_s": 0.0}, *({"repeat": {"label": "a", "times": 9000}} for _ in range(2)))
+    assert "10000 steps or more" in problems(*steps)

@@ -1,0 +1,163 @@
+"""Multi-axis runs as their users submit them: from files, by the client, many at once."""
+
+import json
+import socket
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+from e2e_support import PATIENCE_S, Place, Server, config, until
+
+from hil.client import ClientError, CommandError, connect_sync
+
+SAC = {"profile": "sac", "flash": {}}
+EXAMPLES = Path(__file__).parents[1] / "examples" / "runs"
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def serve(place: Place, servos: int = 2, speed: float = 5, *options: str, **top: Any) -> tuple[Server, str]:
+    """A bench whose servos are enabled, and where zenoh's door is."""
+    port = free_port()
+    devices: dict[str, Any] = {f"m{n}": {} for n in range(1, servos + 1)} | {"s1": SAC}
+    bridges = {"zenoh": {"listen": [f"tcp/127.0.0.1:{port}"]}}
+    server = place.serve(config(speed=speed, devices=devices, bridges=bridges, **top), *options).ready()
+    for name in devices:
+        if name != "s1":
+            server.ask("do", device=name, name="enable", parameters={})
+    return server, f"tcp/127.0.0.1:{port}"
+
+
+def run(name: str, *steps: dict[str, Any], axes: tuple[str, ...] = ("m1",), **top: Any) -> str:
+    rules = {"velocity_rpm": 240.0, "acceleration_rpm_per_s": 3000.0, "jerk_rpm_per_s2": 1e5}
+    return json.dumps({"run": name, "axes": dict.fromkeys(axes, rules), "steps": list(steps)} | top)
+
+
+def ended(server: Server, name: str) -> dict[str, Any]:
+    def end() -> Any:
+        (progress,) = server.ask("runs", name=name)
+        return progress if progress["state"] not in ("queued", "running") else None
+
+    result: dict[str, Any] = until(end, f"the end of {name}")
+    return result
+
+
+def test_a_file_is_checked_carried_out_and_replayed(place: Place) -> None:
+    log = place.folder / "log"
+    server, _ = serve(place, 2, 5, "--log", str(log))
+    where = ("--runtime-dir", str(place.runtime))
+    said = place.cli("run", str(EXAMPLES / "square.yaml"), "--check", *where)
+    assert "run square, 12 step(s), no problems" in said
+    said = place.cli("run", str(EXAMPLES / "square.yaml"), *where)
+    assert "square: done\n  m1: at " in said
+    assert said.count("following error at most") == 3
+    bad = place.write("run: bad\naxes:\n  m9: {}\nsteps:\n  - {move: {m9: 1}}\n", "bad.run.yaml")
+    said = place.cli("run", str(bad), *where, code=2)
+    assert "bad.run.yaml:3:3: axes.m9: there is no device 'm9'" in said
+    assert "No such file" in place.cli("run", "nowhere.yaml", *where, code=2)
+    server.stop()
+    assert "identical" in place.cli("replay", str(log))
+
+
+def test_a_hundred_runs_at_once_are_all_done_in_their_order(place: Place) -> None:
+    server, _ = serve(place, 2, 20)
+    for n in range(100):
+        axis = "m1" if n % 2 else "m2"
+        answer = server.ask(
+            "run", text=run(f"r{n}", {"move": {axis: n % 7}}, axes=(axis,)), file="x", check=False
+        )
+        assert answer["state"] in ("queued", "running"), answer
+    done = [ended(server, f"r{n}") for n in range(100)]
+    assert {progress["state"] for progress in done} == {"done"}
+    for parity in (0, 1):
+        ends = [progress["ended_at_ns"] for progress in done[parity::2]]
+        assert ends == sorted(ends)
+
+
+def test_the_same_name_is_the_same_run(place: Place) -> None:
+    server, endpoint = serve(place)
+    with connect_sync("t", endpoint) as client:
+        first = client.submit(run("once", {"move_by": {"m1": 30.0}}))
+        again = client.submit(run("once", {"move_by": {"m1": 30.0}}))
+        assert first["run"] == again["run"] == "once"
+        before = ended(server, "once")
+        assert client.submit(run("once", {"move_by": {"m1": 30.0}}))["state"] == "done"
+        assert client.run_state("once")["axes"] == before["axes"]
+
+
+def test_the_client_performs_and_hears_how_it_goes(place: Place) -> None:
+    server, endpoint = serve(place)
+    with connect_sync("t", endpoint) as client:
+        told: list[bytes] = []
+        with client.link.subscribe("run/*/state", told.append):
+            until(lambda: client.submit(run("a", {"dwell_s": 0.1})) and told, "news of a run")
+        axes = ("m1", "m2", "s1")
+        done = client.perform(
+            run("b", {"move": {"m1": 90.0, "s1": 45.0}}, {"line": {"m1": 0.0, "m2": 9.0}}, axes=axes)
+        )
+        assert done["state"] == "done"
+        assert abs(done["axes"]["s1"]["position_deg"] - 45) < 0.5
+        with pytest.raises(CommandError, match=r"steps\.0\.move\.m1: m1 may not go to") as refused:
+            client.submit('{"run": "c", "axes": {"m1": {"max_deg": 5}}, "steps": [{"move": {"m1": 9}}]}')
+        assert refused.value.code == "bad_run"
+        for text in ("", "[", "x" * (900_000), "run: c\naxes: {m1: {}}\nsteps: [{move: {m1: .nan}}]"):
+            with pytest.raises(CommandError):
+                client.submit(text)
+        with pytest.raises(ClientError, match="a message has at most 1000000"):
+            client.submit(" " * 100_000_000)
+    assert {row["run"] for row in server.ask("runs", name="")} == {"a", "b"}
+
+
+@pytest.mark.parametrize("how", ["grace", "prejudice"])
+def test_cancelled_on_the_way_and_while_it_waits(place: Place, how: Any) -> None:
+    server, endpoint = serve(place, speed=1)
+    with connect_sync("t", endpoint) as client:
+        client.submit(run("long", {"move": {"m1": 7200.0}}))
+        client.submit(run("next", {"move": {"m1": 0.0}}))
+        until(lambda: client.run_state("long")["state"] == "running", "the start")
+        assert client.run_state("next")["state"] == "queued"
+        assert client.cancel("next", how)["state"] == "cancelled"
+        client.cancel("long", how)
+        assert ended(server, "long")["state"] == "cancelled"
+        assert client.axis("m1").state().following == 0
+        with pytest.raises(CommandError, match="there is no run 'nix'"):
+            client.cancel("nix")
+
+
+def test_a_stalled_axis_stops_the_others_and_the_report_says_which(place: Place) -> None:
+    server, _ = serve(place, speed=1)
+    axes = {"m1": {"velocity_rpm": 60.0, "following_error_deg": 10.0}, "m2": {"velocity_rpm": 60.0}}
+    text = json.dumps({"run": "r", "axes": axes, "steps": [{"move": {"m1": 3600.0, "m2": 3600.0}}]})
+    server.ask("run", text=text, file="x", check=False)
+    until(lambda: server.status("m1")["snapshot"]["r"] > 60, "some way")
+    server.ask("inject", fault="shaft_jam", target="m1", parameters={})
+    progress = ended(server, "r")
+    assert progress["state"] == "failed"
+    assert progress["why"].startswith("m1 is ")
+    assert progress["axes"]["m2"]["position_deg"] < 3600
+
+
+def test_many_submit_at_once(place: Place) -> None:
+    server, endpoint = serve(place, speed=20)
+    failures: list[str] = []
+
+    def submit(first: int) -> None:
+        with connect_sync("t", endpoint, timeout_s=PATIENCE_S) as client:
+            for n in range(first, first + 25):
+                try:
+                    client.submit(run(f"r{n}", {"move": {"m1": n % 5}}))
+                except CommandError as error:
+                    failures.append(str(error))
+
+    threads = [threading.Thread(target=submit, args=(25 * n,)) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE_S * 2)
+    assert failures == []
+    assert {ended(server, f"r{n}")["state"] for n in range(100)} == {"done"}
