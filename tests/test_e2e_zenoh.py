@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -136,6 +137,8 @@ BAD = [
     ("axis/m1/cmd/move_abs", "[" * 60_000, "bad_request"),
     ("axis/m1/cmd/move_abs", " " * 70_000, "bad_request"),
     ("axis/*/cmd/enable", "{}", "bad_request"),
+    ("axis/*/param/pKp", "3", "bad_request"),
+    ("axis/m1/param/pLPF", "-5", "bad_parameter"),
     ("axis/m1/param/r", "1", "no_parameter"),
     ("axis/m1/param/pKp", '"1"', "bad_request"),
     ("axis/m1/param/pKp", "1e9", "bad_parameter"),
@@ -317,6 +320,50 @@ def test_a_subscriber_that_never_reads_costs_nobody_else(bench: Bench) -> None:
         gate.set()
         subscriber.undeclare()
         stuck.session.close()
+
+
+def test_who_does_not_read_answers_holds_nobody_up(bench: Bench) -> None:
+    lazy = Plain(bench.port)
+    unread = [lazy.session.get("hil/t/**", timeout=60, consolidation=NONE) for _ in range(60)]
+    longest_s = 0.0
+    with bench.server.client("m1") as terminal:
+        for _ in range(20):
+            began_s = time.monotonic()
+            terminal.ask(b"p")
+            assert bench.plain.one("sim/clock")["sim_ns"] > 0
+            longest_s = max(longest_s, time.monotonic() - began_s)
+    assert longest_s < 5  # it was 12 where the event loop answered
+    assert len(unread) == 60
+    lazy.session.close()  # type: ignore[no-untyped-call]
+
+
+def test_of_too_many_that_wait_the_oldest_gives_way(bench: Bench) -> None:
+    bench.plain.one("axis/m1/cmd/enable")
+    asker = Plain(bench.port)
+    far = '{"position_deg": 1e6, "velocity_rpm": 0.001}'
+    for _ in range(1050):
+        asker.session.get("hil/t/axis/m1/cmd/move_abs?done=true", payload=far, timeout=1, consolidation=NONE)
+    asker.session.close()  # type: ignore[no-untyped-call]
+    bench.plain.one("axis/m1/cmd/stop", '{"how": "prejudice"}')
+    replies = bench.plain.get("axis/s1/cmd/move_rel?done=true", '{"angle_deg": 1.8}')
+    assert [reply.get("done", False) for reply in replies] == [False, True]
+
+
+def test_a_flood_leaves_the_others_their_turn(bench: Bench) -> None:
+    flooder = Plain(bench.port)
+    publisher = flooder.session.declare_publisher("hil/t/axis/m1/cmd/gains")
+    for _ in range(30_000):
+        publisher.put("{}")
+    with bench.server.client("m1") as terminal:
+        assert b"Angle" in terminal.ask(b"p")
+    assert bench.plain.one("sim/clock")["sim_ns"] > 0
+    flooder.session.close()  # type: ignore[no-untyped-call]
+
+
+def test_a_packed_state_is_read_too(bench: Bench) -> None:
+    (reply,) = bench.plain.session.get("hil/t/axis/m1/state/packed", timeout=PATIENCE_S)
+    assert reply.ok is not None
+    assert len(reply.ok.payload.to_bytes()) == PACKED_BYTES
 
 
 def test_a_router_that_dies_and_returns(place: Place) -> None:

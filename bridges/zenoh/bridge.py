@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -26,9 +26,13 @@ __all__ = ["Options", "make", "reference"]
 log = logging.getLogger("hil")
 
 WAITING = 10_000
-"""Requests in the queue; later ones are dropped and counted."""
+"""Requests in the queue; later puts are dropped and counted, queries when there are twice as many."""
 SLICE = 32
 """Requests that are handled before others have their turn: some milliseconds."""
+WIDE = 100
+"""Queries of more keys than a slice that wait for each other."""
+WIDE_ANSWERS = 200
+"""Of them the next wait while so many have not gone out: other clients' answers come in between."""
 LATER = 1_000
 """Queries that wait for a motion's end."""
 LONGEST_S = 3600.0
@@ -54,6 +58,8 @@ class ZenohBridge:
         """``_drain`` will come."""
         self._later: dict[asyncio.Task[None], None] = {}
         self._sender: Sender
+        self._wide = asyncio.Lock()
+        self._wide_waiting = 0
         self._session: zenoh.Session | None = None
         self._gate: Gate | None = None
         self._entities: list[Any] = []
@@ -132,7 +138,7 @@ class ZenohBridge:
 
     def _enqueue(self, request: Request) -> None:
         with self._lock:
-            if len(self._queue) >= WAITING:
+            if len(self._queue) >= (WAITING if request[3] is None else 2 * WAITING):
                 self.dropped += 1
                 refused = request[3]
             else:
@@ -336,21 +342,47 @@ class ZenohBridge:
         return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
 
     def _read(self, key: str, query: zenoh.Query) -> None:
-        for name in self._host.run_names() if "/run/" in key or "*" in key else ():
-            found = f"{self._prefix}/run/{name}/state"
-            if zenoh.KeyExpr(key).intersects(zenoh.KeyExpr(found)):
-                progress = dumped(self._host.run_progress(name) or {}, self._host)
-                self._sender.reply(query, found, progress, self._encodings["hil.run.v1"])
-        for found in self._matching(key):
-            schema, content = self._readers[found]
-            self._sender.reply(query, found, content(), self._encodings[schema])
+        found = list(self._matching(key))
+        if len(found) > SLICE:
+            if self._wide_waiting >= WIDE:
+                raise VerbRefused(
+                    "not_now", f"{WIDE} queries of many keys wait already; ask for less at a time"
+                )
+            self._wide_waiting += 1
+            self._start(self._read_many(found, query))
+            return
+        for name in found:
+            self._read_one(name, query)
         self._sender.end(query)
 
+    async def _read_many(self, found: Sequence[str], query: zenoh.Query) -> None:
+        """One such query after the other, and no faster than it is read."""
+        try:
+            async with self._wide:
+                for number, name in enumerate(found):
+                    self._read_one(name, query)
+                    while number % SLICE == 0 and self._sender.waiting > WIDE_ANSWERS:
+                        await asyncio.sleep(0.005)
+                    if number % SLICE == 0:
+                        await asyncio.sleep(0)
+        finally:
+            self._wide_waiting -= 1
+            self._sender.end(query)
+
+    def _read_one(self, name: str, query: zenoh.Query) -> None:
+        if name in self._readers:
+            schema, content = self._readers[name]
+            self._sender.reply(query, name, content(), self._encodings[schema])
+        elif progress := self._host.run_progress(name.split("/")[3]):
+            text = dumped(progress, self._host)
+            self._sender.reply(query, name, text, self._encodings["hil.run.v1"])
+
     def _matching(self, key: str) -> Iterable[str]:
+        runs = [f"{self._prefix}/run/{name}/state" for name in self._host.run_names()]
         if "*" not in key:
-            return [key] if key in self._readers else []
+            return [key] if key in self._readers or key in runs else []
         wanted = zenoh.KeyExpr(key)
-        return [each for each in self._readers if wanted.intersects(zenoh.KeyExpr(each))]
+        return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
 
     def _verbs(self, name: str) -> bytes:
         device = self._host.devices[name]

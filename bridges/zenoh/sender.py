@@ -24,6 +24,11 @@ class Sender:
         self._thread.start()
         self.dropped = 0
 
+    @property
+    def waiting(self) -> int:
+        """Answers that have not gone out."""
+        return self._queue.qsize()
+
     def reply(self, query: zenoh.Query, key: str, content: bytes, encoding: zenoh.Encoding) -> None:
         self._put(query, key, content, encoding)
 
