@@ -29,7 +29,7 @@ OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
 SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 STATE = (
     *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
-    *("loop_on", "mode", "r", "e", "u", "following"),
+    *("loop_on", "mode", "r", "u", "following"),
     *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
 )
 """What most want to see of an axis; each kind has some of them."""
