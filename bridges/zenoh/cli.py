@@ -28,7 +28,7 @@ def keys(
     user: Annotated[
         list[str],
         typer.Option(
-            "--user", help="Who may viewer, operator or admin; again for more.", metavar="NAME:ROLE"
+            "--user", help="A user with a role: viewer, operator, admin; again for more.", metavar="NAME:ROLE"
         ),
     ],
     days: Annotated[
