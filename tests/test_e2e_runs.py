@@ -122,8 +122,11 @@ def test_cancelled_on_the_way_and_while_it_waits(place: Place, how: Any) -> None
         until(lambda: client.run_state("long")["state"] == "running", "the start")
         assert client.run_state("next")["state"] == "queued"
         assert client.cancel("next", how)["state"] == "cancelled"
+        until(lambda: client.axis("m1").state().r > 60, "some way")
         client.cancel("long", how)
-        assert ended(server, "long")["state"] == "cancelled"
+        progress = ended(server, "long")
+        assert progress["state"] == "cancelled"
+        assert 60 < progress["axes"]["m1"]["position_deg"] < 7200
         assert client.axis("m1").state().following == 0
         with pytest.raises(CommandError, match="there is no run 'nix'"):
             client.cancel("nix")

@@ -120,8 +120,9 @@ class Execution:
                 yield from self._phrase(phrase)
             progress.state = "done"
         except _Ended as end:
-            progress.state, progress.why = end.state, str(end)
+            progress.why = str(end)
             yield from self._stop(end.how)
+            progress.state = end.state
         finally:
             self._unwatch()
             progress.ended_at_ns = self._bench.now_ns
