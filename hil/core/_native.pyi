@@ -12,6 +12,7 @@ class RtStats(TypedDict):
     overruns: int
     wake_latency: list[int]
     longest_latency_ns: int
+    latency_total_ns: int
     fifo_errno: int
     pin_errno: int
     lock_errno: int

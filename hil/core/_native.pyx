@@ -284,7 +284,7 @@ cdef class NativeCore:
         return {
             "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
             "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
-            "longest_latency_ns": s.longest_latency_ns,
+            "longest_latency_ns": s.longest_latency_ns, "latency_total_ns": s.latency_total_ns,
             "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
             "running": s.running != 0,
         }

@@ -112,6 +112,7 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t overruns
         uint64_t wake_latency[320]
         int64_t longest_latency_ns
+        int64_t latency_total_ns
         int fifo_errno
         int pin_errno
         int lock_errno

@@ -123,7 +123,7 @@ def _say_started(daemon: "Daemon") -> None:
         doors = ", ".join([*status["listen"], *status["connect"]])
         typer.echo(f"\n{kind}: {status['root']} at {doors}")
         if status["insecure"]:
-            typer.echo("  insecure: whoever reaches it may do all")
+            typer.echo(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
     typer.echo("\nCtrl-C ends the bench.")
     sys.stdout.flush()
 

@@ -113,7 +113,7 @@ typedef struct hil_rt_options {
 typedef struct hil_rt_stats {
     int64_t ticks, missed, elapsed_ns, overruns;
     uint64_t wake_latency[HIL_HISTOGRAM_LEN];
-    int64_t longest_latency_ns;
+    int64_t longest_latency_ns, latency_total_ns;
     int fifo_errno, pin_errno, lock_errno; /* 0: granted */
     int running;
 } hil_rt_stats;
