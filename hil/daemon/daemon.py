@@ -27,7 +27,7 @@ from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
 from hil.daemon.faults import FaultRegistry
-from hil.daemon.guard import StepGuard
+from hil.daemon.guard import BREADCRUMB, StepGuard, take_breadcrumb
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
@@ -221,6 +221,9 @@ class Daemon:
                 log.warning("%s: %s", name, loaded.note)
         if problems:
             raise StartError("\n".join(problems))
+        if hung := take_breadcrumb(self.state_dir / BREADCRUMB):
+            self.notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
+            log.error("%s: %s", hung, self.notes[hung])
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         self.faults.bench = self.bench
@@ -229,7 +232,7 @@ class Daemon:
         store.answered = self.lines.flush
         self.vitals = Vitals(self.bench)
         self.host = Host(self)
-        self._guard = guard = StepGuard()
+        self._guard = guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
         for device in self.bench.devices.values():
             device.guard = guard
             device.on_failed = self._device_failed
