@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from hil.daemon.process import read_process
 from hil.session.session import Session
 from hil.session.tap_session import TapSession
 
@@ -19,6 +20,7 @@ KINDS = {
     "real_time": "real-time priority, the CPU or locked memory was refused",
     "wakes": f"more than {MISSED_SHARE:.0%} of the core's wakes of the last minute came too late",
     "loop": f"the event loop stood still for more than {LOOP_LATE_NS // 1_000_000} ms in the last minute",
+    "descriptors": "nine of ten file descriptors that the process may have are in use",
     "device": "a device's firmware has stopped",
     "flash": "a device's memory could not be written",
     "port": "a port cannot go on, or a real board is away",
@@ -68,6 +70,11 @@ def _of_bench(daemon: "Daemon") -> Iterator[Problem]:
     if (late_ns := vitals.loop_worst_ns) > LOOP_LATE_NS:
         what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
         yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
+    process = read_process()
+    if process.open_fds * 10 > process.max_fds * 9:
+        what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"
+        remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
+        yield Problem("descriptors", "", what, remedy)
 
 
 def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
