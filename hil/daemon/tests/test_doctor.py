@@ -445,7 +445,7 @@ def test_devpts_and_its_mount(machine: Machine) -> None:
     closed = replace(TRIED, pty_errno=EACCES)
     says(found(system, "ptys", closed), "problem", "EACCES", "`mount -o remount,gid=5,mode=620,ptmxmode=666")
     nothing = found(machine.system(), "ptys", replace(TRIED, pty_errno=ENOENT))
-    says(nothing, "problem", "ENOENT", "`mount -o gid=5,mode=620,ptmxmode=666 /dev/pts`")
+    says(nothing, "problem", "ENOENT", "`mount -t devpts -o gid=5,mode=620,ptmxmode=666 devpts /dev/pts`")
 
 
 @pytest.mark.parametrize(
