@@ -9,6 +9,7 @@ writes down whose it was.
 """
 
 import os
+import resource
 import signal
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
@@ -27,7 +28,8 @@ PARTS = 4
 BREADCRUMB = "hung"
 """In the bench's state directory; no device's file has this name."""
 WAIT_LIMIT_NS = 1_000_000_000
-"""Of the wall's time. Bells that come while the process is stopped count as one."""
+"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell: one that does
+not get a CPU, or is stopped, is not suspected."""
 FEW_STEPS = 10
 """Fewer in a part of the limit are not short: a client has asked for much."""
 PATIENCE = 10
@@ -55,6 +57,7 @@ class StepGuard(AbstractContextManager[None]):
         self._inside = False
         self._steps = 0
         self._bells = 0
+        self._waits = 0
         self._suspect: Device | None = None
         self._suspected_at_ns = 0
         self._streak = 0.0
@@ -102,7 +105,10 @@ class StepGuard(AbstractContextManager[None]):
             cpu, wall = self._watchdog.bells_in_work()
             if cpu > PARTS:  # the first came before a whole part of the step
                 raise FirmwareHung(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
-            if wall > PARTS:
+            waits = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+            if wall <= 1:
+                self._waits = waits
+            elif wall > PARTS and waits - self._waits >= PARTS - 1:
                 raise FirmwareHung(f"one step has waited for more than {WAIT_LIMIT_NS // 1_000_000} ms")
         if is_cpu:
             self._look_at_progress()
