@@ -1,5 +1,6 @@
 """Fixtures of the tests that run the whole program. Their helpers are in ``e2e_support.py``."""
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out
 
-from e2e_support import Place
+from e2e_support import STRANGER_UID, Place
 
 
 @pytest.fixture
@@ -16,3 +17,13 @@ def place() -> Iterator[Place]:
     """A folder with a runtime and a state directory; daemons started in it are gone afterwards."""
     with Place() as made:
         yield made
+
+
+@pytest.fixture
+def open_place(place: Place) -> Place:
+    """A place that a stranger can use, too."""
+    for folder in (place.runtime, place.state):
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.getuid() == 0:
+            os.chown(folder, STRANGER_UID, STRANGER_UID)
+    return place

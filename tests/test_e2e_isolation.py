@@ -39,7 +39,7 @@ class Broken:
                     while True:
                         try:
                             sum(range(1000))
-                        except Exception:
+                        except Exception:  # what a careless firmware does: the guard must get through it
                             continue
                 case "z":
                     while True:

@@ -148,9 +148,9 @@ KEYS = (
         (PUBLISH, QUERY),
         JSON,
         "hil.health.v1",
-        "ticks, missed wakes, rejected commands, failed devices, once a second",
+        "health and what is wrong, ticks, missed wakes, rejected commands, failed devices, once a second",
         Role.VIEWER,
-        '{"v":1,"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}',
+        '{"v":1,"state":"ok","problems":[],"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}',
     ),
     Key(
         "sim/rejected",

@@ -284,7 +284,7 @@ cdef class NativeCore:
         return {
             "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
             "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
-            "longest_latency_ns": s.longest_latency_ns,
+            "longest_latency_ns": s.longest_latency_ns, "latency_total_ns": s.latency_total_ns,
             "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
             "running": s.running != 0,
         }
@@ -301,11 +301,20 @@ cdef class NativeCore:
                 return due
 
 
+cdef extern from "Python.h":
+    int PyErr_SetInterruptEx(int) noexcept nogil
+
+
+cdef void interrupt(int signal_number) noexcept nogil:
+    PyErr_SetInterruptEx(signal_number)
+
+
 cdef class Watchdog:
     cdef hil_watchdog *watchdog
+    cdef bytes work
 
-    def __cinit__(self, int signal_number):
-        self.watchdog = hil_watchdog_new(signal_number)
+    def __cinit__(self, int signal_number, bytes file):
+        self.watchdog = hil_watchdog_new(signal_number, interrupt, file)
         if self.watchdog is NULL:
             raise OSError("no CPU-time timer for this thread")
 
@@ -313,11 +322,24 @@ cdef class Watchdog:
         if self.watchdog is not NULL:
             hil_watchdog_free(self.watchdog)
 
-    def arm(self, int64_t ns):
-        hil_watchdog_arm(self.watchdog, ns)
+    def arm(self, int64_t cpu_ns, int64_t wall_ns):
+        hil_watchdog_arm(self.watchdog, cpu_ns, wall_ns)
 
     def disarm(self):
-        hil_watchdog_arm(self.watchdog, 0)
+        hil_watchdog_arm(self.watchdog, 0, 0)
+
+    def enter(self, bytes work):
+        self.work = work
+        hil_watchdog_enter(self.watchdog, work)
+
+    def leave(self):
+        return hil_watchdog_leave(self.watchdog) != 0
+
+    def bells(self):
+        return hil_watchdog_bells(self.watchdog)
+
+    def bells_in_work(self):
+        return hil_watchdog_bells_in_work(self.watchdog, 0), hil_watchdog_bells_in_work(self.watchdog, 1)
 
 
 cdef dict as_dict(const hil_replay_row *row):

@@ -112,6 +112,7 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t overruns
         uint64_t wake_latency[320]
         int64_t longest_latency_ns
+        int64_t latency_total_ns
         int fifo_errno
         int pin_errno
         int lock_errno
@@ -160,8 +161,12 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_rt_stats_read(const hil_core *, hil_rt_stats *)
     int hil_rt_take_due(hil_core *, int *, int)
     ctypedef struct hil_watchdog
-    hil_watchdog *hil_watchdog_new(int)
-    void hil_watchdog_arm(hil_watchdog *, int64_t)
+    hil_watchdog *hil_watchdog_new(int, void (*)(int) noexcept nogil, const char *)
+    void hil_watchdog_arm(hil_watchdog *, int64_t, int64_t)
+    void hil_watchdog_enter(hil_watchdog *, const char *)
+    int hil_watchdog_leave(hil_watchdog *)
+    int64_t hil_watchdog_bells(const hil_watchdog *)
+    int hil_watchdog_bells_in_work(const hil_watchdog *, int)
     void hil_watchdog_free(hil_watchdog *)
     ctypedef struct hil_replay_row:
         float y_meas, y_excite, yw, e, ITerm, DTerm, v, u

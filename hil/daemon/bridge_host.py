@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
@@ -11,6 +11,8 @@ from hil.config.explain import suggestion
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO, packed
 from hil.daemon import real_boards
 from hil.daemon.captures import names, watch_port, watch_segment
+from hil.daemon.health import health
+from hil.daemon.metrics import readings
 from hil.daemon.segments import listed as listed_segments
 from hil.runs.execute import How, Progress
 from hil.session.inputs import Bytes, Pin, Reset, SetField
@@ -18,6 +20,7 @@ from hil.telemetry import Sampler
 from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
+from hil.vocab.metrics import Reading
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.verbs import Verb, VerbRefused, table_of
 
@@ -276,7 +279,10 @@ class Host:
             "overruns": rt["overruns"],
             "failed": {device.name: device.failed for device in devices if device.failed},
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
-        }
+        } | health(self._daemon)
+
+    def metrics(self) -> Iterator[Reading]:
+        return readings(self._daemon)
 
     def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
         return watch_segment(self._daemon, self._daemon.bench.segments[segment], call)

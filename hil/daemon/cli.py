@@ -123,7 +123,7 @@ def _say_started(daemon: "Daemon") -> None:
         doors = ", ".join([*status["listen"], *status["connect"]])
         typer.echo(f"\n{kind}: {status['root']} at {doors}")
         if status["insecure"]:
-            typer.echo("  insecure: whoever reaches it may do all")
+            typer.echo(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
     typer.echo("\nCtrl-C ends the bench.")
     sys.stdout.flush()
 
@@ -313,15 +313,15 @@ def doctor(
     import dataclasses
     import os
 
-    from hil.daemon.doctor import healthy, judge
+    from hil.daemon.doctor import healthy, judge, worst_first
+    from hil.daemon.doctor_benches import judge_benches, judge_memories, look
     from hil.daemon.paths import runtime_base, state_base
     from hil.daemon.probes import try_all
     from hil.daemon.system import read_system
 
-    tried = try_all(
-        devices, runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
-    )
-    findings = judge(read_system(), tried, devices)
+    runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
+    findings = judge(read_system(), try_all(devices, runtime, state), devices)
+    findings = worst_first([*findings, *judge_benches(look(runtime)), *judge_memories(state)])
     if as_json:
         typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
     else:

@@ -22,6 +22,7 @@ from hil.core.fields import FIELDS
 from hil.daemon import real_boards, run_control, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
+from hil.daemon.health import health
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -238,6 +239,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "snapshot": device.axis.published().as_dict(),
         }
     return listed | {
+        "health": health(daemon),
         "bridges": {name: dict(bridge.status()) for name, bridge in daemon.bridges.items()},
         "segments": segments.listed(daemon),
         "faults": daemon.faults.listed(),
@@ -396,7 +398,7 @@ class Verb(NamedTuple):
 VERBS = {
     "list": Verb(_list, (), "the bench's devices, with the addresses of their ports"),
     "status": Verb(
-        _status, (), "ticks, missed wakes, histograms, and for each device counters and a snapshot"
+        _status, (), "health, ticks, missed wakes, histograms, and for each device counters and a snapshot"
     ),
     "reset": Verb(_reset, ("device",), "switch a device's power off and on; a failed device starts again"),
     "pin": Verb(

@@ -27,12 +27,13 @@ from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
 from hil.daemon.faults import FaultRegistry
-from hil.daemon.guard import StepGuard
+from hil.daemon.guard import BREADCRUMB, StepGuard, take_breadcrumb
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.runs import Runs
 from hil.daemon.store import NvmStore, StoreError
+from hil.daemon.vitals import Vitals
 from hil.daemon.watches import Watches
 from hil.firmware.nvm import Content
 from hil.session.bench import BenchRuntime
@@ -67,6 +68,7 @@ class DaemonStore:
         self.bench: BenchRuntime | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
         self.failures: dict[str, str] = {}
+        self.writes = {"ok": 0, "failed": 0}
         self.answered: Callable[[], None] = lambda: None
         """Called after a firmware has run on an answer: what it sent has to go on its line."""
 
@@ -80,6 +82,7 @@ class DaemonStore:
         )
 
     def _done(self, device: Device, durable: bool, why: str) -> None:
+        self.writes["ok" if durable else "failed"] += 1
         if durable:
             self.failures.pop(device.name, None)
         else:
@@ -127,6 +130,7 @@ class Daemon:
         """Wall time at simulated time 0, nanoseconds since 1970."""
         self.bench: BenchRuntime
         self.watches: Watches
+        self.vitals: Vitals
         self._config_folder = config_folder
         self._input_log = input_log
         self._log_file: LogFile | None = None
@@ -154,6 +158,7 @@ class Daemon:
             self._build(files, loop)
             await self._open_ports()
             self._start_core(loop)
+            self.vitals.start()
             self.runs = Runs(self)
             await self._open_bridges()
             started(self)
@@ -216,6 +221,9 @@ class Daemon:
                 log.warning("%s: %s", name, loaded.note)
         if problems:
             raise StartError("\n".join(problems))
+        if hung := take_breadcrumb(self.state_dir / BREADCRUMB):
+            self.notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
+            log.error("%s: %s", hung, self.notes[hung])
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
         self.bench.looked = self.lines.flush
@@ -223,8 +231,9 @@ class Daemon:
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
         store.answered = self.lines.flush
+        self.vitals = Vitals(self.bench)
         self.host = Host(self)
-        self._guard = guard = StepGuard()
+        self._guard = guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
         for device in self.bench.devices.values():
             device.guard = guard
             device.on_failed = self._device_failed
@@ -381,6 +390,7 @@ class Daemon:
             loop.remove_reader(self.bench.core.event_fd)
             self._guard.close()
             self.watches.stop()
+            self.vitals.stop()
             self.bench.stop()
         await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too
         if self._release_timer:

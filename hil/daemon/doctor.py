@@ -3,7 +3,9 @@
 Judgement alone: what the system says comes from ``system.py``, what was tried from ``probes.py``.
 """
 
+import re
 from dataclasses import dataclass, replace
+from errno import EACCES, ENOENT, ENOSPC, EPERM
 from typing import Literal
 
 from hil.daemon.probes import Tried
@@ -16,7 +18,7 @@ from hil.daemon.refusal import (
     restore_rt_runtime,
     rtprio_words,
 )
-from hil.daemon.system import CAP_SYS_NICE, UNLIMITED, System
+from hil.daemon.system import CAP_DAC_OVERRIDE, CAP_SYS_NICE, UNLIMITED, System
 
 Verdict = Literal["ok", "note", "problem"]
 WORST_FIRST: tuple[Verdict, ...] = ("problem", "note", "ok")
@@ -26,6 +28,8 @@ STALLS = "the motor stands still, and answers wait, for up to"
 NO_START = "`hil serve` does not start"
 FAST_CLOCKS = ("tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter", "riscv_clocksource")
 """Read without entering the kernel."""
+DEVPTS = "gid=5,mode=620,ptmxmode=666"
+"""As distributions mount it; 5 is the group tty."""
 DESCRIPTORS = 24
 """Of a daemon without devices, with a few commands that talk to it."""
 DESCRIPTORS_PER_DEVICE = 3
@@ -62,11 +66,17 @@ def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
         _container(system),
         _virtual(system),
         _ptys(system, tried, devices),
+        _group(system),
         _inotify(system, tried),
         _descriptors(system, devices),
         _folder("runtime directory", str(tried.runtime_dir), tried.runtime_failure, "--runtime-dir"),
         _folder("state directory", str(tried.state_dir), tried.state_failure, "--state-dir"),
     ]
+    return worst_first(findings)
+
+
+def worst_first(findings: list[Finding]) -> list[Finding]:
+    """The same; those of one verdict stay in their order."""
     return sorted(findings, key=lambda finding: WORST_FIRST.index(finding.verdict))
 
 
@@ -255,10 +265,21 @@ def _virtual(system: System) -> Finding:
 
 def _ptys(system: System, tried: Tried, devices: int) -> Finding:
     raise_it = f"as root `sysctl -w kernel.pty.max={4096 + devices}`"
+    limited = re.search(r"\bmax=(\d+)", system.devpts)
     if tried.pty_errno:
         found = f"tried, refused ({error_name(tried.pty_errno)})"
-        remedy = f"{raise_it}; mount /dev/pts; see RLIMIT_NOFILE"
+        remedy = f"{raise_it}; see RLIMIT_NOFILE"
+        if tried.pty_errno == ENOSPC and limited:
+            found += f": {limited[1]} at most in this mount of /dev/pts"
+            remedy = f"as root `mount -o remount,max={4096 + devices} /dev/pts`"
+        elif tried.pty_errno in (EACCES, EPERM, ENOENT):
+            how = f"-o remount,{DEVPTS}" if system.devpts else f"-t devpts -o {DEVPTS} devpts"
+            remedy = f"as root `mount {how} /dev/pts`"
         return Finding("ptys", "problem", found, "no pty port opens", remedy)
+    if limited and int(limited[1]) < devices:
+        found = f"{limited[1]} at most in this mount of /dev/pts"
+        remedy = f"as root `mount -o remount,max={4096 + devices} /dev/pts`"
+        return Finding("ptys", "problem", found, f"a bench of {devices} pty ports does not start", remedy)
     if system.pty_max is None or system.pty_used is None:
         return Finding("ptys", "ok", "tried")
     # The reserve is kept for the first mount of devpts: others may be a container's.
@@ -268,6 +289,17 @@ def _ptys(system: System, tried: Tried, devices: int) -> Finding:
         cost = f"a bench of {devices} pty ports does not start"
         return Finding("ptys", "problem", found, cost, raise_it)
     return Finding("ptys", "ok", found)
+
+
+def _group(system: System) -> Finding:
+    name = "group dialout"
+    if system.dialout is None:
+        return Finding(name, "ok", "there is none here")
+    if system.dialout in system.groups or system.may(CAP_DAC_OVERRIDE):
+        return Finding(name, "ok", "a member" if system.dialout in system.groups else "not needed: root")
+    remedy = "as root `usermod -aG dialout USER`, then log in again; in a unit SupplementaryGroups=dialout"
+    cost = "real boards' serial ports and those of a service's bench refuse you; so does `group: dialout`"
+    return Finding(name, "note", "not a member", cost, remedy)
 
 
 def _inotify(system: System, tried: Tried) -> Finding:

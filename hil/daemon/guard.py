@@ -1,58 +1,149 @@
-"""Interrupts a firmware step that burns too much CPU time, so that one device's bug stops only it.
+"""Interrupts a firmware that takes all the time there is, so that one device's bug stops only it.
 
-A native timer raises SIGVTALRM each time this thread has burnt a part of what a step may; a step that
+A native timer raises SIGVTALRM each time this thread has burnt a part of the CPU time that a step may take,
+and, while a firmware runs, each time a part of the wall's time that it may wait has gone by. A step that
 sees too many of them gets ``FirmwareHung`` from the signal's Python handler, in the middle of whatever the
-firmware does. A stopped process or a stolen CPU does not count, and a step costs no system call.
+firmware does; so does one of many short steps that get nowhere. A stopped process or a stolen CPU does not
+count, and a step costs no system call. Code that Python cannot interrupt ends the process; the native handler
+writes down whose it was.
 """
 
+import os
+import resource
 import signal
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
 from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
 
 from hil.core._native import Watchdog
 
+if TYPE_CHECKING:
+    from hil.session.device import Device
+
 STEP_LIMIT_NS = 200_000_000
-"""CPU time of one step, up to half as much again. The longest of a healthy firmware, a query of the look-up
+"""CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the look-up
 table, takes 20 ms."""
-PARTS = 2
+PARTS = 4
+BREADCRUMB = "hung"
+"""In the bench's state directory; no device's file has this name."""
+WAIT_LIMIT_NS = 1_000_000_000
+"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell: one that does
+not get a CPU, or is stopped, is not suspected."""
+FEW_STEPS = 10
+"""Fewer in a part of the limit are not short: a client has asked for much."""
+PATIENCE = 10
+"""So many limits may steps that are not short go on without getting anywhere: a client's 16 queries of the
+look-up table at one instant take 2."""
 
 
 class FirmwareHung(BaseException):
-    """A firmware step used more CPU time than a step may. No ``Exception``: a firmware that goes on after
-    whatever happens to it must not go on after this."""
+    """A firmware used more time than it may. No ``Exception``: a firmware that goes on after whatever happens
+    to it must not go on after this."""
 
 
 class StepGuard(AbstractContextManager[None]):
-    """A context for one step; make it once, in the main thread, and close it: a bell that rings while Python
-    ends would kill the process."""
+    """``with guard(device):`` around each step; make it once, in the main thread, and close it: a bell that
+    rings while Python ends would kill the process. ``speed``: simulated seconds in one. ``breadcrumb``: the
+    file that names the device whose firmware could not be interrupted."""
 
-    def __init__(self, limit_ns: int = STEP_LIMIT_NS) -> None:
+    def __init__(self, breadcrumb: Path, speed: float = 1.0, limit_ns: int = STEP_LIMIT_NS) -> None:
         self._limit_ns = limit_ns
+        self._breadcrumb = breadcrumb
+        # A bench that is to be faster than real time may be late; a slower one never catches up.
+        self._least_ns = limit_ns // PARTS * min(speed, 1.0)
+        self._names: dict[str, bytes] = {}
+        self._device: Device | None = None
         self._inside = False
-        self._rung = 0
-        self._watchdog = Watchdog(signal.SIGVTALRM)
+        self._steps = 0
+        self._bells = 0
+        self._waits = 0
+        self._suspect: Device | None = None
+        self._suspected_at_ns = 0
+        self._streak = 0.0
+        self._condemned: Device | None = None
         signal.signal(signal.SIGVTALRM, self._ring)
-        self._watchdog.arm(limit_ns // PARTS)
+        self._watchdog = Watchdog(signal.SIGVTALRM, os.fsencode(breadcrumb))
+        self._watchdog.arm(limit_ns // PARTS, WAIT_LIMIT_NS // PARTS)
+
+    def __call__(self, device: "Device") -> "StepGuard":
+        self._device = device
+        return self
 
     def __enter__(self) -> None:
-        self._rung = 0
+        device = self._device
+        assert device is not None
+        name = self._names.get(device.name)
+        if name is None:
+            name = self._names[device.name] = device.name.encode()
+        self._steps += 1
+        self._watchdog.enter(name)
         self._inside = True
+        if device is self._condemned:
+            self._condemned = None
+            self._inside = False
+            self._watchdog.leave()
+            raise self._slow()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._inside = False
+        if self._watchdog.leave():  # it could be interrupted after all
+            with suppress(OSError):
+                self._breadcrumb.unlink()
 
     def close(self) -> None:
         """No more bells."""
         self._watchdog.disarm()
 
-    def __call__(self) -> "StepGuard":
-        return self
-
     def _ring(self, number: int, frame: FrameType | None) -> None:
+        bells = self._watchdog.bells()
+        is_cpu, self._bells = bells != self._bells, bells
         # A signal that comes just after the step must not hit whoever runs then.
         if self._inside:
-            self._rung += 1
-            if self._rung > PARTS:  # the first came before a whole part of the step
+            cpu, wall = self._watchdog.bells_in_work()
+            if cpu > PARTS:  # the first came before a whole part of the step
                 raise FirmwareHung(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
+            waits = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+            if wall <= 1:
+                self._waits = waits
+            elif wall > PARTS and waits - self._waits >= PARTS - 1:
+                raise FirmwareHung(f"one step has waited for more than {WAIT_LIMIT_NS // 1_000_000} ms")
+        if is_cpu:
+            self._look_at_progress()
+
+    def _look_at_progress(self) -> None:
+        """At a bell of CPU time: has the device that steps come as far in simulated time since the last?"""
+        device, steps = self._device, self._steps
+        self._steps = 0
+        if device is None or (steps == 0 and not self._inside):
+            self._suspect = None
+            return
+        now_ns = device.uart.now_ns
+        if device is not self._suspect or now_ns - self._suspected_at_ns >= self._least_ns:
+            self._suspect, self._streak = device, 0
+        else:
+            self._streak += 1 if steps >= FEW_STEPS else 1 / PATIENCE
+        self._suspected_at_ns = now_ns
+        if self._streak >= PARTS:
+            self._suspect = None
+            if self._inside:
+                raise self._slow()
+            self._condemned = device
+
+    def _slow(self) -> FirmwareHung:
+        return FirmwareHung(
+            f"its steps took {self._limit_ns // 1_000_000} ms of CPU time"
+            " and did not come as far in simulated time"
+        )
+
+
+def take_breadcrumb(file: Path) -> str | None:
+    """The device whose firmware ended the daemon the last time, once."""
+    try:
+        name = file.read_text()
+        file.unlink()
+        return name
+    except (OSError, UnicodeDecodeError):
+        return None

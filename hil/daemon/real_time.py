@@ -6,7 +6,7 @@ import resource
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hil.daemon.refusal import memory_refused, pin_refused, real_time_refused
+from hil.daemon.refusal import memory_refused, pin_refused, raise_rtprio, real_time_refused
 from hil.daemon.system import System, read_system
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ class Grant:
     cpu: int
     missing: tuple[str, ...]
     remedies: tuple[str, ...]
+    more: str = ""
+    """What gives the priority that was wanted, where a lower one was granted."""
 
     @property
     def state(self) -> str:
@@ -32,9 +34,10 @@ class Grant:
 
     def line(self) -> str:
         """One line for people."""
+        lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
         pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
         if not self.missing:
-            return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked)"
+            return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower})"
         return f"rt: degraded (no {' and no '.join(self.missing)}): {'; '.join(self.remedies)}"
 
 
@@ -55,7 +58,8 @@ def wanted_cpu(configured: int | None) -> int:
 def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
     """What the core reports, in words. The system is read where something was refused."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
-        return Grant(priority, cpu, (), ())
+        more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
+        return Grant(priority, cpu, (), (), more)
     system = system or read_system()
     missing, remedies = [], []
     if stats["fifo_errno"]:

@@ -11,6 +11,8 @@ from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.control import CONTROL_VERSION, VERBS
+from hil.daemon.health import KINDS
+from hil.daemon.metrics import METRICS
 from hil.runs.reference import run_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
@@ -25,6 +27,7 @@ def reference(app: typer.Typer) -> str:
         _verbs(),
         _device_verbs(),
         run_reference(),
+        _metrics(),
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
@@ -93,6 +96,26 @@ def _device_verbs() -> str:
     parts.append("### Codes of refusals\n\n| code | meaning |\n|---|---|")
     parts += [f"| `{code}` | {meaning} |" for code, meaning in CODES.items()]
     return "\n".join(parts)
+
+
+def _metrics() -> str:
+    """What can be wrong with a bench, and what is counted."""
+    rows = [
+        "## Health\n",
+        "`hil status`, `sim/health` over zenoh and the metrics say `ok`, or `degraded` and why:\n",
+        "| kind | meaning |",
+        "|---|---|",
+        *(f"| `{kind}` | {_cell(meaning)} |" for kind, meaning in KINDS.items()),
+        "\n## Metrics\n",
+        "With `bridges: {metrics: {}}`. Names and units follow Prometheus; a histogram has buckets by powers"
+        " of two from 1 us to 1 s.\n",
+        "| metric | kind | labels | meaning |",
+        "|---|---|---|---|",
+    ]
+    for metric, _ in METRICS:
+        labels = ", ".join(f"`{label}`" for label in metric.labels)
+        rows.append(f"| `{metric.name}` | {metric.kind} | {labels} | {_cell(metric.about)} |")
+    return "\n".join(rows)
 
 
 def _faults() -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 UNLIMITED = -1
-CAP_IPC_LOCK, CAP_SYS_NICE = 14, 23  # linux/capability.h
+CAP_DAC_OVERRIDE, CAP_IPC_LOCK, CAP_SYS_NICE = 1, 14, 23  # linux/capability.h
 ALL_IDS = "4294967295"
 """The length of the id map of a process that is in no user namespace of its own."""
 
@@ -72,6 +72,12 @@ class System:
     pty_used: int | None
     pty_reserve: int
     inotify_instances: int | None
+    devpts: str
+    """Options of the mount that is on /dev/pts."""
+    dialout: int | None
+    """The number of the group that serial ports belong to."""
+    groups: frozenset[int]
+    """Those of the process."""
 
     def may(self, capability: int) -> bool:
         """Whether the process has the capability."""
@@ -105,7 +111,7 @@ class Files:
 def read_system(root: Path = Path("/")) -> System:
     """The system that the process runs on."""
     files = Files(root)
-    status = dict(re.findall(r"^(\w+):\s*(.*)$", files.text("/proc/self/status") or "", re.M))
+    status = dict(re.findall(r"^(\w+):[ \t]*(.*)$", files.text("/proc/self/status") or "", re.M))
     limits = _limits(files.text("/proc/self/limits") or "")
     version = files.text("/proc/version") or ""
     command_line = (files.text("/proc/cmdline") or "").split()
@@ -139,6 +145,9 @@ def read_system(root: Path = Path("/")) -> System:
         pty_used=files.number("/proc/sys/kernel/pty/nr"),
         pty_reserve=files.number("/proc/sys/kernel/pty/reserve") or 0,
         inotify_instances=files.number("/proc/sys/fs/inotify/max_user_instances"),
+        devpts=_devpts(files),
+        dialout=_group_number(files, "dialout"),
+        groups=frozenset(map(int, f"{status.get('Gid', '')} {status.get('Groups', '')}".split())),
     )
 
 
@@ -198,6 +207,20 @@ def _quotas(files: Files, old_groups: list[str], new_groups: list[str]) -> tuple
         if words := re.fullmatch(r"(\d+) (\d+)", files.text(f"{group}/cpu.max") or ""):
             found.append(Budget(f"{group}/cpu.max", int(words[1]), int(words[2])))
     return tuple(found)
+
+
+def _devpts(files: Files) -> str:
+    found = ""
+    for line in (files.text("/proc/self/mountinfo") or "").splitlines():
+        mount, _, source = line.partition(" - ")
+        if mount.split()[4] == "/dev/pts" and source.split()[:1] == ["devpts"]:
+            found = source.split()[-1]  # a later mount covers an earlier one
+    return found
+
+
+def _group_number(files: Files, name: str) -> int | None:
+    found = re.search(rf"^{name}:[^:]*:(\d+):", files.text("/etc/group") or "", re.M)
+    return int(found[1]) if found else None
 
 
 def _kernel_config(files: Files) -> str:

@@ -1,5 +1,6 @@
 """What ``hil list``, ``hil status`` and ``hil doctor`` draw."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Group, RenderableType
@@ -36,6 +37,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     head = Text.assemble(
         (f"bench {status['bench']}", "bold"),
         f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
+        *_health(status["health"]),
         f"{status['rt_line']}\n",
         f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in ",
         f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n",
@@ -73,13 +75,21 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     return Group(head, Text(), table, wires, *_remarks(remarks))
 
 
+def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """One word, and a line for each reason."""
+    yield f"health: {health['state']}\n", "green" if health["state"] == "ok" else "bold red"
+    for problem in health["problems"]:
+        about = f"{problem['about']}: " if problem["about"] else ""
+        yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+
+
 def _bridge_line(row: dict[str, Any]) -> str:
     """A bridge's doors and what came through."""
     doors = ", ".join([*row["listen"], *row["connect"]])
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
     if row["dropped"]:
         counts += f", {row['dropped']} dropped"
-    warning = "; INSECURE: whoever reaches it may do all" if row["insecure"] else ""
+    warning = f"; INSECURE: {row.get('risk', 'whoever reaches it may do all')}" if row["insecure"] else ""
     return f"{row['root']} at {doors}: {counts}{warning}"
 
 

@@ -47,6 +47,7 @@ class BenchRuntime:
         self.real_time = False
         self.lag = [0] * LAG_BUCKETS
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
+        self.lag_total_ns = 0
         self._epochs: dict[str, int] = {}
         """How often the motions of a device were ended."""
         self._groups: dict[int, Group] = {}
@@ -277,6 +278,7 @@ class BenchRuntime:
                 due_ns = group.due_ns
                 if due_ns <= now_ns:
                     self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
+                    self.lag_total_ns += now_ns - due_ns
                 group.advance(now_ns)
 
     def stop(self) -> None:

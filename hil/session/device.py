@@ -29,6 +29,8 @@ from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 _UNGUARDED = nullcontext()
+LAST_WORDS_BYTES = 128 * 1024
+"""More than the longest answer, a look-up table."""
 NO_VERBS: Mapping[str, Verb] = {}
 
 
@@ -78,7 +80,7 @@ class Device:
         self.on_failed: Callable[[Device], None] | None = None
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
-        self.guard: Callable[[], AbstractContextManager[object]] = lambda: _UNGUARDED
+        self.guard: Callable[[Device], AbstractContextManager[object]] = lambda device: _UNGUARDED
         self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((MAIN, at_ns, data)))
         self.network = None
         if network_baud is not None:
@@ -124,7 +126,7 @@ class Device:
             uart.polls_from_ns = polls_from_ns
             uart.take_arrivals()
         try:
-            with self.guard():
+            with self.guard(self):
                 if now_ns >= self.setpoints.due_ns:
                     self.setpoints.starve(self._firmware, self._note)
                 runtime.resume(now_ns)
@@ -150,7 +152,7 @@ class Device:
             return
         self._at(event.at_ns)
         try:
-            with self.guard():
+            with self.guard(self):
                 self._firmware.interrupt(event)
         except KeyboardInterrupt:
             raise
@@ -199,7 +201,7 @@ class Device:
             self.answer = VerbRefused("failed" if self.failed else "not_now", why)
             return
         try:
-            with self.guard():
+            with self.guard(self):
                 if verb.name == "pin":
                     self.axis.pin(str(parameters["pin"]), int(parameters["level"]))
                 elif verb.run:
@@ -239,6 +241,7 @@ class Device:
 
     def fail(self, reason: str) -> None:
         """Stop the device for good; only a reset brings it back."""
+        self._cut_outbox()
         self._empty_outbox()
         self.failed = reason
         self._runtime.close()
@@ -298,6 +301,16 @@ class Device:
             return
         for (port, at_ns), pieces in groupby(outbox, key=itemgetter(0, 1)):
             self._sent(self, port, at_ns, b"".join(data for _, _, data in pieces))
+
+    def _cut_outbox(self) -> None:
+        """Of a firmware that printed for ever in one step, what a client may still want to see."""
+        left = LAST_WORDS_BYTES
+        for index, (port, at_ns, data) in enumerate(self._outbox):
+            self._outbox[index] = (port, at_ns, data[:left])
+            left -= len(data)
+            if left <= 0:
+                del self._outbox[index + 1 :]
+                return
 
     def _commit(self, request: Commit) -> None:
         self._committing = request

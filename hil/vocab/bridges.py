@@ -1,9 +1,10 @@
 """Bridges: doors for other protocols, and what they may use of a daemon, all in its event loop."""
 
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from hil.vocab.metrics import Reading
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.verbs import Role, Verb
 
@@ -153,7 +154,10 @@ class BridgeHost(Protocol):
         """Its counters, as ``status`` has them."""
 
     def health(self) -> Mapping[str, Any]:
-        """Ticks, missed wakes, lag, and devices that have failed."""
+        """``state`` (ok or degraded) and its ``problems``, ticks, missed wakes, devices that have failed."""
+
+    def metrics(self) -> Iterator[Reading]:
+        """All metrics with their values, each read as it is iterated."""
 
     def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
         """Call with what was on the line; answers what ends it."""
@@ -172,8 +176,8 @@ class Bridge(Protocol):
         """End, and leave nothing behind."""
 
     def status(self) -> Mapping[str, Any]:
-        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure`` and
-        counters."""
+        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure``,
+        where that is not all ``risk`` (what whoever reaches it may do), and counters."""
 
 
 class BridgeError(Exception):

@@ -113,7 +113,7 @@ typedef struct hil_rt_options {
 typedef struct hil_rt_stats {
     int64_t ticks, missed, elapsed_ns, overruns;
     uint64_t wake_latency[HIL_HISTOGRAM_LEN];
-    int64_t longest_latency_ns;
+    int64_t longest_latency_ns, latency_total_ns;
     int fifo_errno, pin_errno, lock_errno; /* 0: granted */
     int running;
 } hil_rt_stats;
@@ -243,11 +243,19 @@ int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that th
 void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */
 int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached their horizon or have events; max: call again */
 
-/* A CPU-time watchdog for the calling thread: raises a signal in it each time it has burnt `ns` of CPU
-   since `arm`. Process stops and stolen time do not count. NULL: not available. */
+/* A watchdog for the calling thread and the pieces of work that it does: a signal in it each time it has
+   burnt `cpu_ns` of CPU time, and during work each time `wall_ns` have gone by. Its handler only calls
+   `interrupt(signal_number)`. Work that goes on after HIL_WATCHDOG_SAY times either span is reported, async
+   signal safe, on stderr and into `file` (the work's name); after HIL_WATCHDOG_END times cpu_ns the process
+   ends with HIL_WATCHDOG_EXIT. NULL: no memory or no timer. */
+enum { HIL_WATCHDOG_SAY = 10, HIL_WATCHDOG_END = 20, HIL_WATCHDOG_EXIT = 70 };
 typedef struct hil_watchdog hil_watchdog;
-hil_watchdog *hil_watchdog_new(int signal_number);
-void hil_watchdog_arm(hil_watchdog *w, int64_t ns); /* 0 disarms */
+hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const char *file);
+void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns); /* 0, 0 disarms */
+void hil_watchdog_enter(hil_watchdog *w, const char *work);             /* its name, which stays where it is */
+int hil_watchdog_leave(hil_watchdog *w);                                /* 1 if it was reported */
+int64_t hil_watchdog_bells(const hil_watchdog *w);                      /* of CPU time, since it was armed */
+int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall);        /* since it was entered */
 void hil_watchdog_free(hil_watchdog *w);
 
 /* The Mechaduino's law alone, fed from arrays: one row for each control step. */

@@ -2,7 +2,7 @@
 
 import gzip
 from dataclasses import replace
-from errno import EACCES, EMFILE, ENOMEM, ENOSPC, EPERM
+from errno import EACCES, EMFILE, ENOENT, ENOMEM, ENOSPC, EPERM
 from pathlib import Path
 
 import pytest
@@ -431,3 +431,40 @@ def test_serve_gives_the_same_remedies(machine: Machine) -> None:
 def test_ranges() -> None:
     assert ranges((0, 1, 2, 5, 7, 8)) == "0-2,5,7-8"
     assert ranges(()) == "not known"
+
+
+def test_devpts_and_its_mount(machine: Machine) -> None:
+    line = "30 29 0:22 / /dev/pts rw,relatime - devpts devpts rw,gid=5,mode=620,ptmxmode=000,max={}\n"
+    system = machine.system({"proc/self/mountinfo": V2_MOUNT + line.format(4)})
+    assert found(system, "ptys", devices=4).verdict == "ok"
+    says(found(system, "ptys", devices=5), "problem", "4 at most", "`mount -o remount,max=4101 /dev/pts`")
+    full = replace(TRIED, pty_errno=ENOSPC)
+    says(
+        found(system, "ptys", full), "problem", "(ENOSPC): 4 at most", "`mount -o remount,max=4104 /dev/pts`"
+    )
+    closed = replace(TRIED, pty_errno=EACCES)
+    says(found(system, "ptys", closed), "problem", "EACCES", "`mount -o remount,gid=5,mode=620,ptmxmode=666")
+    nothing = found(machine.system(), "ptys", replace(TRIED, pty_errno=ENOENT))
+    says(nothing, "problem", "ENOENT", "`mount -t devpts -o gid=5,mode=620,ptmxmode=666 devpts /dev/pts`")
+
+
+@pytest.mark.parametrize(
+    ("groups", "capabilities", "verdict"),
+    [("4 24 1000", 0, "note"), ("4 20 1000", 0, "ok"), ("", 1 << 1, "ok"), ("", 0, "note")],
+)
+def test_the_group_of_serial_ports(machine: Machine, groups: str, capabilities: int, verdict: str) -> None:
+    files = {"etc/group": "root:x:0:\ndialout:x:20:other\n"}
+    status = STATUS.format(capabilities=capabilities, seccomp=0, cpus="0-3")
+    own = {"proc/self/status": f"Gid:\t1000\t1000\t1000\t1000\nGroups:\t{groups} \nNStgid:\t7\n{status}"}
+    finding = found(machine.system({**files, **own}), "group dialout")
+    assert finding.verdict == verdict
+    if verdict == "note":
+        says(finding, "note", "not a member", "`usermod -aG dialout USER`")
+
+
+def test_a_priority_below_the_wanted_one_is_said(machine: Machine) -> None:
+    stats = {"fifo_errno": 0, "lock_errno": 0, "pin_errno": 0}
+    given = grant(stats, 10, 3, machine.system(rtprio=10))  # type: ignore[typeddict-item]
+    assert (given.state, given.missing) == ("ok", ())
+    assert "SCHED_FIFO 10" in given.line()
+    assert "80 was wanted: LimitRTPRIO=80" in given.line()

@@ -155,6 +155,7 @@ static void *run(void *argument)
         }
         int64_t now_ns = monotonic_ns(), n = (now_ns - rt->anchor_ns) / period_ns;
         rt->live.wake_latency[bucket(now_ns - deadline_ns)]++;
+        rt->live.latency_total_ns += now_ns - deadline_ns;
         if (now_ns - deadline_ns > rt->live.longest_latency_ns) rt->live.longest_latency_ns = now_ns - deadline_ns;
         rt->live.ticks++;
         rt->live.missed += n - done - 1;

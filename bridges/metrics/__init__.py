@@ -1,0 +1,4 @@
+"""Metrics over HTTP, in the text format that Prometheus scrapes.
+
+``exposition.py`` writes the format; ``bridge.py`` serves it, ``GET /metrics`` and nothing else.
+"""
