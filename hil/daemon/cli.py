@@ -173,7 +173,7 @@ def schema() -> None:
 @app.command("list")
 def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
     """List running benches and where their ports are."""
-    from hil.daemon.control import ControlError, ask
+    from hil.daemon.control_client import ControlError, ask
 
     benches = []
     for path in sockets(runtime_dir):
