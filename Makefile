@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel lint soak fuzz bench clean
+.PHONY: demo test test-native test-wheel lint reference soak fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -32,6 +32,11 @@ test-wheel:
 	cp .ci/main_job.py $$folder; cd $$folder; \
 	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
 	venv/bin/python main_job.py $$folder/venv/bin/hil
+
+# docs/reference.md and the man page, from the tables in the code.
+reference: $(VENV)/.base
+	$(BIN)/hil reference > docs/reference.md
+	$(BIN)/hil reference --man > docs/hil.1
 
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
