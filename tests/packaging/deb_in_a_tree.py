@@ -1,8 +1,7 @@
 """The Debian package in a tree of its own: ``make test-deb``. As root; where a machine cannot, it is skipped.
 
-The tree is made once (in HIL_TEST_TREE, else ~/.cache/hil-test-deb) from HIL_DEBIAN_MIRROR, or from where
-this machine gets its packages. What is done to the package is done in a copy, without a network.
-HIL_DEB: a package that is built already.
+What is done to the package is done in a copy of the tree, without a network. HIL_DEB: a package that is built
+already.
 """
 
 import os
@@ -15,7 +14,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent.parent
-CACHE = Path(os.environ.get("HIL_TEST_TREE") or Path.home() / ".cache" / "hil-test-deb")
 MINUTES = 60
 MAIN_JOB = ROOT / ".ci" / "main_job.py"
 USER = ("setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups", "--inh-caps=-all")
@@ -37,23 +35,6 @@ shift
 exec chroot "$tree" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp LC_ALL=C.UTF-8 \\
     DEBIAN_FRONTEND=noninteractive "$@"
 """
-
-
-def mirror() -> str:
-    """Where Debian's packages come from, as this machine knows it."""
-    if os.environ.get("HIL_DEBIAN_MIRROR"):
-        return os.environ["HIL_DEBIAN_MIRROR"]
-    for path in (Path("/etc/apt/sources.list"), *sorted(Path("/etc/apt/sources.list.d").glob("debian*"))):
-        text = path.read_text() if path.exists() else ""
-        if found := re.search(r"^(?:deb(?: \[.*?\])?|URIs:)\s+(\S+?/debian)/?\s", text, re.M):
-            return found.group(1)
-    return "http://deb.debian.org/debian"
-
-
-def release() -> str:
-    return subprocess.run(
-        ["sh", "-c", ". /etc/os-release; echo $VERSION_CODENAME"], capture_output=True, text=True, check=True
-    ).stdout.strip()
 
 
 @pytest.fixture(scope="module")
@@ -78,24 +59,6 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     second = folder / "next.deb"
     subprocess.run(["dpkg-deb", "--root-owner-group", "-Zgzip", "-b", opened, second], check=True)
     return [first, second]
-
-
-@pytest.fixture(scope="module")
-def base() -> Path:
-    """A Debian with Python, from which copies are made."""
-    tree = CACHE / release()
-    if not (tree / "complete").exists():
-        shutil.rmtree(tree, ignore_errors=True)
-        tree.parent.mkdir(parents=True, exist_ok=True)
-        include = "--include=python3,init-system-helpers,adduser"
-        made = subprocess.run(
-            ["debootstrap", "--variant=minbase", include, release(), tree, mirror()],
-            capture_output=True, text=True, timeout=20 * MINUTES, check=False,
-        )  # fmt: skip
-        if made.returncode:
-            pytest.skip(f"no Debian tree: {made.stdout.splitlines()[-1:]}")
-        (tree / "complete").touch()
-    return tree
 
 
 class Tree:
