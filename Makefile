@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel lint soak fuzz bench clean
+.PHONY: demo test test-native test-wheel lint reference deb test-deb test-container soak fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -32,6 +32,23 @@ test-wheel:
 	cp .ci/main_job.py $$folder; cd $$folder; \
 	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
 	venv/bin/python main_job.py $$folder/venv/bin/hil
+
+# docs/reference.md and the man page, from the tables in the code.
+reference: $(VENV)/.base
+	$(BIN)/hil reference > docs/reference.md
+	$(BIN)/hil reference --man > docs/hil.1
+
+# dist/hil_*.deb, with all that hil imports; for the Debian release of this machine.
+deb:
+	packaging/deb/build
+
+# The package in a Debian tree of its own: installed without a network, used, upgraded, removed, purged. As root.
+test-deb: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/packaging/deb_in_a_tree.py
+
+# The container's image, built and run without any rights; clients from outside. As root.
+test-container: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/packaging/container_alone.py
 
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev

@@ -28,6 +28,16 @@ def ask(port: serial.Serial, sent: bytes, awaited: bytes, timeout_s: float = 60)
     return got
 
 
+def work(port: serial.Serial) -> None:
+    """The main job at a board that has just been switched on."""
+    print(ask(port, b"m", b"print main menu")[-26:])
+    print(ask(port, b"c", b"Flash memory!")[-40:])
+    print(ask(port, b"xy", b"New setpoint ")[-20:])
+    print(ask(port, b"r90\n", b"90.00\r\n")[-20:])
+    print(ask(port, b"p", b"encoder: ")[-40:])
+    print(ask(port, b"yj", b"1...\r\n")[-12:], ask(port, b"", b"99982", 30).count(b"\n"), "lines")
+
+
 def main(hil: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
@@ -40,12 +50,7 @@ def main(hil: str) -> None:
         print(daemon.stdout.readline().strip())
         path = home / "run" / "wheel" / "m1"
         with serial.Serial(str(path), 115200, timeout=0.1) as port:
-            print(ask(port, b"m", b"print main menu")[-26:])
-            print(ask(port, b"c", b"Flash memory!")[-40:])
-            print(ask(port, b"xy", b"New setpoint ")[-20:])
-            print(ask(port, b"r90\n", b"90.00\r\n")[-20:])
-            print(ask(port, b"p", b"encoder: ")[-40:])
-            print(ask(port, b"yj", b"1...\r\n")[-12:], ask(port, b"", b"99982", 30).count(b"\n"), "lines")
+            work(port)
         status = subprocess.run([hil, "status", "--json", *dirs[:2]], capture_output=True, check=True)
         print(status.stdout[:60])
         daemon.send_signal(signal.SIGTERM)

@@ -45,7 +45,7 @@ def main() -> None:
         prefix=(
             sys.executable,
             "-c",
-            f"{everything};import sys;from hil.daemon.cli import main;sys.argv=sys.argv[1:];main()",
+            f"{everything};import sys;from hil.daemon.entry import main;sys.argv=sys.argv[1:];main()",
         ),
     ) as running:
         time.sleep(1)

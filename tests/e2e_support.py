@@ -20,7 +20,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.daemon.cli import app
-from hil.daemon.control import ask
+from hil.daemon.control_client import ask
 
 HIL = str(Path(sys.executable).with_name("hil"))
 STRANGER_UID = 65534

@@ -1,12 +1,53 @@
-"""``docs/reference.md`` is what the program prints."""
+"""The reference and the man page are what the program prints, and hold what the code has."""
 
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
-from hil.daemon.cli import app
-from hil.daemon.reference import reference
+import pytest
 
-PAGE = Path(__file__).parent.parent / "docs" / "reference.md"
+from hil.daemon.cli import app
+from hil.daemon.commands import commands
+from hil.daemon.man import man_page
+from hil.daemon.reference import reference
+from hil.daemon.surroundings import ENVIRONMENT
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "reference.md"
+MAN = ROOT / "docs" / "hil.1"
+READ = re.compile(r"env(?:iron)?(?:\.get\(|\[)\"(\w+)\"")
 
 
 def test_the_reference_is_up_to_date() -> None:
-    assert PAGE.read_text() == reference(app), "run: .venv/bin/hil reference > docs/reference.md"
+    assert PAGE.read_text() == reference(app), "run: make reference"
+
+
+def test_the_man_page_is_up_to_date() -> None:
+    assert MAN.read_text() == man_page(app), "run: make reference"
+
+
+def test_the_man_page_is_well_formed() -> None:
+    if not shutil.which("mandoc"):
+        pytest.skip("no mandoc here")
+    done = subprocess.run(["mandoc", "-Tlint", "-Wwarning", MAN], capture_output=True, text=True, check=False)
+    # A date would change with each commit.
+    problems = [line for line in done.stdout.splitlines() if "missing date" not in line]
+    assert problems == []
+
+
+def test_the_man_page_shows_as_text_what_the_command_line_has() -> None:
+    if not shutil.which("mandoc"):
+        pytest.skip("no mandoc here")
+    done = subprocess.run(["mandoc", "-Tascii", "-Owidth=300", MAN], capture_output=True, check=True)
+    shown = re.sub(r".\x08", "", done.stdout.decode())
+    for command in commands(app).all():
+        assert f"hil {command.name}".strip() in shown
+        for option in command.options:
+            assert all(re.search(rf"^ +(-.*, )?{flag}\b", shown, re.M) for flag in option.flags), option
+
+
+def test_every_variable_that_is_read_is_told() -> None:
+    files = [path for path in (ROOT / "hil").rglob("*.py") if "tests" not in path.parts]
+    read = {name for path in files for name in READ.findall(path.read_text())}
+    assert read == set(ENVIRONMENT)

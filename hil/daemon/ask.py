@@ -29,7 +29,7 @@ def sockets(runtime_dir: Path | None) -> list[Path]:
     """The control sockets of the benches that run here."""
     import os
 
-    from hil.daemon.control import listener
+    from hil.daemon.control_client import listener
     from hil.daemon.paths import CONTROL_SOCKET, runtime_base
 
     def is_left_behind(path: Path) -> bool:
@@ -59,7 +59,7 @@ def control_path(bench: str | None, runtime_dir: Path | None) -> Path:
 
 def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
     """One request to a bench; says what is wrong and ends the command where it fails."""
-    from hil.daemon.control import ControlError, ask
+    from hil.daemon.control_client import ControlError, ask
 
     path = control_path(bench, runtime_dir)
     try:

@@ -32,11 +32,6 @@ StateDir = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 
 
-def main() -> None:
-    """The entry point."""
-    app()
-
-
 def _version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"hil {__version__}")
@@ -173,7 +168,7 @@ def schema() -> None:
 @app.command("list")
 def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
     """List running benches and where their ports are."""
-    from hil.daemon.control import ControlError, ask
+    from hil.daemon.control_client import ControlError, ask
 
     benches = []
     for path in sockets(runtime_dir):
@@ -335,11 +330,30 @@ def doctor(
 
 
 @app.command(hidden=True)
-def reference() -> None:
+def reference(
+    man: Annotated[bool, typer.Option("--man", help="The man page instead.")] = False,
+) -> None:
     """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""
+    from hil.daemon.man import man_page
     from hil.daemon.reference import reference as text
 
-    typer.echo(text(app), nl=False)
+    typer.echo(man_page(app) if man else text(app), nl=False)
+
+
+@app.command()
+def completion(
+    shell: Annotated[str, typer.Argument(help="bash, zsh or fish.", show_default=False)],
+) -> None:
+    """Print a script with which a shell completes `hil`.
+
+    For bash in ~/.bashrc: source <(hil completion bash)
+    """
+    from hil.daemon.commands import commands
+    from hil.daemon.completion import SHELLS
+
+    if shell not in SHELLS:
+        raise fail(f"hil: there is no completion for {shell!r}; there is for {', '.join(SHELLS)}", 2)
+    typer.echo(SHELLS[shell](commands(app)), nl=False)
 
 
 app.command()(draw_commands.plot)

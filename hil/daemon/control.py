@@ -7,8 +7,6 @@ line: ``{"ok": true, "result": ...}`` or ``{"ok": false, "error": "..."}``. Verb
 import asyncio
 import json
 import os
-import socket
-import struct
 from collections.abc import Callable
 from contextlib import suppress
 from inspect import isawaitable
@@ -23,6 +21,7 @@ from hil.daemon import real_boards, run_control, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.health import health
+from hil.daemon.control_client import ControlError, listener
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -42,12 +41,6 @@ _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
 SAMPLES_AT_A_TIME = 5000
-_CLIENT_TIMEOUT_S = 10
-_CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
-
-
-class ControlError(Exception):
-    """A request was refused, or nobody answers: ``str(error)`` says why."""
 
 
 REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused)
@@ -145,44 +138,9 @@ class ControlServer:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
 
 
-def listener(path: Path) -> int:
-    """The process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
-
-    Raises:
-        OSError: the socket may not be used.
-    """
-    try:
-        with socket.socket(socket.AF_UNIX) as client:
-            client.settimeout(_CLIENT_TIMEOUT_S)
-            client.connect(str(path))
-            credentials = client.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-    except (FileNotFoundError, ConnectionRefusedError):
-        return 0
-    return int(_CREDENTIALS.unpack(credentials)[0])
-
-
 def already_running(bench: str, pid: int) -> str:
     """Why a bench is not started a second time."""
     return f"bench {bench} is running already, as process {pid}"
-
-
-def ask(path: Path, verb: str, *, timeout_s: float = _CLIENT_TIMEOUT_S, **arguments: Any) -> Any:
-    """One request to the daemon behind a control socket; answers its result.
-
-    Raises:
-        ControlError: nobody answers there, or the request was refused.
-    """
-    try:
-        with socket.socket(socket.AF_UNIX) as client:
-            client.settimeout(timeout_s)
-            client.connect(str(path))
-            client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
-            answer = json.loads(client.makefile("rb").readline())
-    except (OSError, ValueError) as error:
-        raise ControlError(f"no daemon answers at {path}: {error}") from error
-    if not answer["ok"]:
-        raise ControlError(answer["error"])
-    return answer["result"]
 
 
 def _list(daemon: "Daemon") -> dict[str, Any]:

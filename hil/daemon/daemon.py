@@ -25,7 +25,8 @@ from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
-from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
+from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running
+from hil.daemon.control_client import listener
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import BREADCRUMB, StepGuard, take_breadcrumb
 from hil.daemon.log_file import LogFile

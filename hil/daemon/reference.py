@@ -13,6 +13,7 @@ from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.control import CONTROL_VERSION, VERBS
 from hil.daemon.health import KINDS
 from hil.daemon.metrics import METRICS
+from hil.daemon.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.runs.reference import run_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
@@ -24,6 +25,7 @@ def reference(app: typer.Typer) -> str:
         "# Reference\n\nWritten by `hil reference` from the tables in the code; do not edit.\n",
         re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
         _commands(app),
+        _surroundings(),
         _verbs(),
         _device_verbs(),
         run_reference(),
@@ -48,6 +50,16 @@ def _commands(app: typer.Typer) -> str:
     rows += ["", "| option | of | meaning |", "|---|---|---|"]
     rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
     return "\n".join(rows)
+
+
+def _surroundings() -> str:
+    rows = ["### Exit codes\n", "| code | meaning |", "|---|---|"]
+    rows += [f"| {code} | {_cell(meaning)} |" for code, meaning in EXIT_CODES.items()]
+    rows += ["\n### Environment\n", "| variable | meaning |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in ENVIRONMENT.items()]
+    rows += ["\n### Files\n", "| file | what it is |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(about)} |" for name, about in FILES.items()]
+    return "\n".join(rows) + "\n"
 
 
 def _named_commands(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:

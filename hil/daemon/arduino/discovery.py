@@ -7,7 +7,7 @@ from typing import Any, TextIO
 
 from hil.daemon.arduino.protocol import BoardPort, Discovery
 from hil.daemon.arduino.stdio import Commands, send
-from hil.daemon.control import ControlError, ask, listener
+from hil.daemon.control_client import ControlError, ask, listener
 from hil.daemon.paths import CONTROL_SOCKET
 
 POLL_S = 1.0

@@ -1,0 +1,117 @@
+"""The command line as data, read from its definition: for completion and the man page."""
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+FILE, FOLDER = "file", "folder"
+TAKES = {
+    "config": FILE,
+    "diff": FILE,
+    "file": FILE,
+    "log": FILE,
+    "output": FILE,
+    "write": FILE,
+    "folder": FOLDER,
+    "runtime_dir": FOLDER,
+    "sketchbook": FOLDER,
+    "state_dir": FOLDER,
+    "bench": "benches",
+    "device": "devices",
+    "fault": "faults",
+    "number": "fault-numbers",
+    "parameters": "fault-values",
+    "sources": "lines",
+    "tap": "taps",
+    "target": "lines",
+    "values": "verb-values",
+    "verb": "verbs",
+    "monitor device": "ports",
+    "port": FILE,
+    "zenoh keys bench": "",
+    "zenoh keys port": "",
+    "sac oneshot number": "",
+}
+"""What a parameter's value is: a file, a folder, or one of ``names.KINDS``; by the parameter's name, or by
+the command's and its. All others have no names that could be listed."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An argument, or an option: then it has ``flags``, as in --bench and -b."""
+
+    name: str
+    flags: tuple[str, ...]
+    about: str
+    takes_value: bool
+    is_required: bool
+    is_repeated: bool
+    default: str
+    """As it is typed; empty: none, or one that ``about`` tells."""
+    takes: str
+    """A value of ``TAKES``, or empty."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """``path``: ("fault", "inject"); of ``hil`` itself (). ``about``: paragraphs, the first is one line."""
+
+    path: tuple[str, ...]
+    about: str
+    arguments: tuple[Parameter, ...]
+    options: tuple[Parameter, ...]
+    commands: tuple["Command", ...]
+
+    @property
+    def name(self) -> str:
+        return " ".join(self.path)
+
+    @property
+    def summary(self) -> str:
+        return " ".join(self.about.partition("\n\n")[0].split())
+
+    def all(self) -> Iterator["Command"]:
+        """This and all below."""
+        yield self
+        for command in self.commands:
+            yield from command.all()
+
+
+HELP = Parameter("help", ("--help",), "Show a summary and exit.", False, False, False, "", "")
+
+
+def commands(app: typer.Typer) -> Command:
+    """``hil`` with all that is not hidden."""
+    return _command(typer.main.get_command(app), ())
+
+
+def _command(group: Any, path: tuple[str, ...]) -> Command:
+    parameters = [_parameter(each, path) for each in group.params]
+    below = getattr(group, "commands", {}).items()
+    return Command(
+        path,
+        inspect.cleandoc(group.help or ""),
+        tuple(each for each in parameters if not each.flags),
+        (*(each for each in parameters if each.flags), HELP),
+        tuple(_command(each, (*path, name)) for name, each in below if not each.hidden),
+    )
+
+
+def _parameter(given: Any, path: tuple[str, ...]) -> Parameter:
+    is_option = given.param_type_name == "option"
+    takes_value = not (is_option and given.is_flag)
+    shown = takes_value and given.show_default and given.default not in (None, ())
+    takes = TAKES.get(" ".join((*path, given.name)), TAKES.get(given.name, ""))
+    return Parameter(
+        given.name,
+        tuple(given.opts) if is_option else (),
+        " ".join((given.help or "").split()),
+        takes_value,
+        bool(given.required),
+        given.nargs == -1 or given.multiple,
+        str(given.default) if shown else "",
+        takes if takes_value else "",
+    )

@@ -1,0 +1,15 @@
+"""The program ``hil``: the command line, or names for a shell's completion, which has no time for it."""
+
+import sys
+
+
+def main() -> None:
+    """The entry point."""
+    if sys.argv[1:2] == ["_names"]:
+        from hil.daemon.names import print_names
+
+        print_names(sys.argv[2:])
+        return
+    from hil.daemon.cli import app
+
+    app()

@@ -1,0 +1,24 @@
+"""What the command line has around it: exit codes, variables and files of the reference."""
+
+EXIT_CODES = {
+    0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
+    1: "it did not work out: no bench answers, a run failed, a log differs, the doctor found a problem",
+    2: "nothing was done: a wrong command line, or a configuration or a file with problems, which are listed;"
+    " of `hil serve`: what it needs is refused or taken",
+    130: "a dialogue with a board was ended by Ctrl-C",
+}
+ENVIRONMENT = {
+    "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"
+    " configuration says another folder. Without it: `hil-UID` in `$TMPDIR` or /tmp.",
+    "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"
+    " configuration says another folder. Without it: `$HOME/.local/state/hil`.",
+    "HOME": "where the state is kept without XDG_STATE_HOME.",
+    "ARDUINO_DIRECTORIES_USER": "the sketchbook for `hil arduino`, unless --sketchbook says another.",
+}
+FILES = {
+    "$XDG_RUNTIME_DIR/hil/BENCH/DEVICE": "a device's pseudo-terminal, under a name that stays",
+    "$XDG_RUNTIME_DIR/hil/BENCH/control.sock": "where commands ask a running bench",
+    "$XDG_STATE_HOME/hil/BENCH/DEVICE.nvm": "what a board's flash or EEPROM has",
+    "/etc/hil/bench.yaml": "the configuration of the service `hil.service`",
+    "/etc/hil/NAME.yaml": "that of `hil@NAME.service`",
+}
