@@ -20,8 +20,8 @@ from hil.core.fields import FIELDS
 from hil.daemon import real_boards, run_control, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
-from hil.daemon.health import health
 from hil.daemon.control_client import ControlError, listener
+from hil.daemon.health import health
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals

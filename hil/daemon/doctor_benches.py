@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil.daemon.control import ControlError, ask, listener
+from hil.daemon.control_client import ControlError, ask, listener
 from hil.daemon.doctor import NO_START, Finding
 from hil.daemon.paths import CONTROL_SOCKET
 from hil.firmware.nvm import NvmError, decode
