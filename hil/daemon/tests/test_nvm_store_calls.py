@@ -1,4 +1,4 @@
-"""Every system call that a store makes fails, one by one and from one on: nothing is torn, nothing that failed
+"""Every system call that a store makes fails, one by one and from one on: nothing is torn, no failure
 is called a success. ``failing_calls.c`` stands between Python and libc, so that no call is left out."""
 
 import ctypes
