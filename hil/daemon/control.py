@@ -9,6 +9,7 @@ import json
 import os
 import socket
 import struct
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from inspect import isawaitable
@@ -46,6 +47,7 @@ WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
 SAMPLES_AT_A_TIME = 5000
 _CLIENT_TIMEOUT_S = 10
+_QUEUE_AGAIN_S = 0.02
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
 
@@ -179,7 +181,7 @@ def ask(path: Path, verb: str, *, timeout_s: float = _CLIENT_TIMEOUT_S, **argume
     try:
         with socket.socket(socket.AF_UNIX) as client:
             client.settimeout(timeout_s)
-            client.connect(str(path))
+            _connect(client, path, timeout_s)
             client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
             answer = json.loads(client.makefile("rb").readline())
     except (OSError, ValueError) as error:
@@ -187,6 +189,18 @@ def ask(path: Path, verb: str, *, timeout_s: float = _CLIENT_TIMEOUT_S, **argume
     if not answer["ok"]:
         raise ControlError(answer["error"])
     return answer["result"]
+
+
+def _connect(client: socket.socket, path: Path, timeout_s: float) -> None:
+    """Wait for a place in the queue too, for which a unix socket with a time-out does not wait by itself."""
+    until_s = time.monotonic() + timeout_s
+    while True:
+        try:
+            return client.connect(str(path))
+        except BlockingIOError:
+            if time.monotonic() > until_s:
+                raise
+            time.sleep(_QUEUE_AGAIN_S)
 
 
 def _list(daemon: "Daemon") -> dict[str, Any]:

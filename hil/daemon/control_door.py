@@ -13,6 +13,7 @@ from hil.vocab.limits import Limit
 MAX_CLIENTS = 64
 _BACKLOG = 128
 _ACCEPT_AGAIN_S = 1.0
+_GONE_AFTER_S = 0.002  # a client that was let go has closed its file
 _ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the boards
 
 log = logging.getLogger("hil")
@@ -72,7 +73,8 @@ class ControlDoor:
                 # No fd or memory is left, and the listener stays readable: try again when some may be.
                 self._no_file.reached(f"control socket: new clients have to wait: {error.strerror}")
                 self._loop.remove_reader(self._listener)
-                self._timer = self._loop.call_later(_ACCEPT_AGAIN_S, self._accept_again)
+                delay_s = _GONE_AFTER_S if self._let_go() else _ACCEPT_AGAIN_S
+                self._timer = self._loop.call_later(delay_s, self._accept_again)
                 return
             if not self._make_room():
                 connection.close()
@@ -91,6 +93,10 @@ class ControlDoor:
         self._full.reached(
             f"control socket: {MAX_CLIENTS} clients are connected; who has said nothing longest is let go"
         )
+        return self._let_go()
+
+    def _let_go(self) -> bool:
+        """One who is not waiting for anything, if there is one: of those who never asked, the first."""
         idle = [visit for visit in self._visits if not visit.is_busy]
         if not idle:
             return False
