@@ -1,8 +1,8 @@
 """Too much of everything: files, clients, bytes. The boards that are left alone notice nothing of it.
 
 A board's time to answer is compared with its own before the pressure, in the same minute; the core's missed
-wakes with those of another daemon's core on the same CPU at the same time, for a virtual machine's host takes it
-away from both. The bounds are wide: other tests may run beside these.
+wakes with those of another daemon's core on the same CPU at the same time, for the host of a virtual machine
+takes it away from both. The bounds are wide: other tests may run beside these.
 """
 
 import json
