@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel lint soak kills fuzz bench clean
+.PHONY: demo test test-native test-wheel lint soak soak-load kills fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -36,6 +36,11 @@ test-wheel:
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
+
+# Five minutes of packets, as many as the machine can: what of them stays in memory, page faults of the core.
+# SOAK_S=3600 for an hour.
+soak-load: $(VENV)/.dev
+	$(BIN)/python benchmarks/soak.py $(or $(SOAK_S),300)
 
 # Two thousand kills of a store, and two hundred of daemons, each in the middle of a write: half an hour.
 kills: $(VENV)/.dev
