@@ -3,6 +3,7 @@
 import itertools
 import json
 import os
+import resource
 import select
 import shutil
 import subprocess
@@ -53,6 +54,14 @@ def test_no_pty_is_left(place: Place) -> None:
     assert "kernel.pty.max" in refusals[0]
     assert not (place.runtime / "t").exists()
     place.serve(config(devices={f"m{n}": {} for n in range(MOST_PTYS)}), prefix=prefix).stop()
+
+
+def test_files_are_taken_up_to_the_hard_limit(place: Place) -> None:
+    def few() -> None:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (256, 3000))
+
+    server = place.serve(config(), preexec_fn=few)
+    assert resource.prlimit(server.pid, resource.RLIMIT_NOFILE) == (3000, 3000)
 
 
 @pytest.fixture
