@@ -1,9 +1,9 @@
 """What stays behind of packets, and what touches the core: a daemon in real time that answers all it can.
 
-Masters at tcp taps command a SAC each over a segment, and send the next command when they have the answer,
-for as many seconds as the first argument says (120; `make soak-load` takes longer). Prints the slope of the
-daemon's own memory over the packets, with its standard error, and the page faults of the core's
-thread; both after a warm-up of a fifth of the time. A packet without an answer ends it.
+Masters at tcp taps command a SAC each over a segment, and send the next command when they have the
+answer, for as many seconds as the first argument says (120; `make soak-load` takes longer). Prints the
+slope of the daemon's own memory over the packets, with its standard error, and the page faults of the
+core's thread; both after a warm-up of a fifth of the time. A packet without an answer ends it.
 """
 
 import json

@@ -1,8 +1,9 @@
 """Too much of everything: files, clients, bytes. The boards that are left alone notice nothing of it.
 
-A board's time to answer is compared with its own before the pressure, in the same minute; the core's missed
-wakes with those of another daemon's core on the same CPU at the same time, for the host of a virtual machine
-takes it away from both. The bounds are wide: other tests may run beside these.
+Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else
+runs on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the
+cores missed on one CPU. What others cause passes: of several looks one has to be good. What a daemon
+causes itself does not.
 """
 
 import json
@@ -24,7 +25,8 @@ from e2e_support import Client, Place, Server, config, until
 from virtual_ports.tcp.client import QUEUE_BYTES
 
 SAC = {"profile": "sac", "flash": {}}
-ROUNDS = 300
+ROUNDS = 200
+LOOKS = 5
 RECOVERY_S = 2.0
 FEW_FILES = 96
 FLOOD = """
@@ -45,20 +47,21 @@ while time.monotonic() < end_s:
 """
 
 
-def bench(**ports: str) -> str:
+def bench(name: str = "t", /, **ports: str) -> str:
     """Two boards that are left alone, and those that are pressed upon, at the wall's pace."""
     devices = {name: SAC | {"port": kind} for name, kind in ({"calm": "tcp", "quiet": "pty"} | ports).items()}
-    return config(speed=1, devices=devices)
+    return config(name, speed=1, devices=devices)
 
 
-def times_s(clients: Sequence[Client], rounds: int = ROUNDS) -> list[float]:
-    """How long the boards take to answer an empty line, one after the other."""
-    found = []
-    for _ in range(rounds):
-        for client in clients:
-            began_s = time.perf_counter()
-            client.ask(b"\r", b"SAC>")
-            found.append(time.perf_counter() - began_s)
+def times_s(groups: Sequence[Sequence[Client]]) -> list[list[float]]:
+    """How long boards take to answer an empty line, one after the other, for each group of them."""
+    found: list[list[float]] = [[] for _ in groups]
+    for _ in range(ROUNDS):
+        for times, clients in zip(found, groups, strict=True):
+            for client in clients:
+                began_s = time.perf_counter()
+                client.ask(b"\r", b"SAC>")
+                times.append(time.perf_counter() - began_s)
     return found
 
 
@@ -81,45 +84,46 @@ def rss_MB(server: Server) -> float:
 
 
 class Calm:
-    """The boards that are left alone, as they were before the pressure."""
+    """The boards that are left alone, of the daemon that is pressed upon and of another one."""
 
     def __init__(self, place: Place, server: Server, more_MB: float = 40) -> None:
         """``more_MB``: what the pressure may cost."""
         self._more_MB = more_MB
-        self._servers = (server, place.serve(config("beside", speed=1), bench="beside"))
-        self._server = server
-        self._clients = [server.client("calm"), server.client("quiet")]
-        for client in self._clients:
-            client.quiet(0.05)
-        times_s(self._clients, 20)
-        self._before, _ = self._measured()
+        self._servers = (server, place.serve(bench("beside"), bench="beside").ready("calm"))
+        self._clients = [[each.client(name) for name in ("calm", "quiet")] for each in self._servers]
+        for clients in self._clients:
+            for client in clients:
+                client.quiet(0.05)
         self._rss_MB = rss_MB(server)
 
     def __enter__(self) -> "Calm":
         return self
 
     def __exit__(self, *_: object) -> None:
-        for client in self._clients:
-            client.close()
-
-    def _measured(self) -> tuple[list[float], list[int]]:
-        """Times to answer; how many wakes the core missed, and the other one."""
-        before = [missed(server) for server in self._servers]
-        times = times_s(self._clients)
-        return times, [missed(server) - then for server, then in zip(self._servers, before, strict=True)]
+        for clients in self._clients:
+            for client in clients:
+                client.close()
 
     def is_undisturbed(self) -> None:
-        """Within twice their times, or what the machine itself may do: other tests run beside this one."""
-        times, (missed_here, missed_beside) = self._measured()
-        for what, before_s, now_s, slack_s in (
-            ("median", statistics.median(self._before), statistics.median(times), 0.001),
-            ("99 of 100", high_s(self._before), high_s(times), 0.010),
-        ):
-            print(f"{what}: {now_s * 1e3:.2f} ms, was {before_s * 1e3:.2f} ms")
-            assert now_s < 2 * before_s + slack_s, what
-        print(f"missed: {missed_here}, beside it {missed_beside}; {rss_MB(self._server):.1f} MB")
-        assert missed_here <= 2 * missed_beside + 20
-        assert rss_MB(self._server) < self._rss_MB + self._more_MB
+        """They answer within twice the others' times, and the core keeps its time."""
+        looks = [look := self._look()]
+        while look and len(looks) < LOOKS:
+            looks.append(look := self._look())
+        assert not look, looks
+        assert rss_MB(self._servers[0]) < self._rss_MB + self._more_MB
+
+    def _look(self) -> str:
+        """What is worse here than beside it."""
+        before = [missed(server) for server in self._servers]
+        here_s, beside_s = times_s(self._clients)
+        here, beside = (missed(server) - then for server, then in zip(self._servers, before, strict=True))
+        said = f"missed {here}, beside it {beside}"
+        is_bad = here > 2 * beside + 20
+        for what, figure, slack_s in (("median", statistics.median, 0.0005), ("99 of 100", high_s, 0.002)):
+            said += f"; {what} {figure(here_s) * 1e3:.2f} ms, beside it {figure(beside_s) * 1e3:.2f} ms"
+            is_bad |= figure(here_s) > 2 * figure(beside_s) + slack_s
+        print(f"{said}; {rss_MB(self._servers[0]):.1f} MB")
+        return said if is_bad else ""
 
 
 def few_files() -> None:
