@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel lint reference deb test-deb test-container soak fuzz bench clean
+.PHONY: demo test test-native test-wheel lint reference deb test-deb test-container soak soak-load kills fuzz bench clean
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -53,6 +53,16 @@ test-container: $(VENV)/.dev
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev
 	HIL_SOAK_S=60 $(BIN)/python -m pytest -q -s tests/test_e2e_replay.py
+
+# Five minutes of packets, as many as the machine can: what of them stays in memory, page faults of the core.
+# SOAK_S=3600 for an hour.
+soak-load: $(VENV)/.dev
+	$(BIN)/python benchmarks/soak.py $(or $(SOAK_S),300)
+
+# Two thousand kills of a store, and two hundred of daemons, each in the middle of a write: half an hour.
+kills: $(VENV)/.dev
+	HIL_KILLS=2000 $(BIN)/python -m pytest -q -s hil/daemon/tests/test_nvm_store_kills.py
+	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, a million random dialogues with the SAC, and 10,000 series of commands against the model of its motion: an hour.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.

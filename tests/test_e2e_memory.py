@@ -158,7 +158,6 @@ def test_a_damaged_file_is_kept_aside(place: Place) -> None:
         "the checksum is wrong": whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:],
         "damaged: too short": whole[:12],
         "not a memory file": b"precious",
-        "format version 99 is unknown": with_checksum(MAGIC + struct.pack("<H", 99), b"new"),
     }
     for number, (reason, data) in enumerate(wrong.items(), start=1):
         (folder / "m1.nvm").write_bytes(data)
@@ -171,6 +170,18 @@ def test_a_damaged_file_is_kept_aside(place: Place) -> None:
         assert warned(server)
         server.stop()
     assert not (folder / "m1.nvm").exists()
+
+
+def test_a_newer_file_is_left_for_the_newer_program(place: Place) -> None:
+    folder = place.state / "t"
+    folder.mkdir(parents=True)
+    newer = with_checksum(MAGIC + struct.pack("<H", 99), b"new")
+    (folder / "m1.nvm").write_bytes(newer)
+    said = place.launch(stored()).refused()
+    assert (
+        f"{folder}/m1.nvm: format version 99 is unknown: this program reads 1 to 2; start the newer" in said
+    )
+    assert [(path.name, path.read_bytes()) for path in folder.iterdir()] == [("m1.nvm", newer)]
 
 
 def with_checksum(head: bytes, body: bytes) -> bytes:

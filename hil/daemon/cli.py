@@ -69,6 +69,7 @@ def serve(
     import os
 
     from hil.daemon.daemon import Daemon, StartError
+    from hil.daemon.open_files import allow_many
     from hil.daemon.paths import runtime_base, state_base
 
     logging.basicConfig(format="%(levelname)s %(message)s", level=logging.INFO)
@@ -81,6 +82,7 @@ def serve(
         input_log=log,
         require_rt=require_rt,
     )
+    allow_many()
     try:
         asyncio.run(daemon.run(_say_started))
     except StartError as error:

@@ -21,6 +21,7 @@ from hil.daemon import real_boards, run_control, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.control_client import ControlError, listener
+from hil.daemon.control_door import ControlDoor, Visit
 from hil.daemon.health import health
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
@@ -52,7 +53,7 @@ class ControlServer:
     def __init__(self, daemon: "Daemon", path: Path) -> None:
         self._daemon = daemon
         self._path = path
-        self._server: asyncio.Server | None = None
+        self._door: ControlDoor | None = None
         self._capturing: set[asyncio.StreamWriter] = set()
 
     async def open(self) -> None:
@@ -69,7 +70,7 @@ class ControlServer:
             self._path.unlink(missing_ok=True)
             old = os.umask(0o117)
             try:
-                self._server = await asyncio.start_unix_server(self._client, self._path, limit=_LINE_LIMIT)
+                self._door = ControlDoor(self._path, self._client, _LINE_LIMIT)
             finally:
                 os.umask(old)
             self._inode = self._path.stat().st_ino
@@ -81,23 +82,24 @@ class ControlServer:
     async def close(self) -> None:
         for writer in self._capturing:
             writer.close()
-        if self._server:
-            self._server.close()
+        if self._door:
+            self._door.close()
             with suppress(FileNotFoundError):
                 if self._path.stat().st_ino == self._inode:  # else it is a successor's
                     self._path.unlink()
 
-    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with suppress(ConnectionError):
-            while line := await self._line(reader):
-                answer = await self._answer(line)
-                capture = answer.pop("capture", None)
-                writer.write(json.dumps(answer).encode() + b"\n")
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
+        while line := await self._line(reader):
+            visit.is_busy = visit.has_asked = True
+            answer = await self._answer(line)
+            capture = answer.pop("capture", None)
+            writer.write(json.dumps(answer).encode() + b"\n")
+            if capture:
                 await writer.drain()
-                if capture:
-                    taken, end = capture
-                    await self._capture(taken, end, reader, writer)
-        writer.close()
+                taken, end = capture
+                await self._capture(taken, end, reader, writer)
+            visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
+            await writer.drain()
 
     async def _capture(
         self,
@@ -189,6 +191,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "tx_bytes": stats.tx_bytes,
             "dropped_bytes": stats.dropped_bytes,
             "unheard_bytes": stats.unheard_bytes,
+            "turned_away": stats.turned_away,
             "backlog_bytes": session.port.backlog(),
             "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
             "note": "; ".join([*filter(None, [daemon.notes.get(name)]), *device.notes.values()]) or None,

@@ -3,10 +3,12 @@
 import json
 import socket
 import struct
+import time
 from pathlib import Path
 from typing import Any
 
 _TIMEOUT_S = 10
+_QUEUE_AGAIN_S = 0.02
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 
 
@@ -39,7 +41,7 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
     try:
         with socket.socket(socket.AF_UNIX) as client:
             client.settimeout(timeout_s)
-            client.connect(str(path))
+            _connect(client, path, timeout_s)
             client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
             answer = json.loads(client.makefile("rb").readline())
     except (OSError, ValueError) as error:
@@ -47,3 +49,15 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
     if not answer["ok"]:
         raise ControlError(answer["error"])
     return answer["result"]
+
+
+def _connect(client: socket.socket, path: Path, timeout_s: float) -> None:
+    """Wait for a place in the queue too, for which a unix socket with a time-out does not wait by itself."""
+    until_s = time.monotonic() + timeout_s
+    while True:
+        try:
+            return client.connect(str(path))
+        except BlockingIOError:
+            if time.monotonic() > until_s:
+                raise
+            time.sleep(_QUEUE_AGAIN_S)

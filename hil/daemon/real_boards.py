@@ -43,6 +43,7 @@ def status(real: PassThrough) -> dict[str, Any]:
         "tx_bytes": client.tx_bytes,
         "dropped_bytes": client.dropped_bytes + board.dropped_bytes,
         "unheard_bytes": client.unheard_bytes + board.unheard_bytes,
+        "turned_away": client.turned_away,
         "backlog_bytes": real.client.backlog(),
         "overrun_bytes": 0,
         "note": "; ".join(notes) or None,

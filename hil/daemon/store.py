@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
-from hil.firmware.nvm import VERSION, Content, NvmError, decode, encode
+from hil.firmware.nvm import VERSION, Content, NvmError, NvmNewer, decode, encode
 
 Done = Callable[[bool, str], None]
 
@@ -86,10 +86,11 @@ class NvmStore:
     def load(self, device: str, profile: str) -> Loaded:
         """The device's memory as it was last stored; empty if there is none that can be used.
 
-        Called before the device's first commit. A file that cannot be used is kept under another name.
+        Called before the device's first commit. A file that cannot be used is kept under another name; one of
+        a newer format stays where it is, for the newer program.
 
         Raises:
-            StoreError: the file cannot be read, or not be kept aside.
+            StoreError: the file is newer, cannot be read, or cannot be kept aside.
         """
         path = self._path(device)
         empty = Content(profile=profile, counter=0, sections={})
@@ -97,6 +98,10 @@ class NvmStore:
             decoded = decode(self._files.read(path))
         except FileNotFoundError:
             return Loaded(empty, None)
+        except NvmNewer as error:
+            raise StoreError(
+                f"{path}: {error}; start the newer program, or move the file away for an empty memory"
+            ) from error
         except NvmError as error:
             return Loaded(empty, self._keep_aside(path, str(error)))
         except OSError as error:

@@ -45,6 +45,10 @@ class NvmError(Exception):
     """A file cannot be used: ``str(error)`` is the reason, in one line."""
 
 
+class NvmNewer(NvmError):
+    """A file is whole, and of a version that this program does not know."""
+
+
 def encode(content: Content) -> bytes:
     """The file, in the current version; equal contents give equal bytes.
 
@@ -64,7 +68,8 @@ def decode(data: bytes) -> Decoded:
     """A file of the current version or an older one.
 
     Raises:
-        NvmError: it is foreign, damaged or newer.
+        NvmNewer: it is of a later version.
+        NvmError: it is foreign or damaged.
     """
     if data[: len(MAGIC)] != MAGIC:
         raise NvmError("not a memory file")
@@ -78,7 +83,8 @@ def decode(data: bytes) -> Decoded:
     if version == 1:
         return Decoded(Content(profile="", counter=0, sections={"": body}), migrated_from=1)
     if version != VERSION:
-        raise NvmError(f"format version {version} is unknown: this program reads 1 to {VERSION}")
+        unknown = NvmNewer if version > VERSION else NvmError
+        raise unknown(f"format version {version} is unknown: this program reads 1 to {VERSION}")
     return Decoded(_Body(body).content())
 
 

@@ -1,5 +1,6 @@
 """One emulated board: its firmware's main program, UART, axis and memory, driven by simulated time."""
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from itertools import groupby
@@ -100,13 +101,14 @@ class Device:
         self._facts = dict(facts)
         self._make_firmware = firmware
         self._store = store
-        self._committing: Commit | None = None
+        self._pending: deque[dict[str, bytes]] = deque()
+        """The whole memory of each commit that the store has not answered, in their order."""
         self._start()
 
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        if self.failed or self.is_hung:
+        if self.failed or self.is_hung or self._is_writing_at_start:
             return FOREVER
         due_ns = self._runtime.due_ns
         if (arrival_ns := self.uart.next_arrival_ns) < due_ns:
@@ -117,7 +119,7 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self.failed or self.is_hung:
+        if self.failed or self.is_hung or self._is_writing_at_start:
             return
         runtime = self._runtime
         polls_from_ns = runtime.polls_from_ns
@@ -148,7 +150,7 @@ class Device:
 
     def interrupt(self, event: CoreEvent) -> None:
         """Let the firmware handle an interrupt, at the event's own time."""
-        if self.failed:
+        if self.failed or not self._is_on:
             return
         self._at(event.at_ns)
         try:
@@ -231,13 +233,20 @@ class Device:
         self.failed = why
 
     def commit_done(self, durable: bool) -> None:
-        """The store has answered; a failed commit leaves the old content."""
-        if self._committing is None:
+        """The store has answered the oldest commit; one that failed leaves the old content."""
+        if not self._pending:
             return
+        content = self._pending.popleft()
         if durable:
-            self.nvm[self._committing.name] = self._committing.data
-        self._committing = None
-        self._runtime.commit_done(durable)
+            self.nvm.update(content)
+        if self._is_on:
+            self._runtime.commit_done(durable)
+
+    @property
+    def _is_writing_at_start(self) -> bool:
+        """A commit from before the reset is under way: what the memory holds is known when it has ended, and
+        only then does the firmware start."""
+        return bool(self._pending) and not self._is_on
 
     def fail(self, reason: str) -> None:
         """Stop the device for good; only a reset brings it back."""
@@ -250,7 +259,6 @@ class Device:
             self.on_failed(self)
 
     def _start(self) -> None:
-        self._committing = None
         self._is_on = False
         self.setpoints.end()
         self.notes.clear()
@@ -313,5 +321,6 @@ class Device:
                 return
 
     def _commit(self, request: Commit) -> None:
-        self._committing = request
-        self._store.commit(self, self.nvm | {request.name: request.data})
+        content = self.nvm | {request.name: request.data}
+        self._pending.append(content)
+        self._store.commit(self, content)

@@ -61,6 +61,8 @@ class PortStats:
     """Bytes of the device that no client got, because one that has the port open does not read."""
     unheard_bytes: int
     """Bytes of the device that were dropped because nobody had the port open."""
+    turned_away: int = 0
+    """Clients that found no place, and times that none could be made."""
 
 
 class PortHost(Protocol):

@@ -4,6 +4,11 @@ import asyncio
 import socket
 from collections.abc import Callable
 
+KEEP_ALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
+"""Silence and time between probes in seconds, number of probes: who answers none has vanished, after 25 s."""
+_TRIES = 7
+"""The same for one that data waits for: sent again after 0.2 s, 0.4 s and so on, 25 s in all."""
+_TCP_INFO_BYTES = 4  # state, ca_state, retransmits, probes: the begin of struct tcp_info, linux/tcp.h
 QUEUE_BYTES = 4 * 1024 * 1024  # thirty answers of the longest kind (q of a Mechaduino: 126 kB)
 
 
@@ -26,6 +31,8 @@ class Client:
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in KEEP_ALIVE.items():
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
         self.connection = connection
         self._loop = loop
         self._count = count
@@ -46,6 +53,12 @@ class Client:
         if waiting and not self._queue:
             self._loop.add_writer(self.connection, self._writable)
         self._queue += waiting
+
+    def has_vanished(self) -> bool:
+        """Its computer acknowledges nothing any more; that of a client which only does not read, does."""
+        info = self.connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO_BYTES)
+        retransmits, probes = info[2:4]
+        return retransmits >= _TRIES or probes >= _TRIES
 
     def _writable(self) -> None:
         del self._queue[: self._send(self._queue)]

@@ -2,18 +2,27 @@
 
 import asyncio
 import errno
+import logging
+import resource
 import socket
 from collections.abc import Callable
 from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hil.vocab.limits import Limit
 from hil.vocab.ports import Port, PortContext, PortError, PortHost, PortStats
 from virtual_ports.tcp.client import Client
 
 _READ_BYTES = 65536
 _BACKLOG = 128
 _ACCEPT_AGAIN_S = 1.0
+_ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the other ports
+_LOOK_EVERY_S = 5.0
+RESERVED_FDS = 32
+"""No client gets one of the last file descriptors: the boards' memories and the control socket need some."""
+
+log = logging.getLogger("hil")
 
 
 class Options(BaseModel):
@@ -28,6 +37,9 @@ class Options(BaseModel):
     )
     port: int = Field(
         default=0, ge=0, le=65535, description="TCP port number; 0 takes any free one, shown in the address."
+    )
+    max_clients: int = Field(
+        default=32, ge=1, le=1000, description="Clients at a time; one more is turned away (closed at once)."
     )
 
 
@@ -83,6 +95,7 @@ class TcpPort:
         self._number = options.port
         self._listener: socket.socket | None = None
         self._accept_timer: asyncio.TimerHandle | None = None
+        self._look_timer: asyncio.TimerHandle | None = None
         self._clients: dict[int, Client] = {}
         self._reading = True
         self._connects = 0
@@ -105,6 +118,8 @@ class TcpPort:
             self._listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
         except (OSError, UnicodeError) as error:
             raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
+        self._full = Limit(log.warning, self._loop.call_later)
+        self._out_of_fds = Limit(log.warning, self._loop.call_later)
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]
         self._loop.add_reader(self._listener, self._accept)
@@ -129,24 +144,56 @@ class TcpPort:
 
     def _accept(self) -> None:
         assert self._listener is not None
-        while True:
+        for _ in range(_ACCEPTS_AT_ONCE):
             try:
                 connection, _ = self._listener.accept()
             except BlockingIOError:
                 return
             except ConnectionError:
                 continue  # it hung up while it was waiting
-            except OSError:
+            except OSError as error:
                 # No fd or memory is left, and the listener stays readable: try again when some may be.
+                self._out_of_fds.reached(f"{self._title}: new clients have to wait: {error.strerror}")
                 self._loop.remove_reader(self._listener)
                 self._accept_timer = self._loop.call_later(_ACCEPT_AGAIN_S, self._accept_again)
                 return
             self._connects += 1
-            client = Client(connection, self._loop, self._count, self._client_drained, self._forget)
-            self._clients[connection.fileno()] = client
-            self._codecs[client] = self._last_codec = self._make_codec()
-            if self._reading:
-                self._read_from(client)
+            if self._is_room_for(connection):
+                self._take(connection)
+            else:
+                connection.close()
+
+    def _is_room_for(self, connection: socket.socket) -> bool:
+        if len(self._clients) >= self._options.max_clients:
+            self._full.reached(
+                f"{self._title}: {len(self._clients)} clients are connected, another one was turned away; "
+                "max_clients: of this port allows more"
+            )
+            return False
+        most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if connection.fileno() >= most - RESERVED_FDS:
+            self._out_of_fds.reached(
+                f"{self._title}: {most} files are open at most, a client was turned away; "
+                "raise the limit (ulimit -n, LimitNOFILE=)"
+            )
+            return False
+        return True
+
+    def _take(self, connection: socket.socket) -> None:
+        client = Client(connection, self._loop, self._count, self._client_drained, self._forget)
+        self._clients[connection.fileno()] = client
+        self._codecs[client] = self._last_codec = self._make_codec()
+        if self._reading:
+            self._read_from(client)
+        if self._look_timer is None:
+            self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look)
+
+    def _look(self) -> None:
+        """Let go of clients whose computer has vanished."""
+        for client in list(self._clients.values()):
+            if client.has_vanished():
+                self._forget(client)
+        self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look) if self._clients else None
 
     def _accept_again(self) -> None:
         if self._listener is not None:
@@ -226,12 +273,16 @@ class TcpPort:
             tx_bytes=self._tx_bytes,
             dropped_bytes=self._dropped_bytes,
             unheard_bytes=self._unheard_bytes,
+            turned_away=self._full.count + self._out_of_fds.count if self._listener else 0,
         )
 
     async def close(self) -> None:
-        if self._accept_timer is not None:
-            self._accept_timer.cancel()
+        for timer in (self._accept_timer, self._look_timer):
+            if timer is not None:
+                timer.cancel()
         if self._listener is not None:
+            self._full.close()
+            self._out_of_fds.close()
             self._loop.remove_reader(self._listener)
             self._listener.close()
             self._listener = None

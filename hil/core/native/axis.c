@@ -191,6 +191,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
         return -2;
     hil_axis *a = &c->axes[axis];
     memset((char *)a + offsetof(hil_axis, open), 0, sizeof *a - offsetof(hil_axis, open));
+    if (atomic_load(&c->rt.running)) (void)rt_lock_axis(c, axis); /* what was refused was said at the start */
     a->open = 1;
     a->is_full = params->is_full;
     a->plant = simple;

@@ -67,6 +67,7 @@ int hil_group_open(hil_core *c, int64_t now_ns)
     g->reported = 1;
     g->open = 1;
     g->first_axis = g->first_active = -1;
+    if (atomic_load(&c->rt.running)) (void)rt_lock_group(c, group); /* what was refused was said at the start */
     if (group >= atomic_load(&c->groups_used)) atomic_store(&c->groups_used, group + 1);
     return group;
 }

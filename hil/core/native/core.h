@@ -185,4 +185,8 @@ void axis_publish(hil_axis *a, int64_t now_ns);
 void group_publish(hil_core *c, int group);
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
 
+/* thread.c: keep what was just opened in memory; 0 or an errno */
+int rt_lock_axis(const hil_core *c, int axis);
+int rt_lock_group(const hil_core *c, int group);
+
 #endif

@@ -11,6 +11,7 @@ import pytest
 from hil.daemon.store import Files, Loaded, NvmStore, StoreError
 from hil.firmware.nvm import MAGIC, Content, encode
 
+DATA = Path(__file__).parent / "data"
 OLD = Content("mechaduino", 1, {"table": b"old" * 1000})
 NEW = Content("mechaduino", 2, {"table": b"new" * 1000})
 EMPTY = Content("mechaduino", 0, {})
@@ -183,14 +184,21 @@ def test_damaged_files_are_kept_aside(tmp_path: Path) -> None:
     assert load(tmp_path) == Loaded(EMPTY, None)
 
 
-def test_a_newer_file_is_kept_aside(tmp_path: Path) -> None:
+def test_a_newer_file_is_refused_and_stays_as_it_is(tmp_path: Path) -> None:
     signed = MAGIC + struct.pack("<H", 3)
-    (tmp_path / "m1.nvm").write_bytes(signed + struct.pack("<I", zlib.crc32(signed)))
-    loaded = load(tmp_path)
-    assert loaded.content == EMPTY
-    assert loaded.note is not None
-    assert "version 3 is unknown" in loaded.note
-    assert "m1.nvm.damaged-1" in loaded.note
+    newer = signed + struct.pack("<I", zlib.crc32(signed))
+    (tmp_path / "m1.nvm").write_bytes(newer)
+    with pytest.raises(StoreError, match=r"m1\.nvm: format version 3 is unknown: .* newer program"):
+        load(tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"m1.nvm": newer}
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_file_that_an_earlier_program_wrote_is_read(tmp_path: Path, version: int) -> None:
+    """The files were written when the version was new; they are never written again."""
+    (tmp_path / "m1.nvm").write_bytes((DATA / f"memory_v{version}.nvm").read_bytes())
+    counter, name = (0, "") if version == 1 else (41, "lookup")
+    assert load(tmp_path).content == Content("mechaduino", counter, {name: bytes(range(256)) * 4})
 
 
 def test_the_memory_of_another_profile_is_kept_aside(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """SIGKILL at random moments: a file is never torn, and nothing acknowledged is ever lost."""
 
+import os
 import random
 import signal
 import subprocess
@@ -10,7 +11,8 @@ from queue import Queue
 from hil.daemon.store import NvmStore
 from hil.firmware.nvm import Content, decode
 
-KILLS = 100
+KILLS = int(os.environ.get("HIL_KILLS", "100"))
+"""`make kills` does more."""
 PROFILE = "mechaduino"
 
 

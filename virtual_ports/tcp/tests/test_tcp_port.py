@@ -51,14 +51,15 @@ def reset(connection: socket.socket) -> None:
     connection.close()
 
 
-def run(scenario: Scenario, host: str = "127.0.0.1") -> None:
+def run(scenario: Scenario, host: str = "127.0.0.1", max_clients: int = 32) -> None:
     async def leaving_nothing(port: Port, board: RecordingHost) -> None:
         without_listener = len(open_fds()) - 1
         await scenario(port, board)
         await port.close()  # run_port closes once more
         assert len(open_fds()) == without_listener
 
-    run_port(make(Options(host=host), PortContext("b", "m1", Path("/nowhere"))), leaving_nothing)
+    options = Options(host=host, max_clients=max_clients)
+    run_port(make(options, PortContext("b", "m1", Path("/nowhere"))), leaving_nothing)
 
 
 def test_every_byte_value_passes_both_ways_unchanged() -> None:
@@ -141,7 +142,7 @@ def test_send_and_close_at_once_loses_nothing() -> None:
         await until(lambda: port.stats().connects == 100 and port.stats().clients == 0)
         assert sorted(bytes(board.got).split(b",")) == [b"", *(b"%03d" % number for number in range(100))]
 
-    run(scenario)
+    run(scenario, max_clients=100)
 
 
 def test_at_room_0_clients_are_held_up_and_nothing_is_lost() -> None:

@@ -196,11 +196,20 @@ static int lock_object(struct dl_phdr_info *info, size_t size, void *argument)
     return 0;
 }
 
+/* Only what is open: a slot has over 100 KiB, and half of them are spare. */
+int rt_lock_axis(const hil_core *c, int axis) { return mlock(&c->axes[axis], sizeof c->axes[axis]) ? errno : 0; }
+
+int rt_lock_group(const hil_core *c, int group) { return mlock(&c->groups[group], sizeof c->groups[group]) ? errno : 0; }
+
 static int lock_memory(hil_core *c)
 {
     lock_result result = {0, 0};
-    if (mlock(c, c->arena_len) || mlock(c->rt.stack, c->rt.stack_len)) return errno;
-    dl_iterate_phdr(lock_object, &result);
+    if (mlock(c, sizeof *c) || mlock(c->due, (size_t)c->max_axes) || mlock(c->rt.stack, c->rt.stack_len)) return errno;
+    for (int i = 0; i < c->max_axes && !result.error; i++) {
+        if (c->axes[i].open) result.error = rt_lock_axis(c, i);
+        if (c->groups[i].open && !result.error) result.error = rt_lock_group(c, i);
+    }
+    if (!result.error) dl_iterate_phdr(lock_object, &result);
     return result.error;
 }
 
