@@ -60,8 +60,20 @@ def _report(progress: dict[str, Any]) -> str:
     why = f": {progress['why']}" if progress["why"] else ""
     lines = [f"{progress['run']}: {progress['state']}{why}"]
     for name, axis in progress["axes"].items():
-        lines.append(
-            f"  {name}: at {axis['position_deg']:.2f} deg, planned {axis['target_deg']:.2f};"
-            f" following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
-        )
+        lines.append(f"  {name}: {_how(axis)}")
     return "\n".join(lines)
+
+
+def _how(axis: dict[str, Any]) -> str:
+    planned = f"planned {axis['target_deg']:.2f}"
+    if axis["position_deg"] is None:
+        commanded = axis["commanded_deg"]
+        told = (
+            f"told to go to {commanded:.2f} deg" if commanded is not None else "stopped, where is not known"
+        )
+        return f"{told}, {planned}; a real board, its terminal tells no position"
+    said = f"at {axis['position_deg']:.2f} deg, {planned}"
+    if axis["error_max_deg"] is None:
+        return said
+    errors = f"following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
+    return f"{said}; {errors}"

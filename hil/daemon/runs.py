@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from hil.config import ConfigError
 from hil.config.document import Document
+from hil.daemon import real_axes
+from hil.daemon.real_axes import AllAxes, RealAxes
 from hil.runs import BenchAxes, Execution, Progress, RunDocument, parse_run, plan_run
 from hil.runs.document import DOCUMENT_BYTES
 from hil.runs.execute import How
@@ -36,7 +38,8 @@ class Runs:
 
     def __init__(self, daemon: "Daemon") -> None:
         self._daemon = daemon
-        self._axes = BenchAxes(daemon.bench, daemon.watches.sampler)
+        self.real = RealAxes(daemon)
+        self._axes = AllAxes(BenchAxes(daemon.bench, daemon.watches.sampler), self.real)
         self._documents: dict[str, tuple[RunDocument, Document]] = {}
         self._executions: dict[str, Execution] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -103,6 +106,7 @@ class Runs:
         for task in list(self._tasks.values()):
             task.cancel()
         await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+        await self.real.close()
 
     def _expected(self, run: RunDocument) -> dict[str, Any]:
         """The axes as they will be when the runs before this one have ended."""
@@ -134,7 +138,8 @@ class Runs:
             progress.ended_at_ns = self._daemon.bench.now_ns
             self._tell(progress)
             return
-        lead_ns = round(LEAD_WALL_NS * self._daemon.config.speed)
+        is_real = any(plan.axes[axis].is_real for axis in run.axes)
+        lead_ns = round((real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS) * self._daemon.config.speed)
         execution = self._executions[name] = Execution(plan, self._axes, lead_ns)
         self.progress[name] = execution.progress
         self._tasks[name] = asyncio.get_running_loop().create_task(self._carry_out(name, execution))

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import asdict, dataclass, field
-from math import sqrt
+from math import isnan, sqrt
 from typing import Any, Literal, Protocol
 
 from hil.runs.plan import Phrase, Plan
@@ -40,7 +40,8 @@ class RunBench(Protocol):
     def give(self, axis: str, given: Input) -> None:
         """An input takes effect. Raises VerbRefused: a verb was not carried out."""
 
-    def field(self, axis: str, name: str) -> float: ...
+    def field(self, axis: str, name: str) -> float:
+        """NaN: it is not known."""
 
     def failure(self, axis: str) -> str | None:
         """Why the board does nothing any more."""
@@ -53,12 +54,15 @@ class RunBench(Protocol):
 
 @dataclass
 class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run."""
+    """How an axis did. The errors are between where it should have been and was, over the whole run. None: its
+    terminal does not tell (real boards). ``commanded_deg``: where its set-point is at the end, as the board
+    confirmed it; None: it was stopped on its way, and counts no more."""
 
     target_deg: float
-    position_deg: float = 0.0
-    error_max_deg: float = 0.0
-    error_rms_deg: float = 0.0
+    commanded_deg: float | None = None
+    position_deg: float | None = None
+    error_max_deg: float | None = None
+    error_rms_deg: float | None = None
 
 
 @dataclass
@@ -201,7 +205,7 @@ class Execution:
         if found:
             errors.count += len(found)
             errors.squares += sum(error * error for error in found)
-            report.error_max_deg = max(report.error_max_deg, *found)
+            report.error_max_deg = max(report.error_max_deg or 0.0, *found)
             report.error_rms_deg = sqrt(errors.squares / errors.count)
         return max(found, default=0.0)
 
@@ -247,4 +251,10 @@ class Execution:
         for axis, errors in self._errors.items():
             self._note(axis, errors)
             errors.rows.close()
-            self.progress.axes[axis].position_deg = self._bench.field(axis, "position_deg")
+            report = self.progress.axes[axis]
+            report.position_deg = self._told(axis, "position_deg")
+            report.commanded_deg = self._told(axis, "commanded_deg" if self._is_stepper(axis) else "r")
+
+    def _told(self, axis: str, name: str) -> float | None:
+        value = self._bench.field(axis, name)
+        return None if isnan(value) else value
