@@ -19,7 +19,8 @@ BOOT_NS = 6 * NS_PER_S
 """The first command is handled 4 s after power-up."""
 ANSWER_NS = 500 * NS_PER_MS
 """The board answers a set-point within a few milliseconds; a USB adapter may add 16."""
-QUIET_NS = 30 * NS_PER_MS
+READINGS_NS, QUIET_NS = 150 * NS_PER_MS, 30 * NS_PER_MS
+"""After so long nothing more comes of what was typed before: ``y`` reads for 100 ms, a set-point does not."""
 RATE_NS = 20 * NS_PER_MS
 """Between two set-points of a stop."""
 
@@ -37,7 +38,7 @@ class RunAxis:
     def take(self) -> Dialogue[None]:
         """Position mode, and the loop on, in one write: no step of the law acts on another mode's number."""
         self.commanded_deg = None
-        yield from _drain()
+        yield from _drain(READINGS_NS)
         yield Send(b"xy")
         here_deg = yield from _answer(_ENABLED, BOOT_NS, "y")
         self._typed_deg, self._rate_deg_per_s = here_deg, 0.0
@@ -56,7 +57,7 @@ class RunAxis:
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
         """With grace the set-point comes to rest on a ramp; with prejudice it stays as it was typed last."""
-        now_ns = yield from _drain()
+        now_ns = yield from _drain(QUIET_NS)
         path: Path = (PathPiece(0, self._typed_deg),)
         if how == "grace":
             path = to_rest(self._typed_deg, self._rate_deg_per_s, acceleration_rpm_per_s * DEG_PER_S)
@@ -68,9 +69,8 @@ class RunAxis:
         self._typed_deg, self._rate_deg_per_s = float(text), rate_deg_per_s
         yield Send(f"r{text}\n".encode())
         taken_deg = yield from _answer(_TAKEN, ANSWER_NS, f"r{text}")
-        if abs(taken_deg - self._typed_deg) > 0.006 + 2e-7 * abs(
-            self._typed_deg
-        ):  # two decimals of a float32
+        # The board has a float32, and prints two decimals of it.
+        if abs(taken_deg - self._typed_deg) > 0.006 + 2e-7 * abs(self._typed_deg):
             raise DialogueError(f'"r{text}" was taken as {taken_deg}: characters were lost on the line')
         self.commanded_deg = self._typed_deg
 
@@ -85,9 +85,9 @@ def disable() -> Dialogue[None]:
     yield Send(b"n")
 
 
-def _drain() -> Dialogue[int]:
-    """Until nothing has come for a while; the time."""
-    while (heard := (yield Listen(QUIET_NS))).data:
+def _drain(quiet_ns: int) -> Dialogue[int]:
+    """Until nothing has come for so long; the time."""
+    while (heard := (yield Listen(quiet_ns))).data:
         pass
     return int(heard.at_ns)
 

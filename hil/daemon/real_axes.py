@@ -1,8 +1,8 @@
 """Real boards as axes of runs: what a run gives them is typed at their terminals.
 
 The daemon knows what a board does only if it was the last to type at it. So a board is first taken in hand,
-by the verb that its profile names (``enable``, ``reset``); when a program has typed at it, or it was away, or a
-motion was cut short, that has to be done again. While a run has a board, programs' bytes for it wait.
+by the verb that its profile names (``enable``, ``reset``); when a program has typed at it, or it was away, or
+a motion was cut short, that has to be done again. While a run has a board, programs' bytes for it wait.
 """
 
 import asyncio

@@ -68,10 +68,8 @@ def _how(axis: dict[str, Any]) -> str:
     planned = f"planned {axis['target_deg']:.2f}"
     if axis["position_deg"] is None:
         commanded = axis["commanded_deg"]
-        told = (
-            f"told to go to {commanded:.2f} deg" if commanded is not None else "stopped, where is not known"
-        )
-        return f"{told}, {planned}; a real board, its terminal tells no position"
+        told = "stopped, nobody knows where" if commanded is None else f"set-point {commanded:.2f} deg"
+        return f"{told}, {planned}; its terminal tells no position"
     said = f"at {axis['position_deg']:.2f} deg, {planned}"
     if axis["error_max_deg"] is None:
         return said

@@ -54,9 +54,9 @@ class RunBench(Protocol):
 
 @dataclass
 class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run. None: its
-    terminal does not tell (real boards). ``commanded_deg``: where its set-point is at the end, as the board
-    confirmed it; None: it was stopped on its way, and counts no more."""
+    """How an axis did. The errors are between where it should have been and was, over the whole run. None: a
+    real board's terminal does not tell. ``commanded_deg``: where its set-point is at the end, as the board
+    confirmed it; None: it was stopped on its way, and nobody knows."""
 
     target_deg: float
     commanded_deg: float | None = None

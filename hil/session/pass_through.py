@@ -41,9 +41,7 @@ class _Way:
         return max(room, 0)
 
     def received(self, data: bytes) -> None:
-        if self._towards == "client":
-            self._owner.heard(data)
-        else:
+        if self._towards == "board":
             self._owner.typed_bytes += len(data)
         self.carry(data)
 
@@ -69,6 +67,8 @@ class _Way:
     def _pass(self, data: bytes) -> None:
         for tap in self._owner.taps:
             tap(self._towards, data)
+        if self._towards == "client":
+            self._owner.heard(data)
         self._target.write(data)
 
     def drained(self) -> None:
