@@ -18,7 +18,7 @@ PATIENCE_S = 30
 
 
 def hil(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [HIL, *arguments, "--runtime-dir", str(folder / "run")]
+    command = [str(HIL), *arguments, "--runtime-dir", str(folder / "run")]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -37,7 +37,8 @@ def perform(bench: Bench) -> tuple[Progress, dict[str, Recording], list[float]]:
         name: bench.axis(name).record(*WANTED_AND_REAL["stepper"], interval_ms=2) for name in STEPPERS
     }
     execution = bench.execute(RUN.read_text())
-    start_ns, begun_s = bench.now_ns, []
+    start_ns = bench.now_ns
+    begun_s: list[float] = []
     for until_ns in execution.run():
         if execution.progress.step > len(begun_s):
             begun_s.append((bench.now_ns - start_ns) / 1e9)

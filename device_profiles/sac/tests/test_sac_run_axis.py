@@ -9,6 +9,7 @@ from hil.testing import Bench
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
 from hil.vocab.time import NS_PER_MS
 
+SAC = {"profile": "sac"}
 LEAD_NS = 250 * NS_PER_MS
 
 
@@ -129,3 +130,24 @@ def _deaf_from(dialogue: Dialogue[None], at_ns: int) -> Dialogue[None]:
         else:
             answer = yield step
         now = answer or now
+
+
+def test_one_release_starts_others_over_a_wire() -> None:
+    """OP SB falls with the first pulse: at another one's sync it releases what a run holds there."""
+    wires = [{"from": "s1.OP_SB", "to": "s2.sync"}]
+    bench = Bench({"bench": "b", "devices": {"s1": SAC, "s2": SAC}, "wires": wires})
+    bench.run(2000)
+    for name in ("s1", "s2"):
+        bench.port(name).write(b"xm100v60u0ps\r")
+        bench.device(name).pin("clk").edges()
+    bench.run(100)
+    bench.port("s1").write(b"y\r")
+    bench.run(100)
+    first, second = (
+        next(at_ns for at_ns, level in bench.device(name).pin("clk").edges() if level)
+        for name in ("s1", "s2")
+    )
+    assert 0 <= second - first <= 100_000
+    bench.port("s2").write(b"y\r")
+    bench.run(3000)
+    assert [bench.axis(name).snapshot().pulses for name in ("s1", "s2")] == [100, 100]
