@@ -6,6 +6,7 @@ a motion was cut short, that has to be done again. While a run has a board, prog
 """
 
 import asyncio
+import logging
 import math
 from collections.abc import Sequence
 from contextlib import suppress
@@ -21,6 +22,8 @@ from hil.vocab.terminal_axis import How, TerminalAxis, TerminalServo, TerminalSt
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
+
+log = logging.getLogger("hil")
 
 LEAD_WALL_NS = 250_000_000
 """Before a phrase begins a SAC is told what to do: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
@@ -100,6 +103,9 @@ class _Board:
             await self.through.talk(dialogue)
         except DialogueError as error:
             self.failure = self.failure or str(error)
+        except Exception as error:  # ours: that axis stops its run, the others live on
+            self.failure = f"an error of hil, see its log: {error!r}"
+            log.exception("%s: a dialogue of a run", self.through.name)
 
     def hold(self) -> None:
         self.failure = None

@@ -151,3 +151,29 @@ def test_one_release_starts_others_over_a_wire() -> None:
     bench.port("s2").write(b"y\r")
     bench.run(3000)
     assert [bench.axis(name).snapshot().pulses for name in ("s1", "s2")] == [100, 100]
+
+
+def test_a_board_that_never_comes_to_its_end_is_given_up() -> None:
+    """A packet makes it turn for ever."""
+    bench, axis = taken()
+    begun_ns = int(bench.now_ns)
+    move = axis.move_abs(36.0, 60, begun_ns + LEAD_NS)
+
+    def disturbed() -> Dialogue[None]:
+        answer: Any = None
+        is_disturbed = False
+        while True:
+            if not is_disturbed and bench.axis("s1").snapshot().pulses > 10:
+                is_disturbed = True
+                bench.axis("s1").do("velocity", velocity_rpm=30)
+            try:
+                answer = yield move.send(answer)
+            except StopIteration:
+                return
+
+    with pytest.raises(DialogueError, match="does not come to its end"):
+        bench.talk("s1", disturbed())
+    slowest_s = 36.0 / 360 * 60 / 10
+    assert slowest_s + 10 < (bench.now_ns - begun_ns) / 1e9 < slowest_s + 11
+    bench.talk("s1", axis.stop("grace", 0.0))
+    assert bench.axis("s1").snapshot().motion_state == 0
