@@ -91,7 +91,7 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
         json.dumps({"run": "c", "axes": {"s2": {}}, "steps": [{"move": {"s2": 9}}]}), "c.yaml"
     )
     said = pair.place.cli("run", str(text), "--bench", "r", "--runtime-dir", str(pair.place.runtime))
-    assert "s2: set-point 9.00 deg, planned 9.00; its terminal tells no position" in said
+    assert "set-point 9.00 deg (its terminal tells no position), planned 9.00" in said
 
 
 def test_what_cannot_be_is_found_before_anything_moves(pair: Pair) -> None:

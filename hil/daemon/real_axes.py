@@ -81,7 +81,7 @@ class _Board:
     def why_failed(self) -> str | None:
         if why := self.failure or self.away:
             return why
-        if self._known_as != self._line():
+        if self.through.is_held and self._known_as != self._line():
             return "it was away, and is back"
         return None
 

@@ -65,13 +65,13 @@ def _report(progress: dict[str, Any]) -> str:
 
 
 def _how(axis: dict[str, Any]) -> str:
-    planned = f"planned {axis['target_deg']:.2f}"
-    if axis["position_deg"] is None:
-        commanded = axis["commanded_deg"]
-        told = "stopped, nobody knows where" if commanded is None else f"set-point {commanded:.2f} deg"
-        return f"{told}, {planned}; its terminal tells no position"
-    said = f"at {axis['position_deg']:.2f} deg, {planned}"
-    if axis["error_max_deg"] is None:
-        return said
-    errors = f"following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
-    return f"{said}; {errors}"
+    if axis["position_deg"] is not None:
+        said = f"at {axis['position_deg']:.2f} deg"
+    elif axis["commanded_deg"] is not None:
+        said = f"set-point {axis['commanded_deg']:.2f} deg (its terminal tells no position)"
+    else:
+        said = "stopped where nobody knows"
+    said += f", planned {axis['target_deg']:.2f}"
+    if axis["error_max_deg"] is not None:
+        said += f"; following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
+    return said
