@@ -189,11 +189,11 @@ class DeviceConfig(_Model):
             " it goes on as the last one says."
         ),
     )
-    setpoint_rate_Hz: float = Field(
-        default=50.0,
+    setpoint_rate_Hz: float | None = Field(
+        default=None,
         ge=1,
         le=200,
-        description="How often a run types a set-point at a real servo (`at`), which answers each.",
+        description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
     )
     spi_previous_command: int = Field(
         default=0xFFFF,

@@ -27,6 +27,8 @@ log = logging.getLogger("hil")
 
 LEAD_WALL_NS = 250_000_000
 """Before a phrase begins a SAC is told what to do: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
+SETPOINT_RATE_HZ = 50.0
+"""Where a device's configuration says nothing: a menu answers within a few milliseconds."""
 BUSY = ("motion_state", "pending", "following")
 COMMANDED = ("r", "commanded_deg")
 STOP_S = 2.0
@@ -136,7 +138,8 @@ class RealAxes:
         for name, through in daemon.real.items():
             config = daemon.config.devices[name]
             if make := load_terminal_axis(config.profile):
-                self._boards[name] = _Board(through, make(), round(1e9 / config.setpoint_rate_Hz))
+                rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
+                self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
 
     def __contains__(self, name: str) -> bool:
         return name in self._boards
