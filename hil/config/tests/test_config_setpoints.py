@@ -93,7 +93,9 @@ def test_only_real_boards_have_a_rate_of_setpoints() -> None:
     real = text.replace("    setpoint", "    at: /dev/ttyUSB0\n    setpoint")
     assert parse(real, "b.yaml", CATALOGUE).devices["m1"].setpoint_rate_Hz == 20
     slow = real.replace("20", "0")
-    assert problems(slow) == ["b.yaml:6:23: devices.m1.setpoint_rate_Hz: 0 is too small (write 1 or more)"]
+    assert problems(slow) == [
+        "b.yaml:6:23: devices.m1.setpoint_rate_Hz: the number 0 is too small (write 1.0 or more)"
+    ]
 
 
 def test_bridges_are_read_with_their_own_models() -> None:
