@@ -135,30 +135,36 @@ class RealAxes:
     def __init__(self, daemon: "Daemon") -> None:
         self._daemon = daemon
         self._boards: dict[str, _Board] = {}
-        for name, through in daemon.real.items():
-            config = daemon.config.devices[name]
-            if make := load_terminal_axis(config.profile):
-                rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
-                self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
+        """Those that were asked for, by name."""
 
     def __contains__(self, name: str) -> bool:
-        return name in self._boards
+        return name in self._daemon.real
 
-    def taken_by(self, name: str) -> str | None:
-        """The verb that takes a board in hand."""
-        return self._boards[name].axis.taken_by if name in self._boards else None
+    def _board(self, name: str) -> _Board | None:
+        """Known anew when another line has the name, as after a reload. None: it has nothing for runs."""
+        through, config = self._daemon.real[name], self._daemon.config.devices[name]
+        board = self._boards.get(name)
+        if board is not None and board.through is through:
+            return board
+        if (make := load_terminal_axis(config.profile)) is None:
+            return None
+        rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
+        board = self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
+        return board
 
-    async def take(self, name: str) -> None:
-        """
+    async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
+        """A verb of a board that no run has; the one that takes it in hand does so.
+
         Raises:
             DialogueError: it is away, or does not answer as it should.
         """
-        await self._boards[name].take()
-
-    def forget(self, name: str) -> None:
-        """Something else was done with it."""
-        if name in self._boards:
-            self._boards[name].forget()
+        board = self._board(name)
+        if board and verb == board.axis.taken_by:
+            await board.take()
+            return
+        if board:
+            board.forget()
+        await self._daemon.real[name].talk(dialogue)
 
     async def close(self) -> None:
         """Stop what still moves."""
@@ -169,7 +175,7 @@ class RealAxes:
         return {name: self._axis(name) for name in self._daemon.real}
 
     def _axis(self, name: str) -> AxisNow:
-        board = self._boards.get(name)
+        board = self._board(name)
         if board is None:
             why = f"a real {self._daemon.config.devices[name].profile} has nothing for runs at its terminal"
             return AxisNow("stepper", 0.0, (), (), why, is_real=True)
