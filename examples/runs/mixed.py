@@ -47,7 +47,7 @@ def main() -> None:
             serving.terminate()
             serving.wait(PATIENCE_S)
             board.close()
-    print(f"the board was told to go up to {max(board.told):.2f} deg, and at last to {board.told[-1]:.3f}")
+    print(f"the last that the board was told is {board.told[-1]:.3f} deg")
 
 
 if __name__ == "__main__":
