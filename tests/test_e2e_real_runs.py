@@ -200,7 +200,7 @@ def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
     until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
     pair.near.ask("inject", fault="shaft_jam", target="m1", parameters={})
     done = pair.ended("a")
-    assert (done["state"], done["why"].split()[0]) == ("failed", "m1")
+    assert (done["state"], done["why"].split()[0]) == ("failed", "m1"), done
     assert pair.shaft("s8")["motion_state"] == 0
     assert pair.shaft("m8")["r"] == pytest.approx(done["axes"]["m2"]["commanded_deg"], abs=0.001)
     assert pair.shaft("m8")["r"] < 3000
