@@ -29,6 +29,7 @@ StateDir = Annotated[
     Path | None,
     typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
 ]
+RELOAD_S = 60.0
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 
 
@@ -70,32 +71,49 @@ def serve(
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM."""
     import asyncio
-    import logging
     import os
 
     from hil.daemon.daemon import Daemon, StartError
-    from hil.daemon.paths import runtime_base, state_base
+    from hil.daemon.journal import start_log
+    from hil.daemon.notify import Notifier
+    from hil.daemon.paths import log_file, runtime_base, state_base
 
-    logging.basicConfig(format="%(levelname)s %(message)s", level=logging.INFO)
-    bench = _read_config(config)
+    start_log(sys.stderr, os.environ)
+    notifier = Notifier(os.environ, os.getpid())
+    try:
+        bench = _read_config(config)
+    except typer.Exit:
+        notifier.status(f"{config} has problems; the log lists them")
+        raise
     daemon = Daemon(
         bench,
         config_folder=config.parent,
-        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ),
-        state_base=state_base(state_dir, bench.state_dir, os.environ),
-        input_log=log,
+        config_file=config,
+        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench),
+        state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
+        input_log=log_file(log, os.environ),
         require_rt=require_rt,
+        notifier=notifier,
     )
     try:
         asyncio.run(daemon.run(_say_started))
     except StartError as error:
+        notifier.status(str(error))
         raise fail(f"hil: {error}", 2) from None
 
 
 def _say_started(daemon: "Daemon") -> None:
+    import os
+
+    from hil.daemon.journal import is_journal
+
     typer.echo(
         f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
     )
+    if is_journal(sys.stdout, os.environ):  # nobody types from there
+        for name, address in daemon.addresses():
+            typer.echo(f"{name} at {address}")
+        return
     for name, session in daemon.sessions.items():
         address, device = session.port.address, daemon.config.devices[session.device.name]
         profile = daemon.catalogue.profiles[device.profile]
@@ -275,6 +293,25 @@ def set_field(
 ) -> None:
     """Set the load on a shaft or an encoder register."""
     ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
+
+
+@app.command()
+def reload(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
+    """Make a running bench what its configuration says now.
+
+    Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
+    with 1 if it cannot be had without a restart; then nothing has changed.
+    """
+    done = ask_bench(bench, runtime_dir, "reload", timeout_s=RELOAD_S)
+    if "problems" in done:
+        raise fail(done["problems"], 2)
+    if as_json:
+        typer.echo(json.dumps(done))
+        return
+    for word in ("removed", "restarted", "added"):
+        if done[word]:
+            typer.echo(f"{word}: {', '.join(done[word])}")
+    typer.echo(f"{len(done['kept'])} devices went on")
 
 
 @app.command()
