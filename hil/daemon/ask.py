@@ -9,7 +9,8 @@ RuntimeDir = Annotated[
     Path | None,
     typer.Option(
         "--runtime-dir",
-        help="Folder of running benches' ports and sockets. [default: $XDG_RUNTIME_DIR/hil; asking: /run/hil too]",
+        help="Folder of running benches' ports and sockets."
+        " [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]",
     ),
 ]
 Bench = Annotated[

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
-from hil.daemon import axis_command, dialogues, draw_commands, line_commands, run_command
+from hil.daemon import axis_command, dialogues, draw_commands, line_commands, reload_command, run_command
 from hil.daemon.arduino import commands as arduino
 from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
@@ -29,7 +29,6 @@ StateDir = Annotated[
     Path | None,
     typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
 ]
-RELOAD_S = 60.0
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 
 
@@ -296,25 +295,6 @@ def set_field(
 
 
 @app.command()
-def reload(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
-    """Make a running bench what its configuration says now.
-
-    Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
-    with 1 if it cannot be had without a restart; then nothing has changed.
-    """
-    done = ask_bench(bench, runtime_dir, "reload", timeout_s=RELOAD_S)
-    if "problems" in done:
-        raise fail(done["problems"], 2)
-    if as_json:
-        typer.echo(json.dumps(done))
-        return
-    for word in ("removed", "restarted", "added"):
-        if done[word]:
-            typer.echo(f"{word}: {', '.join(done[word])}")
-    typer.echo(f"{len(done['kept'])} devices went on")
-
-
-@app.command()
 def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")]) -> None:
     """Run a log again and compare every byte.
 
@@ -379,6 +359,7 @@ def reference() -> None:
     typer.echo(text(app), nl=False)
 
 
+app.command()(reload_command.reload)
 app.command()(draw_commands.plot)
 app.command(context_settings={"ignore_unknown_options": True})(draw_commands.step)  # negative degrees
 app.command()(draw_commands.drive)

@@ -26,6 +26,7 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
+from hil.daemon.daemon_store import DaemonStore
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
@@ -37,11 +38,9 @@ from hil.daemon.runs import Runs
 from hil.daemon.service import Service, has_terminal
 from hil.daemon.store import NvmStore, StoreError
 from hil.daemon.watches import Watches
-from hil.firmware.nvm import Content
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import CommitDone
 from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
 from hil.session.tap_session import TapSession
@@ -59,50 +58,6 @@ _MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go to
 
 class StartError(Exception):
     """The daemon cannot start: ``str(error)`` says why and what to do, a line for each problem."""
-
-
-class DaemonStore:
-    """Boards' memories in files; answers come back as inputs, with the times of their own."""
-
-    def __init__(self, files: NvmStore, counters: dict[str, int]) -> None:
-        self._files = files
-        self._counters = counters
-        self.bench: BenchRuntime | None = None
-        self.loop: asyncio.AbstractEventLoop | None = None
-        self.failures: dict[str, str] = {}
-        self.answered: Callable[[], None] = lambda: None
-        """Called after a firmware has run on an answer: what it sent has to go on its line."""
-
-    def begin(self, device: str, counter: int) -> None:
-        """A device that comes later; ``counter``: of the commits that made its file."""
-        self._counters[device] = counter
-        self.failures.pop(device, None)
-
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        self._counters[device.name] = self._counters.get(device.name, 0) + 1
-        content = Content(device.profile, self._counters[device.name], dict(sections))
-        loop = self.loop
-        assert loop is not None
-        self._files.commit(
-            device.name, content, lambda ok, why: _call_soon(loop, self._done, device, ok, why)
-        )
-
-    def _done(self, device: Device, durable: bool, why: str) -> None:
-        if self.bench and self.bench.devices.get(device.name) is not device:
-            return  # a reload has taken it away
-        if durable:
-            self.failures.pop(device.name, None)
-        else:
-            self.failures[device.name] = why
-            log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
-        if self.bench:
-            self.bench.give(device, CommitDone(durable))
-            self.answered()
-
-
-def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
-    with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-        loop.call_soon_threadsafe(*call)
 
 
 class Daemon:
@@ -265,8 +220,8 @@ class Daemon:
 
     def addresses(self) -> list[tuple[str, str]]:
         """All ports' names, and where clients reach them."""
-        sessions = {**self.sessions, **self.tap_sessions}
-        ports = {name: session.port for name, session in sessions.items()}
+        ports = {name: session.port for name, session in self.sessions.items()}
+        ports |= {name: session.port for name, session in self.tap_sessions.items()}
         ports |= {name: real.client for name, real in self.real.items()}
         return [(name, port.address) for name, port in ports.items()]
 

@@ -133,8 +133,8 @@ class Reloader:
         needed = sum(name in plan.config.twins for name in plan.named("add", "restart"))
         if needed > (free := core.max_axes - len(daemon.bench.devices)):
             problems.append(
-                f"{needed} boards are new or restarted, and the core has room for {free} beside those that run:"
-                " change fewer at a time, or restart the daemon"
+                f"{needed} boards begin, and the core has room for {free} beside those that run: change fewer"
+                " at a time, or restart the daemon"
             )
         if problems:
             raise ReloadRefused("\n".join(problems))
@@ -182,7 +182,8 @@ class Reloader:
         staged.seeds[name] = self._seed_index(plan, staged, name)
         seed = axis_seed(plan.config, staged.seeds[name])
         made = make_device(daemon.bench, name, config, profile, {}, daemon.store, seed)
-        group, device = staged.twins[name] = made
+        staged.twins[name] = made
+        device = made[1]
         daemon.adopt(device)
         for uart, port_config in ((MAIN, config.port), (NETWORK, config.network)):
             label = port_label(name, uart)

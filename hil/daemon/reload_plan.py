@@ -14,7 +14,7 @@ from hil.session.device import Device
 from hil.vocab.faults import FaultRefused, fault_refusal
 
 SWITCH_S = 0.0005
-"""How long this thread's Python may keep the event loop waiting; it is 5 ms otherwise, for each system call."""
+"""How long this thread's Python may keep the event loop waiting, at each system call; otherwise 5 ms."""
 
 
 class ReloadRefused(Exception):

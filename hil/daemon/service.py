@@ -82,8 +82,10 @@ def status_line(daemon: "Daemon", trouble: str) -> str:
     """The bench in one line: devices and those that have failed, clients, real time, missed ticks."""
     failed = [name for name, device in daemon.bench.devices.items() if device.failed]
     failed += [name for name, session in daemon.sessions.items() if session.port_failure]
-    ports = [session.port for session in (*daemon.sessions.values(), *daemon.tap_sessions.values())]
-    clients = sum(port.stats().clients for port in (*ports, *(r.client for r in daemon.real.values())))
+    ports = [session.port for session in daemon.sessions.values()]
+    ports += [session.port for session in daemon.tap_sessions.values()]
+    ports += [real.client for real in daemon.real.values()]
+    clients = sum(port.stats().clients for port in ports)
     missed = daemon.bench.core.native.rt_stats()["missed"]
     parts = [
         f"bench {daemon.config.bench}",
