@@ -86,6 +86,8 @@ class Reloader:
             ReloadRefused: it cannot be done; nothing has changed.
         """
         async with self._lock:
+            if not self.is_open:
+                raise ReloadRefused("the daemon is starting or ending")
             trouble = ""
             self._daemon.service.reloading()
             try:
@@ -99,8 +101,6 @@ class Reloader:
 
     async def _reload(self) -> dict[str, Any]:
         daemon = self._daemon
-        if not self.is_open:
-            raise ReloadRefused("the daemon is starting or ending")
         if daemon.config_file is None:
             raise ReloadRefused("this bench has no configuration file")
         plan = await asyncio.to_thread(
