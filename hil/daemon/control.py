@@ -64,7 +64,7 @@ class ControlServer:
         self._daemon = daemon
         self._path = path
         self._server: asyncio.Server | None = None
-        self._capturing: set[asyncio.StreamWriter] = set()
+        self._clients: set[asyncio.StreamWriter] = set()
 
     async def open(self) -> None:
         """Listen.
@@ -90,7 +90,7 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
-        for writer in self._capturing:
+        for writer in self._clients:
             writer.close()
         if self._server:
             self._server.close()
@@ -99,6 +99,7 @@ class ControlServer:
                     self._path.unlink()
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._clients.add(writer)
         with suppress(ConnectionError):
             while line := await self._line(reader):
                 answer = await self._answer(line)
@@ -108,6 +109,7 @@ class ControlServer:
                 if capture:
                     taken, end = capture
                     await self._capture(taken, end, reader, writer)
+        self._clients.discard(writer)
         writer.close()
 
     async def _capture(
@@ -119,11 +121,9 @@ class ControlServer:
     ) -> None:
         """The connection carries a capture until its client leaves."""
         capture.begin(writer)
-        self._capturing.add(writer)
         try:
             await reader.read(1)
         finally:
-            self._capturing.discard(writer)
             end()
 
     async def _line(self, reader: asyncio.StreamReader) -> bytes:
