@@ -27,6 +27,11 @@ class Plan:
     changes: tuple[Change, ...]
     tables: Mapping[str, Mapping[str, bytes]]
 
+    def has_twin(self, name: str) -> bool:
+        """Whether the configuration has an emulated board of this name."""
+        device = self.config.devices.get(name)
+        return device is not None and device.at is None
+
     def named(self, *actions: str) -> list[str]:
         """Devices that have one of these actions, in order."""
         return [change.device for change in self.changes if change.device and change.action in actions]
