@@ -21,6 +21,7 @@ from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
+from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.reload_plan import ReloadRefused
 from hil.session.device import Device
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 CONTROL_VERSION = 1
 LOCAL = Source("control socket", Role.ADMIN)
 """Who may open the socket may do all."""
-SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
-"""Fields that may be set from outside: the world around the board, not the firmware's own memory."""
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
