@@ -64,6 +64,7 @@ class ControlServer:
         self._path = path
         self._server: asyncio.Server | None = None
         self._clients: set[asyncio.StreamWriter] = set()
+        self._is_closed = False
 
     async def open(self) -> None:
         """Listen.
@@ -89,6 +90,7 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
+        self._is_closed = True
         for writer in self._clients:
             writer.close()
         if self._server:
@@ -100,7 +102,7 @@ class ControlServer:
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._clients.add(writer)
         with suppress(ConnectionError):
-            while line := await self._line(reader):
+            while not self._is_closed and (line := await self._line(reader)):
                 answer = await self._answer(line)
                 capture = answer.pop("capture", None)
                 writer.write(json.dumps(answer).encode() + b"\n")
