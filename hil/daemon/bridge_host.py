@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
@@ -229,11 +229,28 @@ class Host:
         finally:
             self._daemon.lines.flush()
 
-    def submit_run(self, source: Source, text: str) -> Mapping[str, Any]:
+    def sim_ns(self, wall_ns: int) -> int:
+        """The simulated time at one of the wall, as ``wall_ns`` tells it."""
+        return round((wall_ns - self._daemon.epoch_ns) * self._daemon.config.speed)
+
+    def submit_run(
+        self, source: Source, text: str
+    ) -> Mapping[str, Any] | Coroutine[Any, Any, Mapping[str, Any]]:
         try:
-            return self._daemon.runs.submit(source, text).as_dict()
+            submitted = self._daemon.runs.submit(source, text)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
+        return submitted.as_dict() if isinstance(submitted, Progress) else self._submitted(submitted)
+
+    @staticmethod
+    async def _submitted(submitted: Coroutine[Any, Any, Progress]) -> Mapping[str, Any]:
+        try:
+            return (await submitted).as_dict()
+        except ConfigError as error:
+            raise VerbRefused("bad_run", str(error)) from None
+
+    def part_of_run(self, source: Source, name: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        return self._daemon.runs.parts.answer(source, name, given)
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:
         progress = self._daemon.runs.progress.get(name)

@@ -139,7 +139,8 @@ class Reloader:
     def _in_use(self, plan: Plan) -> list[str]:
         """Devices that somebody needs as they are."""
         daemon, leaving = self._daemon, plan.named("remove", "restart")
-        runs = daemon.runs.using(leaving)
+        taken = daemon.runs.taken()
+        runs = {name: taken[name] for name in leaving if name in taken}
         talking = [name for name in leaving if name in daemon.real and daemon.real[name].is_talking]
         return [f"{name} is in run {run}: wait for its end, or cancel it" for name, run in runs.items()] + [
             f"{name} is in a dialogue with its board: wait for its end" for name in talking

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from itertools import pairwise
 from math import ceil
+from struct import Struct
 from typing import Any, Literal
 
 from hil.config.document import Document, Finding, KeyPath
@@ -23,6 +25,7 @@ from hil.runs.document import STEPS, RunDocument, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S, PathPiece
 from hil.vocab.time import NS_PER_S
 
+_PIECE = Struct("<q4d")
 SPLINE_LOOKS = 1000
 """Times at which a spline's positions are compared with the axes' ranges."""
 
@@ -71,6 +74,20 @@ class Plan:
     steps: int
     ends_deg: Mapping[str, float]
     axes: Mapping[str, AxisNow]
+
+    def digest(self) -> str:
+        """The same for the same motion, to the bit."""
+        total = sha256()
+        for phrase in self.phrases:
+            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.steppers), phrase.wait)
+            total.update(repr((timing, phrase.events)).encode())
+            for axis, path in phrase.paths.items():
+                total.update(axis.encode())
+                for piece in path:
+                    total.update(
+                        _PIECE.pack(piece.duration_ns, piece.r, piece.per_s, piece.per_s2, piece.per_s3)
+                    )
+        return total.hexdigest()
 
 
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
