@@ -19,7 +19,7 @@ from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.segment import SegmentEvent
-from hil.vocab.verbs import Verb, VerbRefused, table_of
+from hil.vocab.verbs import Verb, VerbRefused
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -64,7 +64,8 @@ class Host:
         profile = self._daemon.config.devices[name].profile
         if name in self._daemon.config.real:
             dialogues = load_dialogues(profile)
-            verbs = {verb: each for verb, each in table_of(()).items() if verb == "type" or verb in dialogues}
+            table = load_verbs(profile).table
+            verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in dialogues}
             return DeviceInfo(name, profile, True, verbs, {})
         device = self._daemon.bench.devices[name]
         fields = {
@@ -147,13 +148,13 @@ class Host:
         return None if info.is_real else self._do_twin(device, known, parameters)
 
     async def _do_real(self, device: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
-        if verb.name == "type":
-            self._daemon.real[device].send(typed(str(parameters["text"])))
-        else:
-            try:
+        try:
+            if verb.name == "type":
+                self._daemon.real[device].send(typed(str(parameters["text"])))
+            else:
                 await real_boards.carry_out(self._daemon, device, verb.name)
-            except (DialogueError, real_boards.NoDialogue) as error:
-                raise VerbRefused("not_now", str(error)) from None
+        except (DialogueError, real_boards.NoDialogue) as error:
+            raise VerbRefused("not_now", str(error)) from None
         return Done(self._daemon.bench.now_ns, {})
 
     def _do_twin(self, name: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:

@@ -87,6 +87,10 @@ def _report(progress: dict[str, Any]) -> str:
         said = f"  {name}: {_END_WORDS[axis['at_end']]}"
         if axis["position_deg"] is not None:
             said += f" {axis['position_deg']:.2f} deg"
+        elif axis["commanded_deg"] is not None:
+            said += f" set-point {axis['commanded_deg']:.2f} deg (its terminal tells no position)"
+        else:
+            said += " a place that nobody knows"
         said += f", planned {axis['target_deg']:.2f}"
         if axis["error_max_deg"] is not None:
             said += (

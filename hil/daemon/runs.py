@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from hil.config import ConfigError
 from hil.config.document import Document
+from hil.daemon import real_axes
 from hil.daemon.joined import device_names, other_benches, taken_twice
 from hil.daemon.parts import Parts
+from hil.daemon.real_axes import AllAxes, RealAxes
 from hil.daemon.together import Together
 from hil.runs import BenchAxes, Execution, Named, Progress, RunDocument, Soon, parse_run, plan_run
 from hil.runs.document import DOCUMENT_BYTES
@@ -64,7 +66,8 @@ class Runs:
 
     def __init__(self, daemon: "Daemon") -> None:
         self._daemon = daemon
-        self.axes = BenchAxes(daemon.bench, daemon.watches.sampler)
+        self.real = RealAxes(daemon)
+        self.axes = AllAxes(BenchAxes(daemon.bench, daemon.watches.sampler), self.real)
         self.parts = Parts(daemon, self)
         self._entries: dict[str, Entry] = {}
         self._releasing: set[asyncio.Task[None]] = set()
@@ -133,6 +136,7 @@ class Runs:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+        await self.real.close()
 
     # ---- for parts of runs that another bench leads ----
 
@@ -253,9 +257,11 @@ class Runs:
             self.end(self.progress[entry.run.run], "failed", f"it cannot be done any more: {error}")
             return
         named = Named(self.axes, entry.names)
+        is_real = any(plan.axes[axis].is_real for axis in entry.run.axes)
+        lead_wall_ns = real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS
         self._enter(
             entry,
-            Execution(plan, named, Soon(named, round(LEAD_WALL_NS * self._daemon.config.speed))),
+            Execution(plan, named, Soon(named, round(lead_wall_ns * self._daemon.config.speed))),
             _nothing,
         )
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Generator, Sequence
 from dataclasses import asdict, dataclass, field
-from math import sqrt
+from math import isnan, sqrt
 from typing import Any, Literal, Protocol
 
 from hil.runs.document import WaitUntil
@@ -49,7 +49,8 @@ class RunBench(Protocol):
     def give(self, axis: str, given: Input) -> None:
         """An input takes effect. Raises VerbRefused: a verb was not carried out."""
 
-    def field(self, axis: str, name: str) -> float: ...
+    def field(self, axis: str, name: str) -> float:
+        """NaN: it is not known."""
 
     def failure(self, axis: str) -> str | None:
         """Why the board does nothing any more."""
@@ -63,9 +64,10 @@ class RunBench(Protocol):
 @dataclass
 class AxisReport:
     """How an axis did. The errors are between where it should have been and was, over the whole run; None:
-    nobody knows."""
+    nobody knows. ``commanded_deg``: where its set-point is at the end, of a real board as it said."""
 
     target_deg: float
+    commanded_deg: float | None = None
     position_deg: float | None = None
     error_max_deg: float | None = None
     error_rms_deg: float | None = None
@@ -323,8 +325,13 @@ class Execution:
             self._note(axis, errors)
             errors.rows.close()
             report = self.progress.axes[axis]
-            report.position_deg = self._bench.field(axis, "position_deg")
+            report.position_deg = self._told(axis, "position_deg")
+            report.commanded_deg = self._told(axis, "commanded_deg" if self._is_stepper(axis) else "r")
             report.at_end = self._at_end(axis)
+
+    def _told(self, axis: str, name: str) -> float | None:
+        value = self._bench.field(axis, name)
+        return None if isnan(value) else value
 
     def _at_end(self, axis: str) -> str:
         if self._bench.failure(axis):
