@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
+from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, run_control, segments
@@ -23,6 +24,7 @@ from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.control_client import ControlError, listener
 from hil.daemon.control_door import ControlDoor, Visit
 from hil.daemon.health import health
+from hil.daemon.reload_plan import ReloadRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -44,7 +46,7 @@ WATCH_IDLE_S = 10
 SAMPLES_AT_A_TIME = 5000
 
 
-REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused)
+REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
 
 
 class ControlServer:
@@ -54,7 +56,8 @@ class ControlServer:
         self._daemon = daemon
         self._path = path
         self._door: ControlDoor | None = None
-        self._capturing: set[asyncio.StreamWriter] = set()
+        self._clients: set[asyncio.StreamWriter] = set()
+        self._is_closed = False
 
     async def open(self) -> None:
         """Listen.
@@ -80,7 +83,8 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
-        for writer in self._capturing:
+        self._is_closed = True
+        for writer in self._clients:
             writer.close()
         if self._door:
             self._door.close()
@@ -89,17 +93,21 @@ class ControlServer:
                     self._path.unlink()
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
-        while line := await self._line(reader):
-            visit.is_busy = visit.has_asked = True
-            answer = await self._answer(line)
-            capture = answer.pop("capture", None)
-            writer.write(json.dumps(answer).encode() + b"\n")
-            if capture:
+        self._clients.add(writer)
+        try:
+            while not self._is_closed and (line := await self._line(reader)):
+                visit.is_busy = visit.has_asked = True
+                answer = await self._answer(line)
+                capture = answer.pop("capture", None)
+                writer.write(json.dumps(answer).encode() + b"\n")
+                if capture:
+                    await writer.drain()
+                    taken, end = capture
+                    await self._capture(taken, end, reader, writer)
+                visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
                 await writer.drain()
-                taken, end = capture
-                await self._capture(taken, end, reader, writer)
-            visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
-            await writer.drain()
+        finally:
+            self._clients.discard(writer)
 
     async def _capture(
         self,
@@ -110,11 +118,9 @@ class ControlServer:
     ) -> None:
         """The connection carries a capture until its client leaves."""
         capture.begin(writer)
-        self._capturing.add(writer)
         try:
             await reader.read(1)
         finally:
-            self._capturing.discard(writer)
             end()
 
     async def _line(self, reader: asyncio.StreamReader) -> bytes:
@@ -134,7 +140,7 @@ class ControlServer:
             if verb is VERBS["capture"]:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
-        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused) as error:
+        except REFUSALS as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
@@ -343,6 +349,13 @@ def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
     return described(daemon.host.devices[device].verbs)
 
 
+async def _reload(daemon: "Daemon") -> dict[str, Any]:
+    try:
+        return await daemon.reloader.reload()
+    except ConfigError as error:
+        return {"problems": str(error)}
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -401,5 +414,8 @@ VERBS = {
     "cancel_run": Verb(run_control.cancel, ("name", "how"), "end a run with grace or prejudice"),
     "benches": Verb(run_control.benches, (), "other benches that are joined, and their clocks"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
+    "reload": Verb(
+        _reload, (), "read the configuration again; answers devices kept, restarted, added and removed"
+    ),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.daemon.control_client import ControlError, ask
-from hil.daemon.paths import CONTROL_SOCKET, runtime_base
+from hil.daemon.paths import control_sockets, runtime_bases
 
 _TIMEOUT_S = 0.5
 
@@ -26,7 +26,8 @@ class Line:
     words: tuple[str, ...]
 
     def sockets(self) -> list[Path]:
-        return sorted(runtime_base(self.runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+        bases = runtime_bases(self.runtime_dir, os.environ)
+        return [path for base in bases for path in control_sockets(base)]
 
     def ask(self, verb: str, **arguments: Any) -> Any:
         """The answer of the bench that the command would ask.

@@ -152,6 +152,10 @@ class RealAxes:
         board = self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
         return board
 
+    def forget(self, name: str) -> None:
+        """Another board has this name now, or none."""
+        self._boards.pop(name, None)
+
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
         """A verb of a board that no run has; the one that takes it in hand does so.
 
