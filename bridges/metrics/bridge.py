@@ -4,7 +4,7 @@ import asyncio
 import ipaddress
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -92,6 +92,9 @@ class MetricsBridge:
             task.cancel()
             with suppress(asyncio.CancelledError):
                 await task
+
+    async def devices_changed(self, names: Collection[str]) -> None:
+        """Each scrape asks which there are."""
 
     def status(self) -> Mapping[str, Any]:
         return {

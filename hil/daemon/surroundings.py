@@ -3,8 +3,9 @@
 EXIT_CODES = {
     0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
     1: "it did not work out: no bench answers, a run failed, a log differs, the doctor found a problem",
-    2: "nothing was done: a wrong command line, or a configuration or a file with problems, which are listed;"
+    2: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration or a file with problems, which are listed;"
     " of `hil serve`: what it needs is refused or taken",
+    70: "a firmware could not be interrupted, and the whole of `hil serve` had to go; the next start says which",
     130: "a dialogue with a board was ended by Ctrl-C",
 }
 ENVIRONMENT = {
@@ -13,6 +14,13 @@ ENVIRONMENT = {
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"
     " configuration says another folder. Without it: `$HOME/.local/state/hil`.",
     "HOME": "where the state is kept without XDG_STATE_HOME.",
+    "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket.",
+    "STATE_DIRECTORY": "of a service: where its boards' memories are kept.",
+    "LOGS_DIRECTORY": "of a service: where a relative `--log` file stands.",
+    "NOTIFY_SOCKET": "of a service: where it says that it is ready, and how it is.",
+    "WATCHDOG_USEC": "of a service: how often systemd wants to hear of it.",
+    "WATCHDOG_PID": "of a service: which process that is meant for.",
+    "JOURNAL_STREAM": "of a service: its messages carry a priority instead of a word where they go to the journal.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook for `hil arduino`, unless --sketchbook says another.",
 }
 FILES = {
