@@ -1,0 +1,307 @@
+"""The service in a booted Debian: its ports, its watchdog, reload, state, logs, and each function in the sandbox."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from container import Container, until
+from debian import HIL_PYTHON, CannotError, need, tree_with_hil
+from frozen_thread import Frozen, core_thread, host_pid
+
+from hil.daemon.control import ControlError, ask
+
+WATCHDOG_S = 2.0  # WatchdogSec= of the unit
+UNIT = "hil@lab.service"
+LAB = """\
+bench: lab
+speed: 5
+devices:
+  m1: {profile: mechaduino, flash: {table: identity}}
+  m2: {profile: mechaduino, flash: {table: identity}, port: {kind: tcp, port: 7001}}
+  m3: {profile: mechaduino, flash: {table: identity}, port: {kind: rfc2217, port: 7002}}
+  s1: {profile: sac}
+bridges:
+  zenoh: {}
+"""
+MENU = ("m", "print main menu")
+
+
+class Lab:
+    """The container, and the bench ``lab`` in it."""
+
+    def __init__(self, container: Container) -> None:
+        self.container = container
+        self.run = container.run
+
+    def write(self, path: str, text: str) -> None:
+        self.container.path(path).write_text(text)
+
+    def show(self, what: str, unit: str = UNIT) -> str:
+        return self.run("systemctl", "show", "--value", "-p", what, unit).strip()
+
+    def pid(self) -> int:
+        """Of the daemon, on the host; 0 while there is none."""
+        inner = int(self.show("MainPID"))
+        return host_pid(self.container.leader, inner) if inner else 0
+
+    def ask(self, verb: str, bench: str = "lab") -> dict[str, Any]:
+        answer: dict[str, Any] = ask(self.container.path(f"/run/hil/{bench}/control.sock"), verb)
+        return answer
+
+    def answers(self) -> bool:
+        try:
+            return bool(self.ask("status"))
+        except (OSError, ControlError):
+            return False
+
+    def started(self) -> "Lab":
+        """The bench as it is in LAB, freshly started."""
+        self.write("/etc/hil/lab.yaml", LAB)
+        self.run("systemctl", "reset-failed", check=False)
+        self.run("systemctl", "restart", UNIT)
+        return self
+
+    def hil(self, *words: str, check: bool = True) -> str:
+        return self.run("hil", *words, check=check)
+
+    def back_after(self, pid: int, since: float) -> float:
+        """Seconds until the daemon that succeeds ``pid`` has its port m1 and answers."""
+        port = self.container.path("/run/hil/lab/m1")
+        until(lambda: not Path(f"/proc/{pid}").exists(), "the end of the old daemon")
+        until(lambda: os.path.lexists(port) and self.answers(), "its successor")
+        return time.monotonic() - since
+
+
+class Client:
+    """A program in the container that has a port open."""
+
+    def __init__(self, lab: Lab, url: str, user: str = "operator") -> None:
+        self._process = subprocess.Popen(
+            lab.container.command(HIL_PYTHON, "/usr/local/lib/inside.py", url, user=user),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        self.opened = self._line()
+
+    def _line(self) -> Any:
+        assert self._process.stdout
+        return json.loads(self._process.stdout.readline() or "null")
+
+    def ask(self, sent: str, awaited: str) -> str:
+        """What came, which ends with or has in it what was awaited."""
+        assert self._process.stdin
+        self._process.stdin.write(json.dumps([sent, awaited]).encode() + b"\n")
+        self._process.stdin.flush()
+        got: str = self._line()
+        assert awaited in got, got
+        return got
+
+    def __enter__(self) -> "Client":
+        assert self.opened == "open", self.opened
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self._process.stdin
+        self._process.stdin.close()
+        assert self._process.wait(20) == 0
+
+
+@pytest.fixture(scope="module")
+def machine() -> Iterator[Lab]:
+    try:
+        need({"systemd-nspawn": "systemd-container", "nsenter": "util-linux"})
+        with tempfile.TemporaryDirectory(prefix="hil-nspawn-") as folder:
+            tree = tree_with_hil(Path(folder))
+            (tree / "usr/local/lib/inside.py").write_text(Path(__file__).with_name("inside.py").read_text())
+            for user in (["--groups", "dialout", "operator"], ["stranger"]):
+                subprocess.run(["chroot", tree, "useradd", "--create-home", *user], check=True)
+            with Container(tree) as container:
+                yield Lab(container)
+    except CannotError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def lab(machine: Lab) -> Lab:
+    return machine.started()
+
+
+def test_it_starts_and_says_how_it_does(lab: Lab) -> None:
+    assert lab.show("ActiveState") == "active"
+    assert lab.show("User")
+    said = lab.run("systemctl", "status", "--no-pager", UNIT)
+    print(said)
+    assert re.search(r"Status: \".*4 devices", said), said
+    assert os.stat(f"/proc/{lab.pid()}").st_uid >= 61184  # a dynamic user, systemd(7)
+
+
+def test_ports_are_for_group_dialout(lab: Lab) -> None:
+    with Client(lab, "/run/hil/lab/m1") as client:
+        client.ask(*MENU)
+    assert "Permission denied" in Client(lab, "/run/hil/lab/m1", user="stranger").opened["error"]
+    listed = lab.hil("list", "--bench", "lab", check=False) or lab.hil("list")
+    assert "/run/hil/lab/m1" in listed
+
+
+@pytest.mark.parametrize("url", ["socket://127.0.0.1:7001", "rfc2217://127.0.0.1:7002"])
+def test_network_ports_work_in_the_sandbox(lab: Lab, url: str) -> None:
+    with Client(lab, url, user="stranger") as client:
+        client.ask(*MENU)
+
+
+def test_bridge_runs_and_captures_work_in_the_sandbox(lab: Lab) -> None:
+    lab.write(
+        "/tmp/bridge.py",
+        "from hil.client import connect_sync\n"
+        "with connect_sync('lab') as bench:\n"
+        "    m1 = bench.axis('m1')\n"
+        "    m1.enable()\n"
+        "    m1.move_abs(90, velocity_rpm=120, wait=True)\n"
+        "    print(round(m1.state().position_deg))\n",
+    )
+    assert lab.run(HIL_PYTHON, "/tmp/bridge.py").strip() == "90"
+    run = "run: r\naxes: {m1: {velocity_rpm: 120}, s1: {velocity_rpm: 60}}\nsteps:\n  - move: {m1: 0, s1: 90}\n"
+    lab.write("/tmp/run.yaml", run)
+    lab.hil("run", "/tmp/run.yaml")
+    capture = subprocess.Popen(lab.container.command("hil", "capture", "m1", "-w", "/tmp/c.pcapng"))
+    try:
+        written = lab.container.path("/tmp/c.pcapng")
+        until(lambda: written.exists() and written.stat().st_size, "a capture")
+        empty = written.stat().st_size
+        with Client(lab, "/run/hil/lab/m1") as client:
+            client.ask(*MENU)
+        until(lambda: written.stat().st_size > empty + 100, "captured bytes")
+    finally:
+        capture.send_signal(signal.SIGINT)
+        capture.wait(20)
+
+
+def test_reload_keeps_clients_and_refuses_what_is_wrong(lab: Lab) -> None:
+    pid = lab.pid()
+    with Client(lab, "/run/hil/lab/m1") as client:
+        client.ask(*MENU)
+        lab.write("/etc/hil/lab.yaml", LAB.replace("bridges", "  m4: {profile: mechaduino}\nbridges"))
+        lab.run("systemctl", "reload", UNIT)
+        client.ask(*MENU)
+        assert lab.container.path("/run/hil/lab/m4").is_symlink()
+        lab.write("/etc/hil/lab.yaml", LAB.replace("sac", "sack"))
+        refused = lab.run("systemctl", "reload", UNIT, check=False)
+        assert "failed" in refused, refused
+        assert "lab.yaml:7" in lab.run("journalctl", "-u", UNIT, "-p", "err", "-o", "cat", "--no-pager")
+        client.ask(*MENU)
+    assert lab.pid() == pid
+    assert lab.show("NRestarts") == "0"
+
+
+def test_a_wrong_configuration_is_not_tried_again(lab: Lab) -> None:
+    lab.write("/etc/hil/lab.yaml", LAB.replace("mechaduino", "mechadino", 1))
+    assert "failed" in lab.run("systemctl", "restart", UNIT, check=False)
+    assert lab.show("ActiveState") == "failed"
+    assert (lab.show("NRestarts"), lab.show("ExecMainStatus")) == ("0", "2")
+    said = lab.run("journalctl", "-u", UNIT, "-n", "20", "-o", "cat", "--no-pager")
+    assert "lab.yaml:4:" in said, said
+
+
+def test_the_eeprom_outlives_restarts_and_kills(lab: Lab) -> None:
+    def with_s1(*dialogue: tuple[str, str]) -> list[str]:
+        with Client(lab, "/run/hil/lab/s1") as client:
+            client.ask("\r", "SAC>")
+            return [client.ask(*each) for each in dialogue]
+
+    until(lambda: lab.ask("status")["now_ns"] > 3e9 if "now_ns" in lab.ask("status") else True, "the boards")
+    number = f"{1 + int(time.time()) % 900 / 100:.2f}"
+    with_s1((f"$Cd{number}\r", "SAC>"))
+    lab.run("systemctl", "restart", UNIT)
+    for end in ("restart", "kill"):
+        assert f"d acc\t\t{number}" in with_s1(("$C\r", "SAC>"), ("x\r", "SAC>"))[0], end
+        if end == "restart":
+            pid = lab.pid()
+            os.kill(pid, signal.SIGKILL)
+            lab.back_after(pid, time.monotonic())
+
+
+def test_killed_ports_are_back_within_a_second(lab: Lab) -> None:
+    took = []
+    for _ in range(5):
+        pid, since = lab.pid(), time.monotonic()
+        os.kill(pid, signal.SIGKILL)
+        took.append(lab.back_after(pid, since))
+        with Client(lab, "/run/hil/lab/m1") as client:
+            client.ask(*MENU)
+    print(f"killed: back after {', '.join(f'{each:.2f}' for each in took)} s")
+    assert max(took) < 1
+    assert lab.show("NRestarts") == "5"
+
+
+@pytest.mark.parametrize("what", ["event loop", "core"])
+def test_hung_it_is_back_within_the_watchdogs_time_and_a_second(lab: Lab, what: str) -> None:
+    took = []
+    for _ in range(3):
+        pid = lab.pid()
+        hung: Callable[[int], int] = core_thread if what == "core" else int
+        with Frozen(hung(pid)):
+            took.append(lab.back_after(pid, time.monotonic()))
+    print(f"hung {what}: back after {', '.join(f'{each:.2f}' for each in took)} s")
+    assert max(took) < WATCHDOG_S + 1
+    assert "watchdog" in lab.run("journalctl", "-u", UNIT, "--no-pager").lower()
+
+
+def test_logs_have_priorities(lab: Lab) -> None:
+    lab.write("/etc/hil/lab.yaml", LAB.replace("\n  s1: {profile: sac}", "\n  s1: {profile: mechaduino}"))
+    lab.run("systemctl", "restart", UNIT)  # its memory is a SAC's: kept aside, which is a warning
+    warned = lab.run("journalctl", "-u", UNIT, "-p", "warning", "-o", "cat", "--no-pager", "-n", "5")
+    assert "it was kept as s1.nvm.damaged-1" in warned, warned
+    assert "WARNING" not in warned
+    assert "hil" in lab.run("journalctl", "-u", UNIT, "-o", "cat", "--no-pager", "-n", "50")
+
+
+def test_its_score(lab: Lab) -> None:
+    said = lab.run("systemd-analyze", "security", "--no-pager", UNIT)
+    score = re.search(r"Overall exposure level for \S+: (\d\.\d)", said)
+    assert score, said
+    print(score[0])
+    assert float(score[1]) <= 2.0
+
+
+def test_the_realtime_drop_in_gives_real_time(lab: Lab) -> None:
+    folder = "/etc/systemd/system/hil@.service.d"
+    assert "degraded" in lab.ask("status")["rt"]["state"]
+    lab.run("mkdir", "-p", folder)
+    lab.run("ln", "-s", "/usr/local/share/hil/systemd/realtime.conf", folder)
+    try:
+        lab.run("systemctl", "daemon-reload")
+        lab.run("systemctl", "restart", UNIT)
+        granted = lab.ask("status")["rt"]
+        assert granted["state"] == "ok", granted
+        assert "Max realtime priority     80" in Path(f"/proc/{lab.pid()}/limits").read_text()
+    finally:
+        lab.run("rm", "-r", folder)
+        lab.run("systemctl", "daemon-reload")
+
+
+def test_instances_do_not_disturb_each_other(lab: Lab) -> None:
+    lab.write("/etc/hil/bench.yaml", "bench: bench\ndevices:\n  m1: {profile: mechaduino}\n")
+    lab.run("systemctl", "start", "hil.service")
+    assert lab.ask("status", "bench")
+    lab.run("systemctl", "stop", UNIT)
+    assert lab.ask("status", "bench")
+    assert lab.container.path("/run/hil/bench/m1").is_symlink()
+    assert not lab.container.path("/run/hil/lab").exists()
+    lab.run("systemctl", "stop", "hil.service")
+
+
+def test_uninstall_takes_all_but_configuration_and_state(lab: Lab) -> None:
+    lab.run("make", "-C", "/wheels", "uninstall-service")
+    assert lab.show("LoadState") == "not-found"
+    left = lab.run("find", "/usr/local", "/etc/systemd", "-name", "*hil*").split()
+    assert left == []
+    assert lab.container.path("/etc/hil/lab.yaml").exists()
+    assert lab.container.path("/var/lib/private/hil/lab").is_dir()
