@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -63,6 +63,8 @@ class ZenohBridge:
         self._session: zenoh.Session | None = None
         self._gate: Gate | None = None
         self._entities: list[Any] = []
+        self._tokens: dict[str, Any] = {}
+        """Of devices that are there."""
         self.dropped = 0
         self.commands = 0
 
@@ -89,12 +91,27 @@ class ZenohBridge:
             session.declare_subscriber(everything, self._on_put, allowed_origin=zenoh.Locality.REMOTE),
             session.declare_queryable(everything, self._on_query, complete=True),
         ]
-        live = [f"axis/{name}" for name in self._host.devices] + [
-            f"segment/{name}" for name in self._host.segments
-        ]
-        for name in ("daemon", *live):
-            self._entities.append(session.liveliness().declare_token(f"{self._prefix}/@live/{name}"))
+        for name in ("daemon", *(f"segment/{name}" for name in self._host.segments)):
+            self._entities.append(self._live(name))
+        self._tokens = {name: self._live(f"axis/{name}") for name in self._host.devices}
         self._publications.start()
+
+    def _live(self, name: str) -> Any:
+        assert self._session
+        return self._session.liveliness().declare_token(f"{self._prefix}/@live/{name}")
+
+    async def devices_changed(self, names: Collection[str]) -> None:
+        if self._session is None:
+            return
+        try:
+            for name in names:
+                if token := self._tokens.pop(name, None):
+                    token.undeclare()
+            self._publications.devices_changed(names)
+            self._readers = self._readable()
+            self._tokens |= {name: self._live(f"axis/{name}") for name in names if name in self._host.devices}
+        except zenoh.ZError as error:
+            raise BridgeError(first_line(error)) from None
 
     async def close(self) -> None:
         if self._session is None:
@@ -104,9 +121,10 @@ class ZenohBridge:
             task.cancel()
         await asyncio.gather(*self._later, return_exceptions=True)
         await self._loop.run_in_executor(None, self._sender.close)
-        for entity in reversed(self._entities):
+        for entity in reversed([*self._entities, *self._tokens.values()]):
             entity.undeclare()
         self._entities.clear()
+        self._tokens.clear()
         session, self._session = self._session, None
         await self._loop.run_in_executor(None, session.close)
         self._queue.clear()

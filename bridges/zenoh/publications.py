@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from struct import Struct
@@ -147,28 +147,54 @@ class Publications:
         self._prefix = prefix(host.bench)
         self.rejections = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._texts = {
-            name: StateText([field for field in device.fields.values() if field.is_state])
-            for name, device in host.devices.items()
-            if not device.is_real
-        }
-        self._states = [self._state(name) for name in self._texts]
-        self._packed = [self._packed_state(name) for name in self._texts]
-        self._watches = [self._packets(name) for name in host.segments]
-        self._watches += [self._bytes(name) for name in host.ports]
+        self._states: dict[str, _Stream] = {}
+        self._packed: dict[str, _Stream] = {}
+        self._ports: dict[str, _Watch] = {}
+        self._segments = [self._packets(name) for name in host.segments]
+        self._lost_before = 0
+        self._begin(host.devices)
         slow = {"sim/clock": self.clock, "sim/health": self.health}
         self._slow = [(self._publisher(key, SCHEMAS[key]), content) for key, content in slow.items()]
         for name in host.segments:
             publisher = self._publisher(f"segment/{name}/stats", "hil.stats.v1")
             self._slow.append((publisher, partial(self.stats, name)))
-        self._demand: list[_Stream | _Watch] = [*self._states, *self._packed, *self._watches]
         self._end_runs = host.on_run(self._tell_run)
         self._rejected = self._publisher("sim/rejected", "hil.error.v1")
+
+    def _begin(self, devices: Collection[str]) -> None:
+        """Whatever these devices tell: their axes and their ports; at the first time the taps' ports too."""
+        host = self._host
+        for name in devices:
+            if name in host.devices and not host.devices[name].is_real:
+                self._states[name] = self._state(name)
+                self._packed[name] = self._packed_state(name)
+        self._ports |= {name: self._bytes(name) for name in host.ports if name not in self._ports}
+
+    def devices_changed(self, names: Collection[str]) -> None:
+        """These were added, taken away or exchanged."""
+        for name in names:
+            for stream in (self._states.pop(name, None), self._packed.pop(name, None)):
+                if stream:
+                    stream.close()
+                    self._lost_before += stream.lost
+        for port in [port for port in self._ports if port.partition(".")[0] in names]:
+            self._ports.pop(port).close()
+        self._begin(names)
+
+    @property
+    def _demand(self) -> list[_Stream | _Watch]:
+        return [
+            *self._states.values(),
+            *self._packed.values(),
+            *self._segments,
+            *self._ports.values(),
+        ]
 
     @property
     def dropped(self) -> int:
         """Samples that found no room in the core's ring."""
-        return sum(stream.lost for stream in (*self._states, *self._packed))
+        streams = (*self._states.values(), *self._packed.values())
+        return self._lost_before + sum(stream.lost for stream in streams)
 
     def start(self) -> None:
         loop = asyncio.get_running_loop()
@@ -232,7 +258,8 @@ class Publications:
     def _state(self, name: str) -> _Stream:
         publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
         interval_ns = round(1e9 / self._options.state_hz)
-        text, wall_ns = self._texts[name], self._host.wall_ns
+        fields = self._host.devices[name].fields.values()
+        text, wall_ns = StateText([field for field in fields if field.is_state]), self._host.wall_ns
         at_ns = Struct("<q").unpack_from
         return _Stream(
             publisher,
@@ -278,9 +305,9 @@ class Publications:
                 each.look()
             await asyncio.sleep(LOOK_S)
 
-    async def _pump(self, streams: Sequence[_Stream], interval_s: float) -> None:
+    async def _pump(self, streams: Mapping[str, _Stream], interval_s: float) -> None:
         while True:
-            on = [stream for stream in streams if stream.is_on]
+            on = [stream for stream in streams.values() if stream.is_on]
             for stream in on:
                 stream.flush()
             await asyncio.sleep(max(interval_s, SHORTEST_S, len(on) / TAKES_PER_S) if on else LOOK_S)

@@ -4,7 +4,14 @@ Finds profiles and ports by their folder's name. May import every room of the co
 and ``hil.daemon``; imports the sibling packages only by a name that a configuration gives.
 """
 
-from hil.compose.build import bench_runtime, load_firmware, start_sections
+from hil.compose.build import (
+    TableFileError,
+    axis_seed,
+    bench_runtime,
+    load_firmware,
+    make_device,
+    start_sections,
+)
 from hil.compose.find import (
     bridge_reference,
     find_catalogue,
@@ -16,6 +23,8 @@ from hil.compose.find import (
 )
 
 __all__ = [
+    "TableFileError",
+    "axis_seed",
     "bench_runtime",
     "bridge_reference",
     "find_catalogue",
@@ -23,6 +32,7 @@ __all__ = [
     "load_firmware",
     "load_verbs",
     "make_bridge",
+    "make_device",
     "make_port",
     "serial_port_config",
     "start_sections",

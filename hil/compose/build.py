@@ -10,10 +10,12 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device, Store
+from hil.session.group import Group
 from hil.session.setpoints import TimeOut
 from hil.session.tap import Tap
 from hil.vocab.firmware import Board, Firmware
 
+LEAST_AXES = 8
 TABLE_LEN = 16384
 LOOKUP_SECTION = "lookup"
 """The section of a board's memory that holds the encoder's look-up table."""
@@ -74,7 +76,7 @@ def load_firmware(profile: ProfileInfo) -> Callable[[Board], Firmware]:
     return made
 
 
-def add_device(
+def make_device(
     bench: BenchRuntime,
     name: str,
     config: DeviceConfig,
@@ -83,9 +85,9 @@ def add_device(
     store: Store,
     seed: int,
     partner: str | None = None,
-) -> Device:
-    """Open an axis and start the device's firmware. ``seed``: where the axis's randomness starts.
-    ``partner``: a device that wires join it with."""
+) -> tuple[Group, Device]:
+    """Open an axis and make the device, which ``bench.add`` puts into its group. ``seed``: where the axis's
+    randomness starts. ``partner``: a device that wires join it with."""
     plan = config.axis_plan(profile, seed)
     verbs = load_verbs(profile.name)
     time_out = None
@@ -109,8 +111,12 @@ def add_device(
         time_out=time_out,
         follow=verbs.follow,
     )
-    bench.add(group, device)
-    return device
+    return group, device
+
+
+def axis_seed(config: BenchConfig, index: int) -> int:
+    """Of the device of this number; far apart, so that bench 0's second is not bench 1's first."""
+    return config.seed + (index << 32)
 
 
 def partners(devices: Iterable[str], joints: Iterable[Iterable[str]]) -> dict[str, str]:
@@ -132,19 +138,17 @@ def bench_runtime(
 ) -> BenchRuntime:
     """All twins of a configuration at simulated time 0, none of which has run yet.
 
-    ``memories`` has each device's non-volatile sections. The core has room for twice the devices, so
-    that a reload can add some.
+    ``memories`` has each device's non-volatile sections. The core has room for twice the devices, and for
+    ``LEAST_AXES``, so that a reload can add some.
     """
-    bench = BenchRuntime(config.bench, Core(max(2 * len(config.devices), 1)))
+    bench = BenchRuntime(config.bench, Core(max(2 * len(config.devices), LEAST_AXES)))
     joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
     joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
     joined = partners(config.twins, joints)
     for index, (name, device) in enumerate(config.twins.items()):
         profile = catalogue.profiles[device.profile]
-        # Far apart, so that bench 0's second device is not bench 1's first.
-        seed = config.seed + (index << 32)
-        partner = joined.get(name)
-        add_device(bench, name, device, profile, memories.get(name, {}), store, seed, partner)
+        memory, seed = memories.get(name, {}), axis_seed(config, index)
+        bench.add(*make_device(bench, name, device, profile, memory, store, seed, joined.get(name)))
     for wire in config.wires:
         (source, output), (target, input_name) = wire.output, wire.input
         axes = {name: bench.devices[name].axis for name in (source, target)}

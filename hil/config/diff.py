@@ -1,4 +1,9 @@
-"""What a reload would do: which devices go on, which start anew, and because of which keys."""
+"""What a reload would do: which devices go on, which start anew, and because of which keys.
+
+Devices that are joined to others, by wires or a segment, share one simulated time: a change of one of them
+is a change of the whole bench, which only a restart of the daemon makes. So are keys of the bench, but for
+faults, which are their targets'.
+"""
 
 import json
 from collections.abc import Iterator
@@ -22,14 +27,10 @@ class Change:
 
 def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
     """The changes in the order in which to make them: the core, removals, then the new file's order."""
-    changes: list[Change] = []
-    core = _why(
-        _flat(old.model_dump(mode="json", by_alias=True, exclude={"devices"})),
-        _flat(new.model_dump(mode="json", by_alias=True, exclude={"devices"})),
-    )
-    if core:
-        changes.append(Change(None, "restart", core))
-    changes += [
+    joined = _joined(old) | _joined(new)
+    core = list(_why(_bench_keys(old), _bench_keys(new)))
+    core += _why(_faults_elsewhere(old), _faults_elsewhere(new))
+    changes = [
         Change(name, "remove", ("it is no longer in the configuration",))
         for name in old.devices
         if name not in new.devices
@@ -38,9 +39,35 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
         if name not in old.devices:
             changes.append(Change(name, "add", ("it is new in the configuration",)))
         else:
-            why = _why(_keys(old.devices[name]), _keys(device))
+            why = _why(_keys(old.devices[name]), _keys(device)) + _why(_faults(old, name), _faults(new, name))
             changes.append(Change(name, "restart" if why else "keep", why))
-    return changes
+    core += [
+        f"{change.device}, which is joined to others: {line}"
+        for change in changes
+        if change.device in joined
+        for line in change.why
+    ]
+    return ([Change(None, "restart", tuple(core))] if core else []) + changes
+
+
+def _bench_keys(bench: BenchConfig) -> dict[str, str]:
+    return _flat(bench.model_dump(mode="json", by_alias=True, exclude={"devices", "faults"}))
+
+
+def _joined(bench: BenchConfig) -> set[str]:
+    """Devices that share their time with others."""
+    wired = {device for wire in bench.wires for device, _ in (wire.output, wire.input)}
+    return wired | {device for segment in bench.segments.values() for device, _ in segment.uarts()}
+
+
+def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
+    found = [fault for fault in bench.faults if fault.target.partition(".")[0] == device]
+    return {"faults": json.dumps([fault.model_dump(mode="json") for fault in found])} if found else {}
+
+
+def _faults_elsewhere(bench: BenchConfig) -> dict[str, str]:
+    """Of segments and taps; those of joined devices are among the devices' own."""
+    return {f"faults of {place}": text for place in bench.segments for text in _faults(bench, place).values()}
 
 
 def _keys(device: DeviceConfig) -> dict[str, str]:

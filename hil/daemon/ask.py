@@ -8,7 +8,9 @@ import typer
 RuntimeDir = Annotated[
     Path | None,
     typer.Option(
-        "--runtime-dir", help="Folder of running benches' ports and sockets. [default: $XDG_RUNTIME_DIR/hil]"
+        "--runtime-dir",
+        help="Folder of running benches' ports and sockets."
+        " [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]",
     ),
 ]
 Bench = Annotated[
@@ -21,7 +23,14 @@ DeviceName = Annotated[
 
 def fail(message: str, code: int = 1) -> typer.Exit:
     """What a command raises after it has said why."""
-    typer.echo(message, err=True)
+    import logging
+    import os
+    import sys
+
+    from hil.daemon.journal import is_journal, prefixed
+
+    in_journal = is_journal(sys.stderr, os.environ)
+    typer.echo(prefixed(message, logging.ERROR) if in_journal else message, err=True)
     return typer.Exit(code)
 
 
@@ -30,7 +39,7 @@ def sockets(runtime_dir: Path | None) -> list[Path]:
     import os
 
     from hil.daemon.control import listener
-    from hil.daemon.paths import CONTROL_SOCKET, runtime_base
+    from hil.daemon.paths import control_sockets, runtime_bases
 
     def is_left_behind(path: Path) -> bool:
         try:
@@ -38,7 +47,7 @@ def sockets(runtime_dir: Path | None) -> list[Path]:
         except OSError:
             return False  # `ask` says what is wrong with it
 
-    found = sorted(runtime_base(runtime_dir, None, os.environ).glob(f"*/{CONTROL_SOCKET}"))
+    found = [path for base in runtime_bases(runtime_dir, os.environ) for path in control_sockets(base)]
     return [path for path in found if not is_left_behind(path)]
 
 

@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
@@ -49,6 +49,13 @@ class Host:
         self.segments: Sequence[str] = list(daemon.bench.segments)
         self.devices = {name: self._info(name) for name in daemon.config.devices}
 
+    def refresh(self, begun: Collection[str]) -> None:
+        """The bench has changed: ``begun`` are devices that are new, or not what they were."""
+        known = dict(self.devices)
+        self.devices.clear()
+        for name in self._daemon.config.devices:
+            self.devices[name] = self._info(name) if name in begun else known[name]
+
     @property
     def ports(self) -> Sequence[str]:
         return [name for name in names(self._daemon) if name not in self.segments]
@@ -83,14 +90,17 @@ class Host:
 
     async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> str | None:
         bench, speed = self._daemon.bench, self._daemon.config.speed
+        asked = bench.devices.get(device)
         last_ns = done.effective_at_ns + round(at_most_s * 1e9)
         end_ns = int(done.effective_at_ns + done.answer.get("ends_after_ns", 0))
         pause_s = _POLL_NS / 1e9 / speed
         await asyncio.sleep(pause_s)  # what a main program does begins with its next step
-        while self._is_under_way(device, end_ns):
+        while bench.devices.get(device) is asked and self._is_under_way(device, end_ns):
             if bench.now_ns >= last_ns:
                 return None
             await asyncio.sleep(max(min(pause_s, (end_ns - bench.now_ns) / 1e9 / speed), pause_s / 10))
+        if bench.devices.get(device) is not asked:
+            return "interrupted"  # a reload has taken it away
         wanted = done.answer.get("set_point")
         is_other = wanted is not None and abs(bench.snapshot(device).r - wanted) > abs(wanted) * 1e-6 + 1e-4
         return "interrupted" if is_other and "ends_after_ns" in done.answer else "ended"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil import __version__
-from hil.daemon import axis_command, dialogues, draw_commands, line_commands, run_command
+from hil.daemon import axis_command, dialogues, draw_commands, line_commands, reload_command, run_command
 from hil.daemon.arduino import commands as arduino
 from hil.daemon.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
 
@@ -74,33 +74,50 @@ def serve(
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM."""
     import asyncio
-    import logging
     import os
 
     from hil.daemon.daemon import Daemon, StartError
-    from hil.daemon.paths import runtime_base, state_base
+    from hil.daemon.journal import start_log
+    from hil.daemon.notify import Notifier
+    from hil.daemon.paths import log_file, runtime_base, state_base
 
-    logging.basicConfig(format="%(levelname)s %(message)s", level=logging.INFO)
-    bench = _read_config(config)
+    start_log(sys.stderr, os.environ)
+    notifier = Notifier(os.environ, os.getpid())
+    try:
+        bench = _read_config(config)
+    except typer.Exit:
+        notifier.status(f"{config} has problems; the log lists them")
+        raise
     daemon = Daemon(
         bench,
         config_folder=config.parent,
-        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ),
-        state_base=state_base(state_dir, bench.state_dir, os.environ),
-        input_log=log,
+        config_file=config,
+        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench),
+        state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
+        input_log=log_file(log, os.environ),
         require_rt=require_rt,
         port_group=port_group,
+        notifier=notifier,
     )
     try:
         asyncio.run(daemon.run(_say_started))
     except StartError as error:
+        notifier.status(str(error))
         raise fail(f"hil: {error}", 2) from None
 
 
 def _say_started(daemon: "Daemon") -> None:
+    import os
+
+    from hil.daemon.journal import is_journal
+
     typer.echo(
         f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
     )
+    if is_journal(sys.stdout, os.environ):  # nobody types from there
+        for name, address in daemon.addresses():
+            typer.echo(f"{name} at {address}")
+        return
     for name, session in daemon.sessions.items():
         address, device = session.port.address, daemon.config.devices[session.device.name]
         profile = daemon.catalogue.profiles[device.profile]
@@ -347,6 +364,7 @@ def reference() -> None:
     typer.echo(text(app), nl=False)
 
 
+app.command()(reload_command.reload)
 app.command()(draw_commands.plot)
 app.command(context_settings={"ignore_unknown_options": True})(draw_commands.step)  # negative degrees
 app.command()(draw_commands.drive)

@@ -22,6 +22,7 @@ from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
 from hil.daemon.captures import Capture, names, open_capture
+from hil.daemon.reload_plan import ReloadRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -53,7 +54,7 @@ class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
 
 
-REFUSALS = (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused)
+REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
 
 
 class ControlServer:
@@ -142,7 +143,7 @@ class ControlServer:
             if verb is VERBS["capture"]:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
-        except (ControlError, DialogueError, FaultRefused, real_boards.NoDialogue, VerbRefused) as error:
+        except REFUSALS as error:
             return {"ok": False, "error": str(error)}
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
@@ -406,6 +407,13 @@ def _cancel_run(daemon: "Daemon", name: str, how: str) -> dict[str, Any]:
     return daemon.runs.cancel(LOCAL, name, "grace" if how == "grace" else "prejudice").as_dict()
 
 
+async def _reload(daemon: "Daemon") -> dict[str, Any]:
+    try:
+        return await daemon.reloader.reload()
+    except ConfigError as error:
+        return {"problems": str(error)}
+
+
 def _stop(daemon: "Daemon") -> dict[str, int]:
     daemon.stop()
     return {"pid": os.getpid()}
@@ -463,5 +471,8 @@ VERBS = {
     "runs": Verb(_runs, ("name",), "how a run does, or with an empty name all that are remembered"),
     "cancel_run": Verb(_cancel_run, ("name", "how"), "end a run with grace or prejudice"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
+    "reload": Verb(
+        _reload, (), "read the configuration again; answers devices kept, restarted, added and removed"
+    ),
     "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
 }

@@ -26,19 +26,21 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
 from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running, listener
+from hil.daemon.daemon_store import DaemonStore
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import StepGuard
 from hil.daemon.log_file import LogFile
+from hil.daemon.notify import Notifier
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
 from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.daemon.reload import Reloader
 from hil.daemon.runs import Runs
+from hil.daemon.service import Service, has_terminal
 from hil.daemon.store import NvmStore, StoreError
 from hil.daemon.watches import Watches
-from hil.firmware.nvm import Content
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import CommitDone
 from hil.session.pass_through import PassThrough
 from hil.session.session import Lines, Session
 from hil.session.tap_session import TapSession
@@ -58,43 +60,6 @@ class StartError(Exception):
     """The daemon cannot start: ``str(error)`` says why and what to do, a line for each problem."""
 
 
-class DaemonStore:
-    """Boards' memories in files; answers come back as inputs, with the times of their own."""
-
-    def __init__(self, files: NvmStore, counters: dict[str, int]) -> None:
-        self._files = files
-        self._counters = counters
-        self.bench: BenchRuntime | None = None
-        self.loop: asyncio.AbstractEventLoop | None = None
-        self.failures: dict[str, str] = {}
-        self.answered: Callable[[], None] = lambda: None
-        """Called after a firmware has run on an answer: what it sent has to go on its line."""
-
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        self._counters[device.name] = self._counters.get(device.name, 0) + 1
-        content = Content(device.profile, self._counters[device.name], dict(sections))
-        loop = self.loop
-        assert loop is not None
-        self._files.commit(
-            device.name, content, lambda ok, why: _call_soon(loop, self._done, device, ok, why)
-        )
-
-    def _done(self, device: Device, durable: bool, why: str) -> None:
-        if durable:
-            self.failures.pop(device.name, None)
-        else:
-            self.failures[device.name] = why
-            log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
-        if self.bench:
-            self.bench.give(device, CommitDone(durable))
-            self.answered()
-
-
-def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
-    with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-        loop.call_soon_threadsafe(*call)
-
-
 class Daemon:
     """One bench. ``run`` starts it, and returns after ``stop`` or a signal, with everything put away."""
 
@@ -103,11 +68,13 @@ class Daemon:
         config: BenchConfig,
         *,
         config_folder: Path,
+        config_file: Path | None = None,
         runtime_base: Path,
         state_base: Path,
         input_log: Path | None = None,
         require_rt: bool = False,
         port_group: str | None = None,
+        notifier: Notifier | None = None,
     ) -> None:
         self.config = config
         self.catalogue: Catalogue = find_catalogue()
@@ -128,11 +95,15 @@ class Daemon:
         """Wall time at simulated time 0, nanoseconds since 1970."""
         self.bench: BenchRuntime
         self.watches: Watches
-        self._config_folder = config_folder
+        self.config_folder = config_folder
+        self.config_file = config_file
+        self.files: NvmStore
         self._input_log = input_log
         self._log_file: LogFile | None = None
         self._require_rt = require_rt
         self._port_group = port_group
+        self.service = Service(self, notifier or Notifier({}, 0))
+        self.reloader = Reloader(self)
         self._stop = asyncio.Event()
         self._release_timer: asyncio.TimerHandle | None = None
 
@@ -143,25 +114,27 @@ class Daemon:
             StartError: something is missing; nothing was left behind.
         """
         loop = asyncio.get_running_loop()
-        signals = [signal.SIGINT, signal.SIGTERM]
+        signals = {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
         if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
-            signals.append(signal.SIGHUP)
-        for number in signals:  # first, so that one that comes early leaves nothing behind either
-            loop.add_signal_handler(number, self.stop)
-        files, lock = self._open_store()
+            signals[signal.SIGHUP] = self.stop if has_terminal() else self.reloader.request
+        for number, call in signals.items():  # first: one that comes early leaves nothing behind either
+            loop.add_signal_handler(number, call)
+        self.files, lock = self._open_store()
         control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
         try:
             self._prepare_runtime_dir()
             await control.open()
-            self._build(files, loop)
+            self._build(self.files, loop)
             await self._open_ports()
             self._start_core(loop)
             self.runs = Runs(self)
             await self._open_bridges()
+            self.reloader.is_open = True
+            self.service.start()
             started(self)
             await self._stop.wait()
         finally:
-            await self._put_away(loop, control, files)
+            await self._put_away(loop, control, self.files)
             os.close(lock)
             for number in signals:
                 loop.remove_signal_handler(number)
@@ -193,7 +166,9 @@ class Daemon:
 
     def _prepare_runtime_dir(self) -> None:
         try:
-            make_folder(self.runtime_dir.parent)
+            parent = self.runtime_dir.parent
+            if not parent.exists() or parent.stat().st_uid != 0:  # root's is the service manager's
+                make_folder(parent)
             make_folder(self.runtime_dir, 0o755)  # ports and socket have modes of their own
         except OSError as error:
             raise StartError(
@@ -205,7 +180,7 @@ class Daemon:
         for name, config in self.config.twins.items():
             try:
                 loaded = files.load(name, config.profile)
-                memories[name] = start_sections(config, loaded.content.sections, self._config_folder)
+                memories[name] = start_sections(config, loaded.content.sections, self.config_folder)
             except StoreError as error:
                 problems.append(str(error))
                 continue
@@ -225,13 +200,17 @@ class Daemon:
         store.bench, store.loop, self.store = self.bench, loop, store
         store.answered = self.lines.flush
         self.host = Host(self)
-        self._guard = guard = StepGuard()
+        self._guard = StepGuard()
         for device in self.bench.devices.values():
-            device.guard = guard
-            device.on_failed = self._device_failed
+            self.adopt(device)
         self.bench.listeners.append(self._sent)
         if self._input_log:
             self._open_log(self._input_log, memories)
+
+    def adopt(self, device: Device) -> None:
+        """Watch over a device: its firmware's steps take no longer than they may, and it fails loudly."""
+        device.guard = self._guard
+        device.on_failed = self._device_failed
 
     def _open_log(self, path: Path, memories: Mapping[str, Mapping[str, bytes]]) -> None:
         try:
@@ -240,6 +219,13 @@ class Daemon:
             raise StartError(f"log {path}: {error.strerror}") from error
         self.bench.log = InputLogWriter(self._log_file, f"hil {__version__}", self.config_as_dict(), memories)
         self.bench.listeners.append(self.bench.log.sent)
+
+    def addresses(self) -> list[tuple[str, str]]:
+        """All ports' names, and where clients reach them."""
+        ports = {name: session.port for name, session in self.sessions.items()}
+        ports |= {name: session.port for name, session in self.tap_sessions.items()}
+        ports |= {name: real.client for name, real in self.real.items()}
+        return [(name, port.address) for name, port in ports.items()]
 
     def config_as_dict(self) -> dict[str, Any]:
         """The configuration as a dict that ``hil.config.from_dict`` takes."""
@@ -264,7 +250,7 @@ class Daemon:
                 if port_config is None:
                     continue
                 label = port_label(name, uart)
-                port = make_port(port_config, self._port_context(label))
+                port = make_port(port_config, self.port_context(label))
                 session = Session(self.bench, device, port, self.lines, native_usb=native_usb, uart=uart)
                 try:
                     await port.open(session)
@@ -274,7 +260,7 @@ class Daemon:
         for segment, wire in self.config.segments.items():
             for tap_name, tap_config in wire.taps.items():
                 label = f"{segment}.{tap_name}"
-                port = make_port(tap_config.port, self._port_context(label))
+                port = make_port(tap_config.port, self.port_context(label))
                 tap = self.bench.taps[label]
                 tap_session = TapSession(self.bench, tap, port, self.lines)
                 try:
@@ -304,11 +290,12 @@ class Daemon:
                 raise StartError(f"bridges.{kind}: {error}") from None
             self.bridges[kind] = bridge
 
-    def _port_context(self, label: str) -> PortContext:
+    def port_context(self, label: str) -> PortContext:
+        """Where the port with this label belongs."""
         return PortContext(self.config.bench, label, self.runtime_dir, self._port_group)
 
     async def _open_real(self, name: str, config: DeviceConfig) -> None:
-        context = self._port_context(name)
+        context = self.port_context(name)
         board = make_port(serial_port_config(config), context)
         real = PassThrough(name, make_port(config.port, context), board)
         await real.client.open(real.to_board)
@@ -376,6 +363,8 @@ class Daemon:
     async def _put_away(
         self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
     ) -> None:
+        self.service.stop()
+        await self.reloader.close()
         await control.close()
         for bridge in self.bridges.values():
             await bridge.close()

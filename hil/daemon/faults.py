@@ -47,6 +47,10 @@ class FaultRegistry:
         else:
             self.bench.clear_fault(number)
 
+    def forget(self, device: str) -> None:
+        """A real board goes, or is exchanged, and what was wrong with its line."""
+        self._active = {number: fault for number, fault in self._active.items() if fault.target != device}
+
     def listed(self) -> list[dict[str, Any]]:
         """All that are active; those of real lines with how many bytes each has changed."""
         rows: list[dict[str, Any]] = [

@@ -7,27 +7,62 @@ from pathlib import Path
 
 CONTROL_SOCKET = "control.sock"
 """In the bench's runtime directory. No device can have this name: it has a dot."""
+SERVICES = Path("/run/hil")
+"""Where services have their runtime directories."""
 
 
-def runtime_base(option: Path | None, configured: Path | None, env: Mapping[str, str]) -> Path:
+def runtime_base(
+    option: Path | None, configured: Path | None, env: Mapping[str, str], bench: str = ""
+) -> Path:
     """The directory that has one folder for each running bench: the option, the configuration's
-    ``runtime_dir``, or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the user's in
-    the directory for temporary files."""
+    ``runtime_dir``, the service's ``$RUNTIME_DIRECTORY`` (or what it is in, where it has the name of the
+    bench and so is that folder), or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the
+    user's in the directory for temporary files."""
     if option or configured:
         return (option or configured or Path()).absolute()
+    if service := _service_directory("RUNTIME_DIRECTORY", env):
+        return service.parent if service.name == bench else service
     if env.get("XDG_RUNTIME_DIR"):
         return Path(env["XDG_RUNTIME_DIR"]) / "hil"
     return Path(tempfile.gettempdir()) / f"hil-{os.getuid()}"
 
 
-def state_base(option: Path | None, configured: Path | None, env: Mapping[str, str]) -> Path:
+def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
+    """Where to look for running benches: the option alone, or the user's and the services'."""
+    base = runtime_base(option, None, env)
+    return [base] if option else list(dict.fromkeys([base, SERVICES]))
+
+
+def state_base(option: Path | None, configured: Path | None, env: Mapping[str, str], bench: str = "") -> Path:
     """The directory that has one folder of boards' memories for each bench: the option, the
-    configuration's ``state_dir``, or ``hil`` in ``$XDG_STATE_HOME`` (``~/.local/state``)."""
+    configuration's ``state_dir``, the service's ``$STATE_DIRECTORY`` (as in ``runtime_base``), or ``hil`` in
+    ``$XDG_STATE_HOME`` (``~/.local/state``)."""
     if option or configured:
         return (option or configured or Path()).absolute()
+    if service := _service_directory("STATE_DIRECTORY", env):
+        return service.parent if service.name == bench else service
     if env.get("XDG_STATE_HOME"):
         return Path(env["XDG_STATE_HOME"]) / "hil"
     return Path(env.get("HOME", "/")) / ".local" / "state" / "hil"
+
+
+def log_file(option: Path | None, env: Mapping[str, str]) -> Path | None:
+    """The file of ``--log``; a service's stands in its ``$LOGS_DIRECTORY`` where its path is relative."""
+    service = _service_directory("LOGS_DIRECTORY", env)
+    return service / option if service and option else option
+
+
+def control_sockets(base: Path) -> list[Path]:
+    """Control sockets below a directory, or in it; of benches that run, or were killed."""
+    return [
+        path for pattern in ("", "*/", "*/*/") for path in sorted(base.glob(f"{pattern}{CONTROL_SOCKET}"))
+    ]
+
+
+def _service_directory(name: str, env: Mapping[str, str]) -> Path | None:
+    """systemd.exec(5): several directories are separated by colons; the first is meant."""
+    first = env.get(name, "").partition(":")[0]
+    return Path(first) if first else None
 
 
 def make_folder(folder: Path, mode: int = 0o700) -> None:

@@ -8,7 +8,7 @@ ones are refused. The same name submitted again is the same run: its state is an
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -97,6 +97,11 @@ class Runs:
         elif name in self._executions:
             self._executions[name].cancel = how
         return progress
+
+    def using(self, devices: Collection[str]) -> dict[str, str]:
+        """Runs that have not ended, by those of these devices that are in them."""
+        waiting = [name for name, p in self.progress.items() if p.state in ("queued", "running")]
+        return {axis: name for name in waiting for axis in self._documents[name][0].axes if axis in devices}
 
     async def close(self) -> None:
         """The bench ends, and with it what moves."""

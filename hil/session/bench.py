@@ -73,6 +73,29 @@ class BenchRuntime:
         self.devices[device.name] = device
         self._group_of[device.name] = group
 
+    def set_going(self, device: Device) -> None:
+        """A device that was added to a bench that runs: its firmware starts at the present, and in real time
+        the core's thread gets its group."""
+        group = self._group_of[device.name]
+        now_ns = self.now_ns
+        self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
+        group.advance(now_ns)
+        if self.real_time:
+            self.core.native.release(group.id)
+
+    def remove(self, name: str) -> None:
+        """Take a device away that has a group of its own, with its faults."""
+        group, device = self._group_of.pop(name), self.devices.pop(name)
+        with self._owning(group):
+            self.faults.forget(name)
+            device.close()
+        self.discard(group)
+
+    def discard(self, group: Group) -> None:
+        """Close a group; none of its devices is in the bench."""
+        self.core.native.group_close(group.id)
+        del self._groups[group.id]
+
     def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """A device's UART sends; its ``sent`` callback."""
         if segment := self._segment_of.get((device.name, port)):

@@ -222,6 +222,22 @@ class Device:
         """Its main program is in a routine of its own, and takes no commands."""
         return self._is_on and bool(getattr(self._firmware, "is_busy", False))
 
+    @property
+    def is_committing(self) -> bool:
+        """The store has not answered yet."""
+        return self._committing is not None
+
+    def close(self) -> None:
+        """Its firmware runs no more, whatever comes; the axis goes with its group."""
+        self.failed = "it was taken out"
+        try:
+            with self.guard():
+                self._runtime.close()
+        except KeyboardInterrupt:
+            raise
+        except BaseException:  # as in step; it goes anyway
+            return
+
     def lose_power(self, why: str) -> None:
         """Until a reset it does nothing, and nothing is heard of it."""
         self._runtime.close()

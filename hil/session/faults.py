@@ -122,6 +122,13 @@ class Faults:
         """An input: a fault ends, or does not begin."""
         self._end_at(number, now_ns)
 
+    def forget(self, device: str) -> None:
+        """A device goes, and what was wrong with it."""
+        for number, fault in list(self.active.items()):
+            if fault.target.partition(".")[0] == device and fault.target not in self._bench.taps:
+                del self.active[number]
+                self._ends.pop(number, None)
+
     def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
         if number in self.active:
             self._ends[number] = _EFFECTS.get(fault.kind, _on_segment)(number, fault, place, now_ns)

@@ -98,6 +98,13 @@ class PassThrough:
         """A dialogue has the board: the client's bytes wait."""
         return self._heard is not None
 
+    def exchange_board(self, board: Port) -> None:
+        """Another board's line, which is opened next; faults were the old one's."""
+        self.board = self.to_board._target = self.to_client._source = board
+        self.to_board.faults.clear()
+        self.to_client.faults.clear()
+        self.failures.clear()
+
     def inject(self, number: int, fault: Fault) -> None:
         """Put a fault of the layer ``byte`` on one direction, under a number."""
         delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)

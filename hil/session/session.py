@@ -80,6 +80,12 @@ class Lines:
             next_ns = min(next_ns, due_ns)
         return next_ns
 
+    def forget(self, session: HasLine) -> None:
+        """It is looked at no more: what is on its line is lost."""
+        self._busy.pop(session, None)
+        self._held.pop(session, None)
+        self.fresh = [each for each in self.fresh if each is not session]
+
     def refresh(self) -> None:
         """Let ports read on that were held up, where there is room again."""
         for session in list(self._held):
@@ -110,9 +116,23 @@ class Session:
         self._native_usb = native_usb
         self.taps: list[Tap] = []
         """Called with all that passes at the port."""
+        self._is_vacant = False
         self._held = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
+
+    def vacate(self) -> None:
+        """No board is at the port: clients are held up, what it has sent and is not out is lost."""
+        self._is_vacant = True
+        self._lines.forget(self)
+        self._fresh.clear()
+        self._line.clear()
+
+    def occupy(self, device: Device, *, native_usb: bool) -> None:
+        """A board is at the port from now on."""
+        self.device, self._uart, self._native_usb = device, device.uarts[self._name], native_usb
+        self._is_vacant = self._held = False
+        self.port.resume_reading()
 
     def received(self, data: bytes) -> None:
         """Bytes from a client: they take effect now."""
@@ -124,6 +144,8 @@ class Session:
 
     def room(self) -> int:
         """What the port may read from its clients now."""
+        if self._is_vacant:
+            return 0
         room = 0 if self.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
         self._held = room == 0
         self._lines.hold(self, self._held)
@@ -134,6 +156,8 @@ class Session:
 
     def client_left(self, baud: int | None) -> None:
         """Nobody has the port open any more."""
+        if self._is_vacant:
+            return
         if self._native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self._bench.give(self.device, Reset())
             self._lines.flush()

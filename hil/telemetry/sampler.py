@@ -80,11 +80,22 @@ class Sampler:
     def unsubscribe(self, subscription: Subscription) -> None:
         """End it; what it has not taken stays there."""
         self.poll()
-        watchers = self._subscriptions[subscription.device]
+        watchers = self._subscriptions.get(subscription.device, [])
+        if subscription not in watchers:
+            return  # its device has gone
         watchers.remove(subscription)
         if not watchers:
             del self._subscriptions[subscription.device]
         self._rewatch(subscription.device)
+
+    def exchanged(self, device: str) -> None:
+        """Another axis has this device's name now."""
+        if device in self._subscriptions:
+            self._rewatch(device)
+
+    def gone(self, device: str) -> None:
+        """The device is no more; its watchers get nothing further."""
+        self._subscriptions.pop(device, None)
 
     def poll(self) -> None:
         """Bring what the core has; at least every ``period_ns`` of simulated time."""
@@ -93,6 +104,8 @@ class Sampler:
 
     def poll_device(self, device: str) -> None:
         """The same, of one device."""
+        if device not in self._subscriptions:
+            return
         samples, lost = self._bench.take_samples(device)
         new, self._lost[device] = lost - self._lost[device], lost
         interval_ns = self._interval_ns(device)

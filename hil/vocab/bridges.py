@@ -1,6 +1,6 @@
 """Bridges: doors for other protocols, and what they may use of a daemon, all in its event loop."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -159,6 +159,10 @@ class Bridge(Protocol):
 
     async def close(self) -> None:
         """End, and leave nothing behind."""
+
+    async def devices_changed(self, names: Collection[str]) -> None:
+        """These devices of the host were added, taken away or exchanged, with their ports. Raises
+        BridgeError."""
 
     def status(self) -> Mapping[str, Any]:
         """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure`` and

@@ -1,0 +1,112 @@
+"""Messages to the service manager that started the daemon (systemd's ``sd_notify`` protocol), and when it is
+told that all is well. Without ``$NOTIFY_SOCKET`` nothing is sent.
+
+A message is a datagram of lines ``NAME=value`` to a unix socket (sd_notify(3)); a watchdog that does not hear
+``WATCHDOG=1`` for ``$WATCHDOG_USEC`` ends and restarts the process (sd_watchdog_enabled(3)).
+"""
+
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+_PINGS = 4
+"""In the watchdog's time: one that a busy moment delays is not missed yet."""
+_PATIENCE_S = 0.5
+"""What changes the unit's state may wait for a manager that is busy; all else is said again soon."""
+_TEXT_BYTES = 2000
+
+
+class Notifier:
+    """``env`` is the process's environment; ``pid`` its number."""
+
+    def __init__(self, env: Mapping[str, str], pid: int) -> None:
+        address = env.get("NOTIFY_SOCKET", "")
+        self._address: str | None = None
+        if address.startswith("/"):
+            self._address = address
+        elif address.startswith("@"):  # an abstract name
+            self._address = "\0" + address[1:]
+        self.watchdog_ns = self._watchdog_ns(env, pid) if self._address else 0
+        """Silence after which this process is taken for hung; 0: nobody watches."""
+        self._socket: socket.socket | None = None
+
+    @staticmethod
+    def _watchdog_ns(env: Mapping[str, str], pid: int) -> int:
+        wanted, whose = env.get("WATCHDOG_USEC", ""), env.get("WATCHDOG_PID", str(pid))
+        return int(wanted) * 1000 if wanted.isdecimal() and whose == str(pid) else 0
+
+    def __bool__(self) -> bool:
+        """Whether anybody listens."""
+        return self._address is not None
+
+    @property
+    def ping_s(self) -> float:
+        """Between two looks at whether to ping."""
+        return self.watchdog_ns / 1e9 / _PINGS
+
+    def ready(self, status: str) -> None:
+        """It serves, from the start or again after a reload."""
+        self._send("READY=1", _status(status), wait_s=_PATIENCE_S)
+
+    def reloading(self, monotonic_ns: int) -> None:
+        """A reload begins; ``ready`` ends it, whatever became of it."""
+        self._send("RELOADING=1", f"MONOTONIC_USEC={monotonic_ns // 1000}", wait_s=_PATIENCE_S)
+
+    def stopping(self) -> None:
+        """It ends."""
+        self._send("STOPPING=1", "STATUS=stopping", wait_s=_PATIENCE_S)
+
+    def status(self, text: str) -> None:
+        """One line for people, in ``systemctl status``."""
+        self._send(_status(text))
+
+    def ping(self) -> None:
+        """All is well."""
+        self._send("WATCHDOG=1")
+
+    def _send(self, *lines: str, wait_s: float = 0.0) -> None:
+        if self._address is None:
+            return
+        try:
+            if self._socket is None:
+                self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+            self._socket.settimeout(wait_s)
+            self._socket.sendto("\n".join(lines).encode(), self._address)
+        except OSError:
+            # A manager that is away or does not read: its watchdog decides, not this process.
+            return
+
+
+def _status(text: str) -> str:
+    one_line = " ".join(text.split())
+    return "STATUS=" + one_line.encode()[:_TEXT_BYTES].decode(errors="ignore")
+
+
+@dataclass
+class Heartbeat:
+    """Whether to ping: only where the core has moved since the last time. That the event loop runs shows in
+    that it asks."""
+
+    ticks: int = -1
+
+    def beats(self, ticks: int) -> bool:
+        """``ticks``: the core's counter now."""
+        moved = ticks != self.ticks
+        self.ticks = ticks
+        return moved
+
+
+@dataclass
+class Throttle:
+    """The latest text of those that change quickly, no oftener than every ``every_ns``."""
+
+    every_ns: int
+    said: str = ""
+    _said_ns: int | None = None
+
+    def due(self, text: str, now_ns: int) -> bool:
+        """Whether to say it now."""
+        if text == self.said or (self._said_ns is not None and now_ns - self._said_ns < self.every_ns):
+            return False
+        self.said, self._said_ns = text, now_ns
+        return True
