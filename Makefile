@@ -53,7 +53,7 @@ install-service:
 uninstall-service:
 	@case "$$($(PYTHON) -c 'import sys; print(sys.base_prefix)')" in /home/*|/root/*) \
 	  echo "$(PYTHON) is below a home, which a service does not see: PYTHON=/usr/bin/python3 make install-service"; exit 1;; esac
-	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) systemd/install.sh --uninstall
+	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall
 	rm -rf $(DESTDIR)$(PREFIX)/lib/hil $(DESTDIR)$(PREFIX)/bin/hil
 
 # A minute of real time beside load, replayed on the virtual clock.

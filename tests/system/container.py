@@ -30,7 +30,10 @@ class Container:
     def __init__(self, tree: Path) -> None:
         command = ["systemd-nspawn", "--quiet", "--boot", "--register=no", "--keep-unit", "--private-network"]
         # So that what limits refuse is refused by them alone, and what they allow is allowed.
-        command += ["--capability=CAP_IPC_LOCK,CAP_SYS_NICE", "--system-call-filter=@memlock"]
+        command += [
+            "--capability=CAP_IPC_LOCK,CAP_SYS_NICE,CAP_SYS_RESOURCE",
+            "--system-call-filter=@memlock",
+        ]
         self._log = (tree.parent / "console").open("w+b")
         self._nspawn = subprocess.Popen(
             [*command, "--console=pipe", f"--directory={tree}"],

@@ -75,13 +75,17 @@ def bare_tree() -> Path:
 
 
 def wheels(folder: Path) -> Path:
-    """This project's wheel and those of what it depends on.
+    """This project's wheel and those of what it depends on; from ``$HIL_WHEELS`` if that is set.
 
     Raises:
         CannotError: this machine's Python is not Debian's, whose wheels they have to be.
     """
+    if built := os.environ.get("HIL_WHEELS"):
+        shutil.copytree(built, folder)
+        return folder
+    version = platform.python_version()
     if sys.version_info[:2] != (3, 11):
-        raise CannotError(f"wheels for Debian 12 are built by Python 3.11, this is {platform.python_version()}")
+        raise CannotError(f"wheels for Debian 12 are built by Python 3.11, this is {version}: set HIL_WHEELS")
     run(sys.executable, "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "-w", folder, ROOT)
     return folder
 
@@ -94,8 +98,9 @@ def tree_with_hil(folder: Path) -> Path:
     (wheel,) = (tree / "wheels").glob("hil_motion-*.whl")
     shutil.copy(ROOT / "Makefile", tree / "wheels")
     run(
-        *("chroot", tree, "env", "-i", "PATH=/usr/sbin:/usr/bin:/sbin:/bin", "PIP_NO_INDEX=1"),
-        *("PIP_FIND_LINKS=/wheels", "make", "-C", "/wheels", "install-service", f"WHEEL=/wheels/{wheel.name}"),
+        *("chroot", tree, "env", "-i", "PATH=/usr/sbin:/usr/bin:/sbin:/bin"),
+        *("PIP_NO_INDEX=1", "PIP_FIND_LINKS=/wheels"),
+        *("make", "-C", "/wheels", "install-service", f"WHEEL=/wheels/{wheel.name}"),
     )
     return tree
 
@@ -109,7 +114,7 @@ def tree_with_kernel() -> Path:
         run("cp", "-a", "--reflink=auto", bare_tree(), unfinished)
         initramfs = unfinished / "etc/initramfs-tools"
         (initramfs / "conf.d").mkdir(parents=True)
-        # An initial disk with what this machine has: a tenth of the usual one, which an emulated CPU unpacks for long.
+        # An initial disk for this machine alone: an emulated CPU is long at unpacking the usual one.
         (initramfs / "conf.d/small").write_text("MODULES=list\n")
         (initramfs / "modules").write_text("virtio_pci\nvirtio_blk\next4\n")
         apt = ("chroot", unfinished, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq")

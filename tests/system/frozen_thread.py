@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 PTRACE_SEIZE, PTRACE_INTERRUPT, PTRACE_DETACH = 0x4206, 0x4207, 17  # linux/ptrace.h
+WALL = 0x40000000  # wait(2), __WALL: it is no child of ours
 CLOCK_NANOSLEEP = "230"  # x86-64
 LOOKS = 200
 
@@ -32,15 +33,20 @@ class Frozen:
         self._ptrace = ctypes.CDLL(None, use_errno=True).ptrace
         self._ptrace.argtypes = (ctypes.c_long, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
-    def __enter__(self) -> None:
+    def __enter__(self) -> "Frozen":
         for request in (PTRACE_SEIZE, PTRACE_INTERRUPT):
             if self._ptrace(request, self._thread, None, None):
                 raise OSError(ctypes.get_errno(), "ptrace")
+        return self
+
+    def reap(self) -> None:
+        """Whoever watches a thread has to take notice of its end, or it stays as a zombie. Does not wait."""
+        with suppress(ChildProcessError):
+            os.waitpid(self._thread, os.WNOHANG | WALL)
 
     def __exit__(self, *_: object) -> None:
+        self.reap()
         self._ptrace(PTRACE_DETACH, self._thread, None, None)
-        with suppress(ChildProcessError):
-            os.waitpid(self._thread, os.WNOHANG | 0x40000000)  # __WALL: it is no child of ours
 
 
 def host_pid(leader: int, inner: int) -> int:

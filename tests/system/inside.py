@@ -1,6 +1,7 @@
-"""A client of a serial port, in the container: inside.py URL. Lines of JSON, [send, await], are answered with what came.
+"""A client of a serial port, in the container: inside.py URL.
 
-Ends when there is no line any more. An error of the port is the answer ``{"error": ...}``.
+Lines of JSON, [send, await], are answered with what came; it ends with them.
+An error of the port is the answer ``{"error": ...}``.
 """
 
 import json
