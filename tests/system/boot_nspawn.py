@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from container import Container, until
-from debian import HIL_PYTHON, CannotError, need, tree_with_hil
+from debian import HIL_PYTHON, CannotError, bare_tree, need, tree_with_hil
 from frozen_thread import Frozen, core_thread, host_pid
 
 from hil.daemon.control import ControlError, ask
@@ -160,7 +160,7 @@ def machine() -> Iterator[Lab]:
     try:
         need({"systemd-nspawn": "systemd-container", "nsenter": "util-linux"})
         with tempfile.TemporaryDirectory(prefix="hil-nspawn-") as folder:
-            tree = tree_with_hil(Path(folder))
+            tree = tree_with_hil(Path(folder), bare_tree())
             (tree / "usr/local/lib/inside.py").write_text(Path(__file__).with_name("inside.py").read_text())
             for user in (["--groups", "dialout", "tester"], ["stranger"]):
                 subprocess.run(["chroot", tree, "useradd", "--create-home", *user], check=True)

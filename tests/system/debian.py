@@ -90,10 +90,10 @@ def wheels(folder: Path) -> Path:
     return folder
 
 
-def tree_with_hil(folder: Path) -> Path:
+def tree_with_hil(folder: Path, bare: Path) -> Path:
     """A copy of the bare tree in which ``make install-service`` was run."""
     tree = folder / "tree"
-    run("cp", "-a", "--reflink=auto", bare_tree(), tree)
+    run("cp", "-a", "--reflink=auto", bare, tree)
     wheels(tree / "wheels")
     (wheel,) = (tree / "wheels").glob("hil_motion-*.whl")
     shutil.copy(ROOT / "Makefile", tree / "wheels")
@@ -119,6 +119,19 @@ def tree_with_kernel() -> Path:
         (initramfs / "modules").write_text("virtio_pci\nvirtio_blk\next4\n")
         apt = ("chroot", unfinished, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq")
         run(*apt, "update")
-        run(*apt, "install", "-y", "--no-install-recommends", "linux-image-rt-amd64", "initramfs-tools")
+        run(
+            *apt,
+            "install",
+            "-y",
+            "--no-install-recommends",
+            "linux-image-rt-amd64",
+            "initramfs-tools",
+            "iproute2",
+        )
+        for unused in unfinished.glob("lib/modules/*/kernel/sound"):
+            shutil.rmtree(unused)
+        for unused in unfinished.glob("lib/modules/*/kernel/drivers/*"):
+            if unused.name in ("gpu", "media", "infiniband", "scsi", "usb"):
+                shutil.rmtree(unused)
         unfinished.rename(tree)
     return tree
