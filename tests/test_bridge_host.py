@@ -189,3 +189,16 @@ def test_a_failed_board_says_so_to_every_verb_but_reset(using: Using) -> None:
         assert (await host.do(ADMIN, "m1", "gains", {})).answer["pKp"] == 15.0
 
     using(use)
+
+
+def test_what_firmware_sent_while_somebody_looked_goes_on_its_line(using: Using) -> None:
+    async def use(host: Host) -> None:
+        bench = host._daemon.bench
+        assert bench.looked == host._daemon.lines.flush
+        looks: list[None] = []
+        bench.looked = lambda: looks.append(None)
+        for look in (host.packed, host.state):
+            look("m1")
+        assert len(looks) == 2
+
+    using(use)

@@ -41,7 +41,7 @@ def nothing_left(place: Place, bench: str = "t") -> bool:
     return not (place.runtime / bench).exists()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_leaves_nothing_behind(place: Place, number: int) -> None:
     server = place.serve(
         config(devices={"m1": {}, "m2": TCP}), "--log", str(place.folder / "log"), process_group=0

@@ -341,8 +341,14 @@ def test_of_too_many_that_wait_the_oldest_gives_way(bench: Bench) -> None:
     bench.plain.one("axis/m1/cmd/enable")
     asker = Plain(bench.port)
     far = '{"position_deg": 1e6, "velocity_rpm": 0.001}'
-    for _ in range(1050):
-        asker.session.get("hil/t/axis/m1/cmd/move_abs?done=true", payload=far, timeout=1, consolidation=NONE)
+    asked = [
+        asker.session.get("hil/t/axis/m1/cmd/move_abs?done=true", payload=far, timeout=60, consolidation=NONE)
+        for _ in range(1050)
+    ]
+    refusals = [[reply.err for reply in replies if reply.err] for replies in asked[:50]]
+    assert [json.loads(err.payload.to_bytes())["code"] for (err,) in refusals] == ["not_now"] * 50
+    waiting = bench.server.ask("status")["bridges"]["zenoh"]["waiting"]
+    assert waiting == 1000
     asker.session.close()  # type: ignore[no-untyped-call]
     bench.plain.one("axis/m1/cmd/stop", '{"how": "prejudice"}')
     replies = bench.plain.get("axis/s1/cmd/move_rel?done=true", '{"angle_deg": 1.8}')

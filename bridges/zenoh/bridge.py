@@ -56,7 +56,10 @@ class ZenohBridge:
         self._lock = threading.Lock()
         self._is_awake = False
         """``_drain`` will come."""
-        self._later: dict[asyncio.Task[None], None] = {}
+        self._waiting: dict[asyncio.Task[None], None] = {}
+        """Answers at a motion's end, the oldest first."""
+        self._working: set[asyncio.Task[None]] = set()
+        """Answers that take their time otherwise."""
         self._sender: Sender
         self._wide = asyncio.Lock()
         self._wide_waiting = 0
@@ -117,9 +120,10 @@ class ZenohBridge:
         if self._session is None:
             return
         await self._publications.stop()
-        for task in list(self._later):
+        under_way = [*self._waiting, *self._working]
+        for task in under_way:
             task.cancel()
-        await asyncio.gather(*self._later, return_exceptions=True)
+        await asyncio.gather(*under_way, return_exceptions=True)
         await self._loop.run_in_executor(None, self._sender.close)
         for entity in reversed([*self._entities, *self._tokens.values()]):
             entity.undeclare()
@@ -139,6 +143,7 @@ class ZenohBridge:
             "commands": self.commands,
             "rejected": self._publications.rejections,
             "dropped": self.dropped + self._sender.dropped + self._publications.dropped,
+            "waiting": len(self._waiting),
             "insecure": self._options.insecure,
         }
 
@@ -255,7 +260,7 @@ class ZenohBridge:
     ) -> None:
         done = self._host.do_now(source, device, verb, given)
         if done is None:  # a real board's terminal takes its time
-            self._start(self._do_slowly(source, key, device, verb, given, query))
+            self._work(self._answer_later(query, key, self._host.do(source, device, verb, given)))
             return
         self.commands += 1
         if query is None:
@@ -265,32 +270,47 @@ class ZenohBridge:
         if wanted.get("applied") == "true":
             self._reply(query, key, {"applied": True, "state": self._state(device)}, done.effective_at_ns)
         if wanted.get("done") == "true":
-            self._start(self._wait(key, device, done, query))
+            self._await_end(self._wait(key, device, done, query))
         else:
             self._sender.end(query)
 
-    def _start(self, waiting: Coroutine[Any, Any, None]) -> None:
+    def _await_end(self, waiting: Coroutine[Any, Any, None]) -> None:
         """Of too many that wait the one that has waited longest gives way: its asker may long be gone."""
-        if len(self._later) >= LATER:
-            next(iter(self._later)).cancel()
+        if len(self._waiting) >= LATER:
+            oldest = next(iter(self._waiting))
+            del self._waiting[oldest]
+            self._working.add(oldest)
+            oldest.add_done_callback(self._working.discard)
+            oldest.cancel()
         task = self._loop.create_task(waiting)
-        self._later[task] = None
-        task.add_done_callback(lambda ended: self._later.pop(ended, None))
+        self._waiting[task] = None
+        task.add_done_callback(lambda ended: self._waiting.pop(ended, None))
 
-    async def _do_slowly(
+    def _work(self, working: Coroutine[Any, Any, None]) -> None:
+        task = self._loop.create_task(working)
+        self._working.add(task)
+        task.add_done_callback(self._worked)
+
+    def _worked(self, task: asyncio.Task[None]) -> None:
+        self._working.discard(task)
+        if not task.cancelled() and (error := task.exception()):
+            log.error("zenoh: an answer could not be made", exc_info=error)
+
+    async def _answer_later(
         self,
-        source: Source,
-        key: str,
-        device: str,
-        verb: str,
-        given: Mapping[str, object],
         query: zenoh.Query | None,
+        key: str,
+        doing: Coroutine[Any, Any, Done] | Coroutine[Any, Any, Mapping[str, Any]],
     ) -> None:
         try:
-            done = await self._host.do(source, device, verb, given)
+            done = await doing
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
             return
+        except BaseException:
+            if query is not None:
+                self._sender.end(query)
+            raise
         self._answer(query, key, done)
 
     async def _wait(self, key: str, device: str, done: Done, query: zenoh.Query) -> None:
@@ -367,7 +387,7 @@ class ZenohBridge:
                     "not_now", f"{WIDE} queries of many keys wait already; ask for less at a time"
                 )
             self._wide_waiting += 1
-            self._start(self._read_many(found, query))
+            self._work(self._read_many(found, query))
             return
         for name in found:
             self._read_one(name, query)
@@ -396,9 +416,12 @@ class ZenohBridge:
             self._sender.reply(query, name, text, self._encodings["hil.run.v1"])
 
     def _matching(self, key: str) -> Iterable[str]:
-        runs = [f"{self._prefix}/run/{name}/state" for name in self._host.run_names()]
         if "*" not in key:
-            return [key] if key in self._readers or key in runs else []
+            match key.removeprefix(self._prefix + "/").split("/"):
+                case ["run", name, "state"] if self._host.run_progress(name) is not None:
+                    return [key]
+            return [key] if key in self._readers else []
+        runs = [f"{self._prefix}/run/{name}/state" for name in self._host.run_names()]
         wanted = zenoh.KeyExpr(key)
         return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
 

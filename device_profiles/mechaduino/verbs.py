@@ -5,11 +5,10 @@ from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
 from hil.vocab.parameters import Parameter
-from hil.vocab.path import NS_PER_S, Path, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.path import DEG_PER_S, Path, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
-DEG_PER_S = 6.0
-"""One rpm."""
 MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
 _MOVE = (
     Parameter("velocity_rpm", "speed on the way", "rpm", 0.001, 3000.0, 60.0),

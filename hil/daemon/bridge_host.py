@@ -24,9 +24,9 @@ from hil.vocab.verbs import Verb, VerbRefused, table_of
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
-OUTSIDE = ("load_torque_Nm", "diaagc", "errfl", "clock_Hz")
-"""Fields of an axis that are the world around the board and not the firmware's memory."""
-SETTABLE = (*OUTSIDE, "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
+SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
+"""Fields of an axis that are the world around the board and not the firmware's memory; `hil set` has them."""
+SETTABLE = (*SET_FIELDS, "clock_Hz", "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 STATE = (
     *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
     *("loop_on", "mode", "r", "u", "following"),
@@ -121,10 +121,7 @@ class Host:
 
     def state(self, device: str) -> Mapping[str, float]:
         self._twin(device)
-        try:
-            return self._daemon.bench.snapshot(device).as_dict()
-        finally:
-            self._daemon.lines.flush()
+        return self._daemon.bench.snapshot(device).as_dict()
 
     def sample(self, device: str, interval_ns: int) -> "Sampling":
         self._twin(device)

@@ -21,6 +21,7 @@ from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
+from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.reload_plan import ReloadRefused
 from hil.session.device import Device
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 CONTROL_VERSION = 1
 LOCAL = Source("control socket", Role.ADMIN)
 """Who may open the socket may do all."""
-SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
-"""Fields that may be set from outside: the world around the board, not the firmware's own memory."""
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
@@ -64,7 +63,8 @@ class ControlServer:
         self._daemon = daemon
         self._path = path
         self._server: asyncio.Server | None = None
-        self._capturing: set[asyncio.StreamWriter] = set()
+        self._clients: set[asyncio.StreamWriter] = set()
+        self._is_closed = False
 
     async def open(self) -> None:
         """Listen.
@@ -90,7 +90,8 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
-        for writer in self._capturing:
+        self._is_closed = True
+        for writer in self._clients:
             writer.close()
         if self._server:
             self._server.close()
@@ -99,8 +100,9 @@ class ControlServer:
                     self._path.unlink()
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._clients.add(writer)
         with suppress(ConnectionError):
-            while line := await self._line(reader):
+            while not self._is_closed and (line := await self._line(reader)):
                 answer = await self._answer(line)
                 capture = answer.pop("capture", None)
                 writer.write(json.dumps(answer).encode() + b"\n")
@@ -108,6 +110,7 @@ class ControlServer:
                 if capture:
                     taken, end = capture
                     await self._capture(taken, end, reader, writer)
+        self._clients.discard(writer)
         writer.close()
 
     async def _capture(
@@ -119,11 +122,9 @@ class ControlServer:
     ) -> None:
         """The connection carries a capture until its client leaves."""
         capture.begin(writer)
-        self._capturing.add(writer)
         try:
             await reader.read(1)
         finally:
-            self._capturing.discard(writer)
             end()
 
     async def _line(self, reader: asyncio.StreamReader) -> bytes:

@@ -195,6 +195,7 @@ class Daemon:
             raise StartError("\n".join(problems))
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
+        self.bench.looked = self.lines.flush
         self.faults.bench = self.bench
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store

@@ -28,7 +28,14 @@ class Notifier:
             self._address = "\0" + address[1:]
         self.watchdog_ns = self._watchdog_ns(env, pid) if self._address else 0
         """Silence after which this process is taken for hung; 0: nobody watches."""
-        self._socket: socket.socket | None = None
+        # Made now: later there may be no file descriptor left, and that alone must not end the process.
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) if self._address else None
+
+    def close(self) -> None:
+        """Nothing more is sent."""
+        self._address = None
+        if self._socket:
+            self._socket.close()
 
     @staticmethod
     def _watchdog_ns(env: Mapping[str, str], pid: int) -> int:
@@ -65,11 +72,9 @@ class Notifier:
         self._send("WATCHDOG=1")
 
     def _send(self, *lines: str, wait_s: float = 0.0) -> None:
-        if self._address is None:
+        if self._address is None or self._socket is None:
             return
         try:
-            if self._socket is None:
-                self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
             self._socket.settimeout(wait_s)
             self._socket.sendto("\n".join(lines).encode(), self._address)
         except OSError:

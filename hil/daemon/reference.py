@@ -9,7 +9,8 @@ import typer
 from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
-from hil.daemon.control import CONTROL_VERSION, SET_FIELDS, VERBS
+from hil.daemon.bridge_host import SET_FIELDS
+from hil.daemon.control import CONTROL_VERSION, VERBS
 from hil.runs.reference import run_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb

@@ -86,6 +86,8 @@ class Reloader:
             ReloadRefused: it cannot be done; nothing has changed.
         """
         async with self._lock:
+            if not self.is_open:
+                raise ReloadRefused("the daemon is starting or ending")
             trouble = ""
             self._daemon.service.reloading()
             try:
@@ -99,8 +101,6 @@ class Reloader:
 
     async def _reload(self) -> dict[str, Any]:
         daemon = self._daemon
-        if not self.is_open:
-            raise ReloadRefused("the daemon is starting or ending")
         if daemon.config_file is None:
             raise ReloadRefused("this bench has no configuration file")
         plan = await asyncio.to_thread(
@@ -130,7 +130,7 @@ class Reloader:
             if name in daemon.real and daemon.real[name].is_talking:
                 problems.append(f"{name} is in a dialogue with its board: wait for its end")
         core = daemon.bench.core.native
-        needed = sum(name in plan.config.twins for name in plan.named("add", "restart"))
+        needed = sum(plan.has_twin(name) for name in plan.named("add", "restart"))
         if needed > (free := core.max_axes - len(daemon.bench.devices)):
             problems.append(
                 f"{needed} boards begin, and the core has room for {free} beside those that run: change fewer"
@@ -168,9 +168,7 @@ class Reloader:
         problems = []
         for name in plan.named("restart", "add"):
             try:
-                await (self._stage_twin if name in plan.config.twins else self._stage_real)(
-                    plan, staged, name
-                )
+                await (self._stage_twin if plan.has_twin(name) else self._stage_real)(plan, staged, name)
             except (PortError, StoreError) as error:
                 problems.append(str(error))
         if problems:
@@ -205,7 +203,7 @@ class Reloader:
         """A twin keeps its number, a new one gets the first that is free."""
         if name in self._seeds:
             return self._seeds[name]
-        taken = {n for other, n in self._seeds.items() if other in plan.config.twins}
+        taken = {n for other, n in self._seeds.items() if plan.has_twin(other)}
         taken |= set(staged.seeds.values())
         return next(n for n in range(len(taken) + 1) if n not in taken)
 
@@ -247,7 +245,7 @@ class Reloader:
         for name in plan.named("remove", "restart"):
             gone += self._take_away(plan, staged, name)
         daemon.config = plan.config
-        self._seeds = {n: i for n, i in (self._seeds | staged.seeds).items() if n in plan.config.twins}
+        self._seeds = {n: i for n, i in (self._seeds | staged.seeds).items() if plan.has_twin(n)}
         for name, (group, device) in staged.twins.items():
             if name in staged.memories:
                 counter, memories[name], note = staged.memories[name]
@@ -287,7 +285,7 @@ class Reloader:
                 staged.real[name].taps = real.taps
             return [real.client, real.board]
         daemon.bench.remove(name)
-        if name not in plan.config.twins:
+        if not plan.has_twin(name):
             daemon.watches.sampler.gone(name)
             daemon.store.failures.pop(name, None)
             daemon.notes.pop(name, None)
@@ -297,7 +295,7 @@ class Reloader:
             if session is None:
                 continue
             session.vacate()
-            if name in plan.config.twins and self._keeps_port(plan, name, uart):
+            if plan.has_twin(name) and self._keeps_port(plan, name, uart):
                 continue
             gone.append(daemon.sessions.pop(label).port)
             if label in staged.sessions:

@@ -6,12 +6,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from hil.compose import TableFileError, bench_runtime, start_sections
+from hil.compose import TableFileError, load_firmware, load_verbs, start_sections
 from hil.config import BenchConfig, Catalogue, Change, ConfigError, diff, parse
-from hil.session.device import Device
-from hil.vocab.faults import FaultRefused, fault_refusal
 
 SWITCH_S = 0.0005
 """How long this thread's Python may keep the event loop waiting, at each system call; otherwise 5 ms."""
@@ -29,6 +26,11 @@ class Plan:
     config: BenchConfig
     changes: tuple[Change, ...]
     tables: Mapping[str, Mapping[str, bytes]]
+
+    def has_twin(self, name: str) -> bool:
+        """Whether the configuration has an emulated board of this name."""
+        device = self.config.devices.get(name)
+        return device is not None and device.at is None
 
     def named(self, *actions: str) -> list[str]:
         """Devices that have one of these actions, in order."""
@@ -55,8 +57,9 @@ def make_plan(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig) 
         begins = [change.device for change in changes if change.action in ("add", "restart")]
         twins = [name for name in begins if name in new.twins]
         tables = _tables(twins, new, folder)
-        if twins:
-            _try_out(twins, new, catalogue)
+        for name in twins:  # imports take their time
+            load_firmware(catalogue.profiles[new.devices[name].profile])
+            load_verbs(new.devices[name].profile)
         return Plan(new, tuple(changes), tables)
 
 
@@ -70,24 +73,6 @@ def _tables(twins: list[str], new: BenchConfig, folder: Path) -> dict[str, dict[
     if problems:
         raise ReloadRefused("\n".join(problems))
     return tables
-
-
-def _try_out(twins: list[str], new: BenchConfig, catalogue: Catalogue) -> None:
-    """Build the devices that begin in a bench of their own, whose time stands still."""
-    only: dict[str, Any] = {"devices": {name: new.devices[name] for name in twins}}
-    config = new.model_copy(update=only | {"wires": [], "segments": {}, "bridges": {}, "faults": []})
-    try:
-        bench = bench_runtime(config, catalogue, {}, _NoStore())
-        for fault in new.faults:
-            if fault.target.partition(".")[0] in twins:
-                bench.faults.check(fault_refusal(fault.fault, fault.target, fault.model_extra or {}))
-    except (ValueError, FaultRefused) as error:
-        raise ReloadRefused(str(error)) from None
-
-
-class _NoStore:
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        """Never called: no firmware runs."""
 
 
 @contextmanager

@@ -20,10 +20,9 @@ from hil.core.trajectory import (
     plan_spline_within,
 )
 from hil.runs.document import STEPS, RunDocument, Step, WaitUntil
-from hil.vocab.path import NS_PER_S, PathPiece
+from hil.vocab.path import DEG_PER_S, PathPiece
+from hil.vocab.time import NS_PER_S
 
-DEG_PER_S = 6.0
-"""One rpm."""
 SPLINE_LOOKS = 1000
 """Times at which a spline's positions are compared with the axes' ranges."""
 

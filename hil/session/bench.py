@@ -42,6 +42,8 @@ class BenchRuntime:
         self.log: InputLogWriter | None = None
         self.on_refused: Callable[[Device, Do, VerbRefused], None] = lambda device, given, why: None
         """Called when a verb that was to be done later could not be."""
+        self.looked: Callable[[], None] = lambda: None
+        """Called when firmware may have run because somebody looked at an axis: what it sent has to go on."""
         self.real_time = False
         self.lag = [0] * LAG_BUCKETS
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
@@ -256,7 +258,9 @@ class BenchRuntime:
         group = self._group_of[device]
         with self._owning(group):
             group.advance(self.now_ns)
-            return self.devices[device].axis.snapshot()
+            state = self.devices[device].axis.snapshot()
+        self.looked()
+        return state
 
     def take_samples(self, device: str) -> tuple[list[bytes], int]:
         """A device's samples since the last call, in the binary layout, and how many were lost since

@@ -68,6 +68,7 @@ class Bench:
         self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
         self._taps = {name: TapFace(self, tap) for name, tap in self._runtime.taps.items()}
         self._sampler = Sampler(self._runtime)
+        self._run_axes = BenchAxes(self._runtime, self._sampler)
         self._edges: dict[str, list[tuple[SimTimeNs, str, int]]] = {name: [] for name in devices}
         for device in devices.values():
             if isinstance(device.axis, CoreMotion):
@@ -142,8 +143,7 @@ class Bench:
             ConfigError: it cannot be done, with all problems.
         """
         document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
-        bench = BenchAxes(self._runtime, self._sampler)
-        return Execution(plan_run(*document, bench.axes()), bench, RUN_LEAD_NS)
+        return Execution(plan_run(*document, self._run_axes.axes()), self._run_axes, RUN_LEAD_NS)
 
     def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
         """Carry out a run to its end, in simulated time.

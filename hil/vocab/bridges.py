@@ -1,6 +1,6 @@
 """Bridges: doors for other protocols, and what they may use of a daemon, all in its event loop."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -98,7 +98,9 @@ class BridgeHost(Protocol):
     def sample(self, device: str, interval_ns: int) -> Samples:
         """Sample an axis from now on."""
 
-    async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
+    def do(
+        self, source: Source, device: str, verb: str, given: Mapping[str, object]
+    ) -> Coroutine[Any, Any, Done]:
         """Carry out a verb.
 
         Raises:

@@ -4,7 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-NS_PER_S = 1_000_000_000
+from hil.vocab.time import NS_PER_S
+
+DEG_PER_S = 6.0
+"""One rpm."""
 
 
 @dataclass(frozen=True)

@@ -63,13 +63,13 @@ def two_computers(tag: str) -> Iterator[tuple[str, str]]:
             run(
                 "ip", "link", "add", wires[0], "netns", here, "type", "veth", "peer", wires[1], "netns", there
             )
-            for name, wire, address in ((here, wires[0], DAEMON), (there, wires[1], ATTACKER)):
-                run("ip", "-n", name, "addr", "add", f"{address}/24", "dev", wire)
-                for link in ("lo", wire):
-                    run("ip", "-n", name, "link", "set", link, "up", "multicast", "on")
-                run("ip", "-n", name, "route", "add", "224.0.0.0/4", "dev", wire)
         except subprocess.CalledProcessError as error:
             pytest.skip(f"no network namespaces here: {error.stderr.strip()}")
+        for name, wire, address in ((here, wires[0], DAEMON), (there, wires[1], ATTACKER)):
+            run("ip", "-n", name, "addr", "add", f"{address}/24", "dev", wire)
+            for link in ("lo", wire):
+                run("ip", "-n", name, "link", "set", link, "up", "multicast", "on")
+            run("ip", "-n", name, "route", "add", "224.0.0.0/4", "dev", wire)
         yield here, there
 
 

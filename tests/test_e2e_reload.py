@@ -1,0 +1,339 @@
+"""A reload: what changed changes, the rest goes on untouched, and with a problem nothing happens."""
+
+import errno
+import json
+import os
+import select
+import signal
+import socket
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from e2e_support import Client, Place, Server, config, until
+
+from hil.daemon.control import ControlError
+
+TCP: dict[str, Any] = {"port": {"kind": "tcp", "port": 0}}
+SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
+SAC_START_NS = 1_200_000_000
+Devices = Mapping[str, Mapping[str, Any]]
+
+
+def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[str, Any]:
+    """With these devices; what came of it, by kind of change."""
+    place.write(config(devices=devices, **top), "t.yaml")
+    done = server.ask("reload")
+    assert "problems" not in done, done["problems"]
+    return {word: names for word, names in done.items() if names}
+
+
+def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
+    """Why; and nothing has changed."""
+    before = server.ask("list"), folder(place), server.ask("faults")
+    place.write(config(devices=devices, **top), "t.yaml")
+    with pytest.raises(ControlError) as why:
+        server.ask("reload")
+    assert (server.ask("list"), folder(place), server.ask("faults")) == before
+    return str(why.value)
+
+
+def folder(place: Place) -> dict[str, str]:
+    """What is in the bench's runtime directory, and where it leads."""
+    paths = (place.runtime / "t").iterdir()
+    return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}
+
+
+def has_hung_up(client: Client) -> bool:
+    """The other end is gone: an end of file, or EIO of a terminal."""
+    if not select.select([client.fd], [], [], 0)[0]:
+        return False
+    try:
+        return os.read(client.fd, 4096) == b""
+    except OSError as error:
+        return error.errno == errno.EIO
+
+
+def fds(server: Server) -> int:
+    return len(list(Path(f"/proc/{server.pid}/fd").iterdir()))
+
+
+def test_devices_that_did_not_change_go_on(place: Place) -> None:
+    old = {"m1": {}, "m2": {}, "m3": TCP, "s1": SAC}
+    server = place.serve(config(devices=old)).ready()
+    names = folder(place)
+    with server.client("m1") as m1, server.client("m2") as m2, server.client("m3") as m3:
+        assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+        m1.write(b"s")
+        assert m1.ask(b"p").startswith(b"stepNumber: 1 ")
+        connects = server.status("m1")["connects"]
+        new: Devices = {"m0": {}, "m1": {}, "m2": {"axis": {"start_deg": 90.0}}, "s1": SAC}
+        done = reload(place, server, new)
+        assert done == {"kept": ["m1", "s1"], "restarted": ["m2"], "added": ["m0"], "removed": ["m3"]}
+        since_ns = server.ask("status")["sim_ns"]
+        # The same terminal, client and board.
+        assert folder(place)["m1"] == names["m1"]
+        assert m1.ask(b"p").startswith(b"stepNumber: 1 ")
+        assert (server.status("m1")["clients"], server.status("m1")["connects"]) == (1, connects)
+        # Another board behind the same terminal.
+        assert folder(place)["m2"] == names["m2"]
+        m2.read_until(b"step response")
+        server.ready(since_ns=since_ns)
+        m2.quiet(0.2)
+        assert m2.ask(b"p").startswith(b"stepNumber: 0 ")
+        assert server.status("m2")["snapshot"]["position_deg"] == pytest.approx(90, abs=5)
+        until(lambda: has_hung_up(m3), "the hang-up")
+    assert [row["device"] for row in server.ask("list")["devices"]] == ["m0", "m1", "m2", "s1"]
+    with server.client("m0") as m0:
+        assert m0.ask(b"p").startswith(b"stepNumber: 0 ")
+    server.stop()
+
+
+def test_a_removed_terminal_is_gone_and_can_come_back(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": {}}))
+    with server.client("m2") as m2:
+        assert reload(place, server, {"m1": {}}) == {"kept": ["m1"], "removed": ["m2"]}
+        until(lambda: has_hung_up(m2), "the hang-up")
+        assert "m2" not in folder(place)
+        assert reload(place, server, {"m1": {}, "m2": {}}) == {"kept": ["m1"], "added": ["m2"]}
+    server.ready(since_ns=server.ask("status")["sim_ns"])
+    with server.client("m2") as m2:
+        assert m2.ask(b"p").startswith(b"stepNumber: 0 ")
+    server.stop()
+
+
+def test_another_port(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": TCP}))
+    with server.client("m1") as m1, server.client("m2") as m2:
+        done = reload(place, server, {"m1": TCP, "m2": {}})
+        assert done == {"restarted": ["m1", "m2"]}
+        until(lambda: has_hung_up(m1) and has_hung_up(m2), "the hang-ups")
+    assert sorted(folder(place)) == ["control.sock", "m2"]
+    server.ready(since_ns=server.ask("status")["sim_ns"])
+    for device in ("m1", "m2"):
+        with server.client(device) as client:
+            assert client.ask(b"p").startswith(b"stepNumber: 0 ")
+    server.stop()
+
+
+def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": {}}))
+    before = server.ask("list"), folder(place)
+    path = place.folder / "t.yaml"
+    path.write_text(
+        "bench: t\nspede: 3\ndevices:\n  m1: {profile: walter}\n  m9: {profile: mechaduino, baud: 1}\n"
+    )
+    said = place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
+    assert [line.partition(": ")[0] for line in said.splitlines() if ".yaml:" in line] == [
+        f"{path}:2:1",
+        f"{path}:4:17",
+        f"{path}:5:35",
+    ]
+    assert (server.ask("list"), folder(place)) == before
+    server.process.send_signal(signal.SIGHUP) if not has_terminal() else None
+    path.write_bytes(b"\xff\xfe")
+    assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    path.unlink()
+    assert "No such file" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    assert (server.ask("list"), folder(place)) == before
+    assert f"{path}:5:35" in server.stop()
+
+
+def has_terminal() -> bool:
+    """Whether the tests were started from a terminal, which SIGHUP is about then."""
+    try:
+        os.close(os.open("/dev/tty", os.O_RDWR))
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("speed", 2.0), ("rate_hz", 500), ("seed", 3), ("cpu", 0), ("bench", "u"), ("state_dir", "/var/x")],
+)
+def test_what_only_a_restart_can_do(place: Place, key: str, value: object) -> None:
+    server = place.serve(config(devices={"m1": {}}))
+    said = refused(place, server, {"m1": {}, "m2": {}}, **{key: value})
+    assert said.startswith(f"{key}: ")
+    assert said.endswith(": only a restart of the daemon does this")
+    server.stop()
+
+
+def test_joined_devices_need_a_restart_and_others_beside_them_do_not(place: Place) -> None:
+    wires = [{"from": "s1.clk", "to": "m1.step"}]
+    joined: Devices = {"s1": SAC, "m1": {}}
+    server = place.serve(config(devices=joined, wires=wires))
+    said = refused(place, server, joined | {"m1": {"axis": {"start_deg": 3.0}}}, wires=wires)
+    assert said.startswith("m1, which is joined to others: axis.start_deg: unset -> 3.0: only a restart")
+    assert "wires: " in refused(place, server, joined)
+    done = reload(place, server, joined | {"m2": {}}, wires=wires)
+    assert done == {"kept": ["s1", "m1"], "added": ["m2"]}
+    server.stop()
+
+
+def test_a_logged_run_is_not_reloaded(place: Place) -> None:
+    server = place.serve(config(), "--log", str(place.folder / "log"))
+    assert "(--log)" in refused(place, server, {"m1": {}, "m2": {}})
+    server.stop()
+
+
+def test_a_port_that_cannot_be_had_takes_the_others_back(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": {}}))
+    open_fds = fds(server) + 1  # there may be a connection to the control socket
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        number = taken.getsockname()[1]
+        new = {"m0": {}, "m1": {"axis": {"start_deg": 1.0}}, "m3": {"port": {"kind": "tcp", "port": number}}}
+        said = refused(place, server, new)
+    assert said.startswith(f"tcp port of m3: cannot listen on 127.0.0.1:{number}")
+    until(lambda: fds(server) <= open_fds, "the file descriptors")
+    assert reload(place, server, new) == {"restarted": ["m1"], "added": ["m0", "m3"], "removed": ["m2"]}
+    server.stop()
+
+
+def test_more_than_the_core_has_room_for(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}}))
+    assert "8 boards begin, and the core has room for 7" in refused(
+        place, server, {f"m{n}": {} for n in range(1, 10)}
+    )
+    new = {f"m{n}": {} for n in range(1, 9)}
+    assert len(reload(place, server, new)["added"]) == 7
+    server.stop()
+
+
+def test_a_table_that_cannot_be_read(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}}))
+    said = refused(place, server, {"m1": {}, "m2": {"flash": {"table": "./none.txt"}}})
+    assert said.startswith("devices.m2.flash.table: ")
+    server.stop()
+
+
+def kept_acceleration(server: Server, client: Client) -> bytes:
+    """Of the settings that a SAC has in its memory. A byte while it starts would restore the factory's."""
+    now_ns = server.ask("status")["sim_ns"]
+    until(lambda: server.ask("status")["sim_ns"] > now_ns + SAC_START_NS, "the cold start")
+    client.quiet(0.1)
+    text = client.ask(b"$C\r", b"SAC>")
+    client.ask(b"x\r", b"SAC>")
+    return text.partition(b"d acc\t\t")[2][:4]
+
+
+def test_memories_go_with_the_names(place: Place) -> None:
+    """A SAC's settings: kept through a restart of the device, a removal, and a kill."""
+    server = place.serve(config(speed=5, devices={"m1": {}, "s1": SAC}))
+    changed = SAC | {"axis": {"start_deg": 5.0}}
+    with server.client("s1") as s1:
+        s1.read_until(b"SAC>")
+        s1.ask(b"$Cd3.5\r", b"SAC>")
+        assert reload(place, server, {"m1": {}, "s1": changed}, speed=5)["restarted"] == ["s1"]
+        s1.read_until(b"SAC>")
+        assert kept_acceleration(server, s1) == b"3.50"
+    assert reload(place, server, {"m1": {}}, speed=5)["removed"] == ["s1"]
+    assert reload(place, server, {"m1": {}, "s1": SAC}, speed=5)["added"] == ["s1"]
+    with server.client("s1") as s1:
+        assert kept_acceleration(server, s1) == b"3.50"
+        s1.ask(b"$Cd2.5\r", b"SAC>")
+    names = sorted(folder(place))
+    server.kill()
+    assert sorted(folder(place)) == names  # left behind, and nobody's
+    server = place.serve(config(speed=5, devices={"m1": {}, "s1": SAC}))
+    assert sorted(folder(place)) == names
+    with server.client("s1") as s1:
+        assert kept_acceleration(server, s1) == b"2.50"
+    server.stop()
+
+
+def test_another_kind_of_board(place: Place) -> None:
+    server = place.serve(config(speed=5, devices={"b1": {}}))
+    with server.client("b1") as b1:
+        assert reload(place, server, {"b1": SAC | {"network": "pty"}}, speed=5) == {"restarted": ["b1"]}
+        b1.read_until(b"SAC>")
+        assert sorted(folder(place)) == ["b1", "b1.network", "control.sock"]
+        assert reload(place, server, {"b1": {}}, speed=5) == {"restarted": ["b1"]}
+        b1.read_until(b"step response")
+    assert sorted(folder(place)) == ["b1", "control.sock"]
+    server.stop()
+
+
+def test_faults_of_the_configuration_come_and_go_with_their_device(place: Place) -> None:
+    jam = {"fault": "shaft_jam", "target": "m1"}
+    noise = {"fault": "byte_drop", "target": "m2", "rate": 0.5}
+    server = place.serve(config(devices={"m1": {}, "m2": {}, "m3": {}}, faults=[jam]))
+    server.ask("inject", fault="shaft_jam", target="m3", parameters={})
+    done = reload(place, server, {"m1": {}, "m2": {}, "m3": {}}, faults=[noise])
+    assert done == {"kept": ["m3"], "restarted": ["m1", "m2"]}
+    assert sorted((row["kind"], row["target"]) for row in server.ask("faults")) == [
+        ("byte_drop", "m2"),
+        ("shaft_jam", "m3"),
+    ]
+    server.stop()
+
+
+def test_watches_and_captures_of_what_goes_on(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": {}, "m3": {}})).ready()
+    watches = {
+        name: server.ask("watch", device=name, signals=["yw"], interval_ns=10_000_000)["watch"]
+        for name in ("m1", "m2", "m3")
+    }
+    done = reload(place, server, {"m1": {}, "m2": {"axis": {"start_deg": 1.0}}})
+    assert done == {"kept": ["m1"], "restarted": ["m2"], "removed": ["m3"]}
+    for name in ("m1", "m2"):
+        server.ask("samples", watch=watches[name])
+        until(lambda watch=watches[name]: server.ask("samples", watch=watch)["rows"], f"samples of {name}")
+    assert server.ask("samples", watch=watches["m3"])["rows"] == []
+    for watch in watches.values():
+        server.ask("unwatch", watch=watch)
+    server.stop()
+
+
+def test_real_boards(place: Place) -> None:
+    place.serve(config(bench="far", speed=5, devices={"s1": SAC, "s2": SAC}), bench="far")
+    at = {name: str(place.runtime / "far" / name) for name in ("s1", "s2")}
+    server = place.serve(config(devices={"m1": {}}))
+    real = {"profile": "sac", "at": at["s1"]}
+
+    def write(devices: dict[str, Any]) -> dict[str, Any]:
+        place.write(json.dumps({"bench": "t", "speed": 20, "devices": devices}), "t.yaml")
+        return {word: names for word, names in server.ask("reload").items() if names}
+
+    m1 = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    assert write({"m1": m1, "r1": real}) == {"kept": ["m1"], "added": ["r1"]}
+    with server.client("r1") as r1:
+        assert r1.ask(b"\r", b"SAC>").endswith(b"SAC>")
+        assert write({"m1": m1, "r1": real | {"at": at["s2"]}}) == {"kept": ["m1"], "restarted": ["r1"]}
+        until(lambda: server.status("r1")["board"]["connects"], "the other board")
+        assert r1.ask(b"\r", b"SAC>").endswith(b"SAC>")
+        assert write({"m1": m1, "r1": m1}) == {"kept": ["m1"], "restarted": ["r1"]}
+        until(lambda: has_hung_up(r1), "the hang-up")
+    assert write({"m1": m1, "r1": real}) == {"kept": ["m1"], "restarted": ["r1"]}
+    with server.client("r1") as r1:
+        assert r1.ask(b"\r", b"SAC>").endswith(b"SAC>")
+    assert write({"m1": m1}) == {"kept": ["m1"], "removed": ["r1"]}
+    server.stop()
+
+
+def test_many_reloads_leave_nothing_behind(place: Place) -> None:
+    one: Devices = {"m1": {}, "m2": {}}
+    other: Devices = {"m1": {}, "m2": {"axis": {"start_deg": 1.0}}, "m3": TCP, "m4": {}}
+    server = place.serve(config(devices=one)).ready()
+    with server.client("m1") as m1:
+        reload(place, server, other)
+        reload(place, server, one)
+        before = fds(server) + 1
+        for _ in range(40):
+            assert reload(place, server, other)["kept"] == ["m1"]
+            assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+            assert reload(place, server, one)["kept"] == ["m1"]
+        until(lambda: fds(server) <= before, "the file descriptors")  # of connections to the control socket
+    server.stop()
+
+
+def test_a_stop_in_the_middle(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {}}))
+    place.write(config(devices={f"m{n}": {} for n in range(1, 9)}), "t.yaml")
+    with socket.socket(socket.AF_UNIX) as asking:
+        asking.connect(str(server.control))
+        asking.sendall(b'{"verb": "reload"}\n')
+        server.stop()
+    assert not place.runtime.exists()
