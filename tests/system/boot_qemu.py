@@ -30,12 +30,14 @@ REQUESTS = 40  # a save takes about a dozen: a cut is at any of them
 PATIENCE_S = 120.0
 LAB = "bench: lab\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n  s1: {profile: sac}\n"
 START = (
-    "mount -t ext4 /dev/vdb /var/lib/private && mkdir -p /etc/systemd/system/hil@.service.d && "
+    "mount -t ext4 /dev/vdb /var/lib/private && chmod 700 /var/lib/private && "
+    "mkdir -p /etc/systemd/system/hil@.service.d && "
     "ln -sf /usr/local/share/hil/systemd/realtime.conf /etc/systemd/system/hil@.service.d/ && "
     # An emulated CPU is slower than what the watchdog and clients are made for.
     "printf '[Service]\\nWatchdogSec=60\\nTimeoutStartSec=300\\n' "
     "> /etc/systemd/system/hil@.service.d/slow.conf && "
-    "systemctl daemon-reload && systemctl start hil@lab || { journalctl -u hil@lab -o cat --no-pager; false; }"
+    "systemctl daemon-reload && systemctl start hil@lab || "
+    "{ journalctl -u hil@lab -o cat --no-pager; false; }"
 )
 FRAME = (
     "import socket; "
@@ -129,7 +131,7 @@ class Lost(AssertionError):
 
 
 def stored(image: bytes, folder: Path) -> tuple[int, int] | None:
-    """Commits and deceleration in the file of s1, after the journal was played back; None: no file."""
+    """Commits and acceleration in the file of s1, after the journal was played back; None: no file."""
     path, out = folder / "cut.img", folder / "s1.nvm"
     path.write_bytes(image)
     out.unlink(missing_ok=True)
@@ -139,7 +141,7 @@ def stored(image: bytes, folder: Path) -> tuple[int, int] | None:
     if not out.exists() or not out.stat().st_size:
         return None
     content = decode(out.read_bytes()).content
-    return content.counter, Eeprom.unpacked(content.sections["eeprom"]).parameters.dec_hundredths
+    return content.counter, Eeprom.unpacked(content.sections["eeprom"]).parameters.acc
 
 
 def judge(image: bytes, folder: Path, base: int, acked: int) -> int:
@@ -195,8 +197,8 @@ def test_after_the_machine_was_killed_it_starts_with_what_was_acknowledged(
     print(said[-300:])
     assert "damaged" not in said
     show = (
-        "import serial; p = serial.Serial('/run/hil/lab/s1', 38400, timeout=20); p.write(b'\\r'); "
-        "p.read_until(b'SAC>'); p.write(b'$C\\r'); print(p.read_until(b'SAC>').decode())"
+        "import serial; p = serial.Serial('/run/hil/lab/s1', 38400, timeout=10); p.write(b'$C\\r'); "
+        "print(p.read(4096).decode())"
     )
     setup.guest.run("sleep 5")
     screen = setup.guest.run(f'/usr/local/lib/hil/bin/python -c "{show}"')
