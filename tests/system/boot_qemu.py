@@ -60,7 +60,6 @@ class Setup:
         blank = folder / "blank.img"
         run("mke2fs", "-q", "-t", "ext4", blank, DISK_SIZE)
         self.disk = VolatileDisk(blank.read_bytes(), folder / "disk.sock", random.Random(SEED))
-        self.boot()
 
     def boot(self) -> None:
         self.guest = Guest(self.kernel_tree, self.root, self.disk.path)
@@ -78,8 +77,11 @@ def setup() -> Iterator[Setup]:
         need({"qemu-system-x86_64": "qemu-system-x86", "mke2fs": "e2fsprogs", "debugfs": "e2fsprogs"})
         with tempfile.TemporaryDirectory(prefix="hil-qemu-") as folder:
             made = Setup(Path(folder))
-            yield made
-            made.close()
+            try:
+                made.boot()
+                yield made
+            finally:
+                made.close()
     except CannotError as error:
         pytest.skip(str(error))
 
