@@ -9,6 +9,7 @@ itself finds what there is.
 
 import os
 import random
+import shlex
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from pathlib import Path
 
 import pytest
 from container import until
-from debian import CannotError, need, run, tree_with_hil, tree_with_kernel
+from debian import HIL_PYTHON, CannotError, need, run, tree_with_hil, tree_with_kernel
 from guest import Guest, root_image
 from volatile_disk import VolatileDisk
 
@@ -26,7 +27,7 @@ from hil.firmware.nvm import decode
 CUTS = int(os.environ.get("HIL_POWER_CUTS", "60"))
 SEED = int(os.environ.get("HIL_SEED", "1"))
 DISK_SIZE = "16M"
-REQUESTS = 40  # a save takes about a dozen: a cut is at any of them
+REQUESTS = 12  # a save takes about nine: a cut is at any of them
 PATIENCE_S = 120.0
 LAB = "bench: lab\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n  s1: {profile: sac}\n"
 START = (
@@ -125,7 +126,7 @@ def test_the_core_thread_has_no_page_faults(setup: Setup) -> None:
 
 def test_vcan_is_there(setup: Setup) -> None:
     setup.guest.run("modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 up")
-    assert "2301000002000000cafe" in setup.guest.run(f'python3 -c "{FRAME}"')
+    assert "2301000002000000cafe" in setup.guest.run(f"python3 -c {shlex.quote(FRAME)}")
 
 
 class Lost(AssertionError):
@@ -164,7 +165,7 @@ def judge(image: bytes, folder: Path, base: int, acked: int) -> int:
 
 def test_power_cuts_lose_nothing_that_was_acknowledged(setup: Setup) -> None:
     chance, guest, ahead = random.Random(SEED), setup.guest, [0, 0, 0]
-    guest.begin("/usr/local/lib/hil/bin/python /usr/local/lib/eeprom_writer.py 1 100000000")
+    guest.begin(f"{HIL_PYTHON} /usr/local/lib/eeprom_writer.py 1 100000000")
     until(lambda: guest.acked >= 1, "the first save", PATIENCE_S)
     assert guest.base is not None
     first, first_acked = b"", 0
@@ -185,9 +186,7 @@ def test_after_the_machine_was_killed_it_starts_with_what_was_acknowledged(
     setup: Setup, attempt: int
 ) -> None:
     if setup.guest.acked == 0 or attempt:
-        setup.guest.begin(
-            f"/usr/local/lib/hil/bin/python /usr/local/lib/eeprom_writer.py {attempt}00001 100000000"
-        )
+        setup.guest.begin(f"{HIL_PYTHON} /usr/local/lib/eeprom_writer.py {attempt}00001 100000000")
         until(lambda: setup.guest.acked > 20, "saves", PATIENCE_S)
     setup.guest.kill()
     acked = setup.guest.acked
@@ -203,6 +202,6 @@ def test_after_the_machine_was_killed_it_starts_with_what_was_acknowledged(
         "print(p.read(4096).decode())"
     )
     setup.guest.run("sleep 5")
-    screen = setup.guest.run(f'/usr/local/lib/hil/bin/python -c "{show}"')
+    screen = setup.guest.run(f"{HIL_PYTHON} -c {shlex.quote(show)}")
     values = {f"{(100 + number % 900) / 100:.2f}" for number in (acked, acked + 1)}
     assert any(f"d acc\t\t{value}" in screen for value in values), (values, screen)

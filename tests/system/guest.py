@@ -59,6 +59,7 @@ class Guest:
         self._finished = threading.Condition()
         self._statuses: list[int] = []
         self._socket = socket.socket(socket.AF_UNIX)
+        self._reader: threading.Thread | None = None
         try:
             until(lambda: agent.exists() or self._qemu.poll() is not None, "QEMU")
             self._socket.connect(str(agent))
@@ -109,6 +110,8 @@ class Guest:
         """Pull the plug."""
         self._qemu.kill()
         self._qemu.wait(20)
+        if self._reader:
+            self._reader.join(20)  # what was told before the end counts
         self._socket.close()
 
     def __enter__(self) -> "Guest":
