@@ -337,3 +337,22 @@ def test_a_stop_in_the_middle(place: Place) -> None:
         asking.sendall(b'{"verb": "reload"}\n')
         server.stop()
     assert not place.runtime.exists()
+
+
+def test_a_device_that_is_in_a_run_is_left_to_it(place: Place) -> None:
+    old: Devices = {"m1": {}, "m2": {}}
+    server = place.serve(config(speed=1, devices=old)).ready()
+    server.ask("do", device="m1", name="enable", parameters={})
+    limits = {"velocity_rpm": 10.0, "acceleration_rpm_per_s": 1000.0, "jerk_rpm_per_s2": 1e5}
+    run = {"run": "slow", "axes": {"m1": limits}, "steps": [{"move": {"m1": 3600}}]}  # a minute
+    server.ask("run", text=json.dumps(run), file="", check=False)
+    said = refused(place, server, {"m2": {}}, speed=1)
+    assert said == "m1 is in run slow: wait for its end, or cancel it"
+    done = reload(place, server, {"m1": {}, "m3": {}}, speed=1)
+    assert done == {"kept": ["m1"], "added": ["m3"], "removed": ["m2"]}
+    (progress,) = server.ask("runs", name="slow")
+    assert progress["state"] == "running"
+    server.ask("cancel_run", name="slow", how="prejudice")
+    until(lambda: server.ask("runs", name="slow")[0]["state"] != "running", "the end")
+    assert reload(place, server, {"m3": {}}, speed=1) == {"kept": ["m3"], "removed": ["m1"]}
+    server.stop()

@@ -96,6 +96,9 @@ class Reloader:
                 trouble = problems_of(error)
                 log.error("reload refused, nothing has changed:\n%s", error)
                 raise
+            except Exception:  # ours: who asked may not be there to see it
+                log.exception("the reload failed")
+                raise
             finally:
                 self._daemon.service.reloaded(trouble)
 
@@ -120,15 +123,9 @@ class Reloader:
     def _check(self, plan: Plan) -> None:
         """What only the running bench knows."""
         daemon = self._daemon
-        problems = []
+        problems = self._in_use(plan)
         if daemon.bench.log:
             problems.append("the run is being logged (--log), and a log holds one bench from its start")
-        leaving = plan.named("remove", "restart")
-        for name, run in daemon.runs.using(leaving).items():
-            problems.append(f"{name} is in run {run}: wait for its end, or cancel it")
-        for name in leaving:
-            if name in daemon.real and daemon.real[name].is_talking:
-                problems.append(f"{name} is in a dialogue with its board: wait for its end")
         core = daemon.bench.core.native
         needed = sum(plan.has_twin(name) for name in plan.named("add", "restart"))
         if needed > (free := core.max_axes - len(daemon.bench.devices)):
@@ -139,11 +136,22 @@ class Reloader:
         if problems:
             raise ReloadRefused("\n".join(problems))
 
+    def _in_use(self, plan: Plan) -> list[str]:
+        """Devices that somebody needs as they are."""
+        daemon, leaving = self._daemon, plan.named("remove", "restart")
+        runs = daemon.runs.using(leaving)
+        talking = [name for name in leaving if name in daemon.real and daemon.real[name].is_talking]
+        return [f"{name} is in run {run}: wait for its end, or cancel it" for name, run in runs.items()] + [
+            f"{name} is in a dialogue with its board: wait for its end" for name in talking
+        ]
+
     async def _carry_out(self, plan: Plan) -> None:
         staged = Staged()
         try:
             await self._stage(plan, staged)
             await self._until_stored(plan)
+            if problems := self._in_use(plan):
+                raise ReloadRefused("\n".join(problems))
         except BaseException:
             for port in staged.ports:
                 await port.close()
@@ -169,7 +177,7 @@ class Reloader:
         for name in plan.named("restart", "add"):
             try:
                 await (self._stage_twin if plan.has_twin(name) else self._stage_real)(plan, staged, name)
-            except (PortError, StoreError) as error:
+            except (PortError, StoreError, MemoryError) as error:
                 problems.append(str(error))
         if problems:
             raise ReloadRefused("\n".join(problems))

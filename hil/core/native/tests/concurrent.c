@@ -119,6 +119,12 @@ static void come_and_go(hil_core *c, int round)
     hil_axis_set(c, 1, HIL_FIELD_uMAX, round);
     hil_axis_set(c, 1, HIL_FIELD_r, round);
     hil_axis_set(c, 1, HIL_FIELD_print_yw, 1); /* events that nobody takes: it is due at every wake */
+    if (round & 1) { /* made some time before it is set going, as a reload does */
+        wait_ticks(c, 1);
+        int64_t now_ns = hil_rt_now(c);
+        hil_group_set_horizon(c, group, now_ns);
+        CHECK_INT(hil_group_advance(c, group, now_ns), now_ns);
+    }
     hil_axis_loop(c, 1, 1);
     hil_group_set_horizon(c, group, HIL_FOREVER);
     hil_group_release(c, group);
