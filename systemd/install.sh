@@ -19,8 +19,10 @@ tell_systemd() {
 
 if [ "${1:-}" = --uninstall ]; then
     if [ -z "$root" ] && [ -d /run/systemd/system ]; then
-        systemctl disable --now --quiet hil.service 'hil@*.service' 2>/dev/null || :
-        systemctl stop 'hil@*.service'
+        systemctl stop hil.service 'hil@*.service'
+        for link in /etc/systemd/system/*.wants/hil.service /etc/systemd/system/*.wants/hil@*.service; do
+            [ -L "$link" ] && systemctl disable --quiet "${link##*/}"
+        done
     fi
     rm -f $installed
     rmdir "$share" "$root$prefix/share/hil" 2>/dev/null || :

@@ -97,6 +97,10 @@ class Lab:
         until(lambda: self.answers() and self.ask("status")["sim_ns"] > READY_NS, "the boards", every_s=0.1)
         return self
 
+    def log(self) -> str:
+        """The last lines of the journal about it."""
+        return self.run("journalctl", "-u", UNIT, "-n", "20", "--no-pager")
+
     def hil(self, *words: str, check: bool = True) -> str:
         return self.run("hil", *words, check=check)
 
@@ -206,7 +210,7 @@ def test_ports_are_for_group_dialout(lab: Lab) -> None:
     refused = Client(lab, "/run/hil/lab/m1", user="stranger")
     refused.close()
     assert "Permission denied" in refused.opened["error"]
-    assert "/run/hil/lab/m1" in lab.hil("list")
+    assert "/run/hil/lab/m1" in lab.hil("list"), lab.log()
 
 
 @pytest.mark.parametrize("url", ["socket://127.0.0.1:7001", "rfc2217://127.0.0.1:7002"])
@@ -399,6 +403,7 @@ def test_instances_do_not_disturb_each_other(lab: Lab) -> None:
 
 
 def test_uninstall_takes_all_but_configuration_and_state(lab: Lab) -> None:
+    lab.run("systemctl", "enable", UNIT)
     lab.run("make", "-C", "/wheels", "uninstall-service")
     assert lab.show("LoadState") == "not-found"
     left = lab.run("find", "/usr/local", "/etc/systemd", "-name", "*hil*").split()
