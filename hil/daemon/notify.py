@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 _PINGS = 16
-"""In the watchdog's time. The last ping comes up to one interval after the core's last tick, and so the end."""
+"""In the watchdog's time. The last ping comes up to one interval after the core's last tick."""
 _PATIENCE_S = 0.5
 """What changes the unit's state may wait for a manager that is busy; all else is said again soon."""
 _TEXT_BYTES = 2000
