@@ -86,6 +86,7 @@ def wheels(folder: Path) -> Path:
     version = platform.python_version()
     if sys.version_info[:2] != (3, 11):
         raise CannotError(f"wheels for Debian 12 are built by Python 3.11, this is {version}: set HIL_WHEELS")
+    shutil.rmtree(ROOT / "build", ignore_errors=True)  # what was deleted since is still in there
     run(sys.executable, "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "-w", folder, ROOT)
     return folder
 
