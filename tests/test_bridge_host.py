@@ -119,7 +119,10 @@ def test_a_real_board_says_what_it_cannot(using: Using) -> None:
             assert code == "cannot"
             assert why.startswith("real is a real board: the daemon sees its terminal")
         code, why = await refusal(lambda: host.do(ADMIN, "real", "move_abs", {"position_deg": 1}))
-        assert (code, why) == ("no_verb", "real, a mechaduino, has no 'move_abs'; known are: type")
+        assert (code, why) == (
+            "no_verb",
+            "real, a mechaduino, has no 'move_abs'; known are: disable, enable, type",
+        )
 
     using(use)
 

@@ -152,7 +152,11 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
     listed = place.cli("axis", "s2", "-b", "r")
     assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == ["type", "reset"]
     listed = place.cli("axis", "m2", "-b", "r")
-    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == ["type"]
+    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == [
+        "enable",
+        "disable",
+        "type",
+    ]
     said = place.cli("axis", "s2", "move-rel", "90", "-b", "r", code=2)
     assert said == "hil: s2 has no 'move-rel'; it has type, reset\n"
     refused = place.cli("axis", "s2", "reset", "now", "-b", "r", code=2)
@@ -163,6 +167,9 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
     with server.client("m2") as client:
         place.cli("axis", "m2", "type", "m", "-b", "r")
         client.read_until(b"Main menu")
+    for verb, loop_on in (("enable", 1), ("disable", 0)):
+        place.cli("axis", "m2", verb, "-b", "r")
+        until(lambda loop_on=loop_on: snapshot(twins, "m1")["loop_on"] == loop_on, verb)  # type: ignore[misc]
 
 
 def test_a_run_with_verbs_is_repeated_from_its_log(place: Place) -> None:

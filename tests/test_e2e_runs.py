@@ -54,7 +54,7 @@ def test_a_file_is_checked_carried_out_and_replayed(place: Place) -> None:
     said = place.cli("run", str(EXAMPLES / "square.yaml"), "--check", *where)
     assert "run square, 12 step(s), no problems" in said
     said = place.cli("run", str(EXAMPLES / "square.yaml"), *where)
-    assert "square: done\n  m1: at " in said
+    assert "square: done\n  m1: stands at " in said
     assert said.count("following error at most") == 3
     bad = place.write("run: bad\naxes:\n  m9: {}\nsteps:\n  - {move: {m9: 1}}\n", "bad.run.yaml")
     said = place.cli("run", str(bad), *where, code=2)

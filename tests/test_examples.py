@@ -1,5 +1,6 @@
 """Every example prints what stands beside it."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,26 @@ def test_it_prints_what_stands_beside_it(program: Path) -> None:
     done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=60, check=False)
     assert done.stderr == ""
     assert done.stdout == program.with_suffix(".txt").read_text()
+
+
+def test_the_run_of_six_axes_prints_what_stands_beside_it_and_draws_them(tmp_path: Path) -> None:
+    program, picture = EXAMPLES / "runs" / "six_axes.py", tmp_path / "run.png"
+    done = subprocess.run([sys.executable, program, picture], capture_output=True, text=True, timeout=60)
+    assert done.stderr == ""
+    assert done.stdout == program.with_suffix(".txt").read_text()
+    assert picture.stat().st_size > 50_000
+
+
+def test_the_run_with_a_real_board_prints_what_stands_beside_it() -> None:
+    """But for where real time puts the twins' samples."""
+    program = EXAMPLES / "runs" / "mixed.py"
+    done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=90)
+    assert done.stderr == ""
+    said, wanted = (
+        re.sub(r"(?<=: stands at )(?=-?\d)\S+|(?<=at most )[0-9.]+|(?<=rms )[0-9.]+", "#", text)
+        for text in (done.stdout, program.with_suffix(".txt").read_text())
+    )
+    assert said == wanted
 
 
 def test_the_tuning_draws_both_responses(tmp_path: Path) -> None:

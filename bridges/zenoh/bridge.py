@@ -12,12 +12,15 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import acknowledged, dumped, read_payload, read_text, refused
-from bridges.zenoh.keys import KEYS, SCHEMAS, prefix
+from bridges.zenoh.documents import RUN_BYTES, acknowledged, dumped, read_payload, read_text, refused
+from bridges.zenoh.keys import SCHEMAS, prefix
 from bridges.zenoh.options import Options
+from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications, short_state
+from bridges.zenoh.reference import reference
 from bridges.zenoh.security import Gate, SecurityError, open_session
 from bridges.zenoh.sender import Sender
+from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused, described
 
@@ -36,6 +39,7 @@ WIDE_ANSWERS = 200
 LATER = 1_000
 """Queries that wait for a motion's end."""
 LONGEST_S = 3600.0
+_NOBODY_THERE = "Unable to connect"
 
 Request = tuple[str, bytes | None, bytes | None, zenoh.Query | None]
 
@@ -64,6 +68,7 @@ class ZenohBridge:
         self._wide = asyncio.Lock()
         self._wide_waiting = 0
         self._session: zenoh.Session | None = None
+        self._is_closed = False
         self._gate: Gate | None = None
         self._entities: list[Any] = []
         self._tokens: dict[str, Any] = {}
@@ -73,16 +78,37 @@ class ZenohBridge:
 
     async def open(self) -> None:
         self._loop = asyncio.get_running_loop()
+        self._sender = Sender()
         try:
-            self._session, self._gate = open_session(self._options, self._host.bench)
+            opened = await self._loop.run_in_executor(None, open_session, self._options, self._host.bench)
         except SecurityError as error:
             raise BridgeError(str(error)) from None
         except zenoh.ZError as error:
-            raise BridgeError(
-                f"{first_line(error)}; listen: choose another address, or [] for none"
-            ) from None
-        session = self._session
-        self._sender = Sender()
+            if self._options.listen or not str(error).startswith(_NOBODY_THERE):
+                raise BridgeError(
+                    f"{first_line(error)}; listen: choose another address, or [] for none"
+                ) from None
+            log.warning("zenoh: nobody at %s yet, tried again each second", ", ".join(self._options.connect))
+            self._work(self._join())
+        else:
+            self._opened(*opened)
+
+    async def _join(self) -> None:
+        """The router that was away at the start."""
+        while self._session is None:
+            try:
+                opened = await self._loop.run_in_executor(None, open_session, self._options, self._host.bench)
+            except zenoh.ZError:
+                continue  # it took a second
+            if self._is_closed:
+                await self._loop.run_in_executor(None, opened[0].close)
+                return
+            self._opened(*opened)
+            log.info("zenoh: joined %s", ", ".join(self._options.connect))
+
+    def _opened(self, session: zenoh.Session, gate: Gate | None) -> None:
+        self._session, self._gate = session, gate
+        self._others = Others(session, self._host, gate)
         self._publications = Publications(session, self._host, self._options)
         self._readers = self._readable()
         self._encodings = {
@@ -117,9 +143,9 @@ class ZenohBridge:
             raise BridgeError(first_line(error)) from None
 
     async def close(self) -> None:
-        if self._session is None:
-            return
-        await self._publications.stop()
+        self._is_closed = True
+        if self._session is not None:
+            await self._publications.stop()
         under_way = [*self._waiting, *self._working]
         for task in under_way:
             task.cancel()
@@ -130,19 +156,31 @@ class ZenohBridge:
         self._entities.clear()
         self._tokens.clear()
         session, self._session = self._session, None
-        await self._loop.run_in_executor(None, session.close)
+        if session is not None:
+            await self._loop.run_in_executor(None, session.close)
         self._queue.clear()
+
+    async def ask_bench(
+        self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
+    ) -> Answered:
+        if self._session is None:
+            raise BenchGone(f"the bench {bench} cannot be reached: this one is not joined yet")
+        return await self._others.ask(source, bench, rest, given, timeout_s)
+
+    async def benches(self) -> Sequence[str]:
+        return await self._others.benches() if self._session else []
 
     def status(self) -> Mapping[str, Any]:
         clients = len(list(self._session.info.links())) if self._session else 0
+        told = self._publications if self._session else None
         return {
             "root": self._prefix,
             "listen": list(self._options.listen),
             "connect": list(self._options.connect),
             "links": clients,
             "commands": self.commands,
-            "rejected": self._publications.rejections,
-            "dropped": self.dropped + self._sender.dropped + self._publications.dropped,
+            "rejected": told.rejections if told else 0,
+            "dropped": self.dropped + self._sender.dropped + (told.dropped if told else 0),
             "waiting": len(self._waiting),
             "insecure": self._options.insecure,
         }
@@ -225,7 +263,11 @@ class ZenohBridge:
             case ["run", "submit"]:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
                 text = read_text(payload)
-                return lambda: self._answer(query, key, self._host.submit_run(source, text))
+                return lambda: self._submit(query, key, source, text)
+            case ["run", name, "part"] if "*" not in name:
+                source = self._source(key, payload, attachment, Role.OPERATOR)
+                asked = read_payload(payload, longest=RUN_BYTES)
+                return lambda: self._answer(query, key, self._host.part_of_run(source, name, asked))
             case ["run", name, "cancel"] if "*" not in name:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
                 how = read_payload(payload).get("how", "grace")
@@ -273,6 +315,13 @@ class ZenohBridge:
             self._await_end(self._wait(key, device, done, query))
         else:
             self._sender.end(query)
+
+    def _submit(self, query: zenoh.Query | None, key: str, source: Source, text: str) -> None:
+        submitted = self._host.submit_run(source, text)
+        if isinstance(submitted, Mapping):
+            self._answer(query, key, submitted)
+        else:
+            self._work(self._answer_later(query, key, submitted))
 
     def _await_end(self, waiting: Coroutine[Any, Any, None]) -> None:
         """Of too many that wait the one that has waited longest gives way: its asker may long be gone."""
@@ -448,24 +497,6 @@ class ZenohBridge:
                 fields[f.name] = row
         ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
         return dumped({"fields": ordered}, self._host)
-
-
-def reference() -> str:
-    """The keys, as Markdown."""
-    lines = [
-        "## Keys of the zenoh bridge\n",
-        "Below `hil/<bench>/`. JSON carries its version in `v`, its schema in the encoding, and the times at"
-        " which it was written: `sim_ns`, and `wall_ns` since 1970. A command is put, and then nothing comes"
-        " back, or queried, and then answered; a refusal is an error reply with a `code` (see Verbs of"
-        " devices). A role is the least that may use the key, where the bench has users.\n",
-        "| key | way | payload | schema | role | what | example |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for key in KEYS:
-        example = f"`{key.example}`" if key.example else ""
-        cells = (f"`{key.pattern}`", ", ".join(key.way), key.payload, key.schema, key.role.name.lower())
-        lines.append("| " + " | ".join((*cells, key.about, example)) + " |")
-    return "\n".join(lines) + "\n"
 
 
 def encoding(schema: str) -> zenoh.Encoding:

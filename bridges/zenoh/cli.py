@@ -16,6 +16,46 @@ def _commands() -> None:
 
 
 @app.command()
+def router(
+    listen: Annotated[
+        list[str],
+        typer.Option("--listen", help="Where benches and clients connect.", metavar="tcp/HOST:PORT"),
+    ],
+    ca: Annotated[Path | None, typer.Option("--ca", help="The site's authority, for tls/ addresses.")] = None,
+    certificate: Annotated[Path | None, typer.Option("--certificate", help="The router's.")] = None,
+    key: Annotated[Path | None, typer.Option("--key", help="Its private key.")] = None,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Let anybody in beyond this computer.")
+    ] = False,
+) -> None:
+    """Join benches: run a zenoh router until Ctrl-C.
+
+    A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. Zenoh's own zenohd does as well.
+    """
+    import signal
+
+    import zenoh
+
+    from bridges.zenoh.options import TlsOptions
+    from bridges.zenoh.security import SecurityError, made, router_config
+
+    given = [each for each in (ca, certificate, key) if each]
+    if given and not (ca and certificate and key):
+        typer.echo("hil: --ca, --certificate and --key belong together", err=True)
+        raise typer.Exit(2)
+    tls = TlsOptions(ca=ca, certificate=certificate, key=key) if ca and certificate and key else None
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        session = zenoh.open(made(router_config(listen, tls, insecure)))
+    except (SecurityError, zenoh.ZError) as error:
+        typer.echo(f"hil: {str(error).partition(' at /')[0]}", err=True)
+        raise typer.Exit(2) from None
+    typer.echo(f"router at {', '.join(listen)}; Ctrl-C ends it")
+    signal.sigwait({signal.SIGINT, signal.SIGTERM})
+    session.close()  # type: ignore[no-untyped-call]
+
+
+@app.command()
 def keys(
     folder: Annotated[Path, typer.Argument(help="A new or empty folder.", metavar="DIR", show_default=False)],
     bench: Annotated[str, typer.Option("--bench", help="The bench's name.", metavar="NAME")],

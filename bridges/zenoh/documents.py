@@ -17,7 +17,7 @@ def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number")
 
 
-def read_payload(payload: bytes | None, wanted: set[type] | None = None) -> Any:
+def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest: int = PAYLOAD_BYTES) -> Any:
     """A command's payload: an object, or a value of the ``wanted`` types; nothing stands for {}.
 
     Raises:
@@ -25,8 +25,8 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None) -> Any:
     """
     if not payload and wanted is None:
         return {}
-    if payload is not None and len(payload) > PAYLOAD_BYTES:
-        raise VerbRefused("bad_request", f"{len(payload)} bytes; a payload has at most {PAYLOAD_BYTES}")
+    if payload is not None and len(payload) > longest:
+        raise VerbRefused("bad_request", f"{len(payload)} bytes; a payload has at most {longest}")
     try:
         value = json.loads(payload or b"", parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:

@@ -37,6 +37,8 @@ MESSAGE_BYTES = 1 << 20
 ACCEPT_MS = 2000
 """For a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own 10 s,
 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
+CONNECT_MS = 1000
+"""For one attempt to reach the router; the bridge makes the next."""
 CLOSE_US = 500_000
 """A client that reads nothing of its answers for so long loses its link: others wait for theirs meanwhile."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
@@ -149,6 +151,10 @@ class Gate:
         self._since_ns = since_ns
         self._users = {user.name: user for user in users}
         self._seen = {user.name: _Seen() for user in users}
+
+    def secret_of(self, name: str) -> str | None:
+        """Of a user, to sign for."""
+        return self._users[name].secret if name in self._users else None
 
     def check(self, attachment: bytes | None, key: str, payload: bytes, now_ns: int) -> User:
         """Who signed it. ``now_ns`` is wall time.
@@ -292,11 +298,15 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
         SecurityError: strangers could reach the bench.
     """
     _refuse_open_doors(options)
+    if options.listen:  # the router is looked for in the background
+        how = {"mode": "router", "connect/exit_on_failure": False, "connect/timeout_ms": -1}
+    else:
+        # A router passes nothing on between peers, and between routers it forgets some after a restart: one
+        # in ten was not seen any more (zenoh 1.10, measured). With clients neither happens.
+        how = {"mode": "client" if options.connect else "peer", "connect/timeout_ms": CONNECT_MS}
     config: dict[str, Any] = {
         **_CLOSED,
-        "mode": "router" if options.listen else "peer",
-        "connect/exit_on_failure": False,
-        "connect/timeout_ms": -1,
+        **how,
         "listen/endpoints": list(options.listen),
         "connect/endpoints": list(options.connect),
     }
@@ -334,6 +344,26 @@ def _refuse_open_doors(options: Options) -> None:
             )
 
 
+def router_config(listen: Sequence[str], tls: TlsOptions | None, is_insecure: bool) -> dict[str, Any]:
+    """The same of a router that only joins others. With ``tls`` who has no certificate of the site stays
+    out; what each may do its bench decides by signatures.
+
+    Raises:
+        SecurityError: strangers could reach it.
+    """
+    for endpoint in listen:
+        if is_insecure or is_loopback(endpoint) or (tls and endpoint.startswith(("tls/", "quic/"))):
+            continue
+        raise SecurityError(
+            f"{endpoint} is reached from other computers, and anybody there could join; use tls/ with --ca,"
+            " --certificate and --key, or --insecure"
+        )
+    config: dict[str, Any] = {**_CLOSED, "mode": "router", "listen/endpoints": list(listen)}
+    if tls:
+        config["transport/link/tls"] = _tls(tls)
+    return config
+
+
 def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | None]:
     """A daemon's session, and what checks its commands; None: there are no users, everybody may do all.
 
@@ -342,6 +372,9 @@ def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | No
         zenoh.ZError: an address is taken, a certificate cannot be read.
     """
     users = read_users(options.users) if options.users else []
+    for path in (options.tls.ca, options.tls.certificate, options.tls.key) if options.tls else ():
+        if not os.access(path, os.R_OK):  # zenoh would only say that nobody is there
+            raise SecurityError(f"tls: {path} cannot be read; `hil zenoh keys` makes such files")
     # Zenoh wants passwords in a file. This one is in memory, of this process, and gone afterwards.
     memory = os.memfd_create("users")
     try:

@@ -35,7 +35,7 @@ class Terminal:
 
     def sync(self) -> Dialogue[None]:
         """To a prompt outside the program modes, past a cold start."""
-        heard = yield from self._quiet(START_UP_NS)
+        heard = yield from self.quiet(START_UP_NS)
         yield Send(b"\r")
         try:
             heard += yield from self._until_prompt(START_UP_NS)
@@ -66,7 +66,7 @@ class Terminal:
         answer, self._unread = self._unread.translate(None, _SIGNALS), b""
         return answer.removesuffix(_PROMPT)
 
-    def _quiet(self, for_ns: int) -> Generator[Step, Any, bytes]:
+    def quiet(self, for_ns: int) -> Generator[Step, Any, bytes]:
         """What comes until nothing has come for so long."""
         heard = b""
         while piece := (yield Listen(for_ns)).data:
@@ -92,7 +92,7 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
     ]
     if problems:
         raise Refusal("\n".join(problems))
-    yield from _stands_still(terminal)
+    yield from stands_still(terminal)
     for row in file.rows:
         try:
             yield from terminal.ask(row.command(steps_per_rev))
@@ -140,17 +140,21 @@ def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
 
 def _steps_per_rev(terminal: Terminal) -> Dialogue[int]:
     screen = "\n".join((yield from terminal.ask("cc")))
-    return _number(screen, r"a sprf\s+(\d+)")
+    return number_on(screen, r"a sprf\s+(\d+)")
 
 
-def _number(screen: str, pattern: str) -> int:
+def number_on(screen: str, pattern: str) -> int:
     if not (match := re.search(pattern, screen)):
         raise DialogueError(f"this is not a SAC's screen: {screen[:80]!r}")
     return int(match[1])
 
 
-def _stands_still(terminal: Terminal) -> Dialogue[None]:
-    lines = yield from terminal.ask("vd")
+def stands_still(terminal: Terminal, timeout_ns: int = ANSWER_NS) -> Dialogue[None]:
+    """
+    Raises:
+        Refusal: the motor runs.
+    """
+    lines = yield from terminal.ask("vd", timeout_ns)
     if lines[:1] != ["0\t0"]:
         raise Refusal("the motor runs; stop it first (S), or what it runs through would change under it")
 
@@ -213,13 +217,13 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
     terminal = Terminal()
     yield from terminal.sync()
     screen = "\n".join((yield from terminal.ask("cc")))
-    steps_per_rev = _number(screen, r"a sprf\s+(\d+)")
+    steps_per_rev = number_on(screen, r"a sprf\s+(\d+)")
     cycle_us = f_of(steps_per_rev) // rpm if rpm > 0 else 0
     steps = rpm * steps_per_rev
     if not 2 <= cycle_us <= WORD // 2 or steps >= WORD:
         raise Refusal(f"{rpm} RPM is no speed at {steps_per_rev} steps a turn")
-    yield from _stands_still(terminal)
-    was_on = bool(_number("\n".join((yield from terminal.ask("cf"))), r"soft_ops\s+(\d)"))
+    yield from stands_still(terminal)
+    was_on = bool(number_on("\n".join((yield from terminal.ask("cf"))), r"soft_ops\s+(\d)"))
     yield from terminal.ask("$O1")
     yield Send(f"xm{steps}v{rpm}a999d999u0ft{_ECHO_US}\r".encode())
     begun_ns = yield from _signal(DC1[0], 3, 0)
@@ -231,9 +235,9 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
         rpm=rpm,
         nominal_ns=steps * cycle_us * 1000,
         measured_ns=ended_ns - begun_ns,
-        pulses=steps << _number(screen, r"J ustep\s+(\d+)"),
-        interrupt_overhead_us=_number(screen, r"H ihd\s+(\d+)"),
-        clock_correction_us=_number(screen, r"I xclk\s+(\d+)"),
+        pulses=steps << number_on(screen, r"J ustep\s+(\d+)"),
+        interrupt_overhead_us=number_on(screen, r"H ihd\s+(\d+)"),
+        clock_correction_us=number_on(screen, r"I xclk\s+(\d+)"),
     )
 
 

@@ -1,14 +1,102 @@
 """What the daemon does with a real SAC, over its terminal, where it has a verb for the same with a twin."""
 
-from device_profiles.sac.companion import Terminal
-from hil.vocab.dialogue import Dialogue
+from typing import ClassVar, Literal
+
+from device_profiles.sac.companion import Terminal, number_on, stands_still
+from device_profiles.sac.verbs import one_shot
+from hil.vocab.dialogue import Dialogue, DialogueError, Refusal, Send
+from hil.vocab.terminal_axis import How, wait_until
+from hil.vocab.time import NS_PER_MS, NS_PER_S
+
+ANSWER_NS = 800 * NS_PER_MS
+"""In a run a board that says nothing for so long is lost; a line and its echo take 20 ms at 38400 baud."""
+LOOK_NS, LOOK_NEAR_NS = 500 * NS_PER_MS, 50 * NS_PER_MS
+"""Between two looks at the speed: on the way, where each costs the board time, and at the expected end."""
+SPARE_NS = 10 * NS_PER_S
+_STOPS_NS = 600 * NS_PER_S
+_LOST = 3
+"""Looks that may be garbled by what was broken off before a stop."""
+
+
+class RunAxis:
+    """A board that is told where to go, and asked whether it has come to a stand. Its terminal tells no
+    position: 0 is where it stood when it was reset, and what it was told since is counted."""
+
+    kind: ClassVar[Literal["servo", "stepper"]] = "stepper"
+    taken_by: ClassVar[str] = "reset"
+
+    def __init__(self) -> None:
+        self.commanded_deg: float | None = None
+        self._pulses = 0
+        self._pulses_per_rev = self._slow_rpm = 1
+
+    def take(self) -> Dialogue[None]:
+        """The warm reset ends all motion: parameters from the EEPROM come into force, the queue stays."""
+        self.commanded_deg = None
+        terminal = Terminal()
+        yield from terminal.sync()
+        yield from terminal.ask("$R")
+        screen = "\n".join((yield from terminal.ask("cc")))
+        steps_per_rev = number_on(screen, r"a sprf\s+(\d+)")
+        self._pulses_per_rev = steps_per_rev << number_on(screen, r"J ustep\s+(\d+)")
+        self._slow_rpm = max(number_on(screen, r"L slow\s+(\d+)"), 1)
+        self._pulses, self.commanded_deg = 0, 0.0
+
+    def move_abs(self, position_deg: float, velocity_rpm: float, start_ns: int) -> Dialogue[None]:
+        """The command is typed at once and held by its sync; ``y`` at the start releases it. The speed is
+        looked at until it is 0: never slower than ``slow``, it has to come to its end."""
+        pulses = round(position_deg / 360 * self._pulses_per_rev) - self._pulses
+        if pulses == 0:
+            return
+        rpm = int(velocity_rpm)
+        self.commanded_deg = None
+        terminal = Terminal()
+        yield from terminal.ask(f"xm{one_shot(pulses, f'v{rpm}')}s", ANSWER_NS)
+        armed_ns = yield from wait_until(0)
+        if armed_ns > start_ns:
+            late_ms = (armed_ns - start_ns) / NS_PER_MS
+            raise DialogueError(f"it took its command {late_ms:.0f} ms after the start; its line is too slow")
+        yield from wait_until(start_ns)
+        yield from terminal.ask("y", ANSWER_NS)
+        turns_ns = abs(pulses) * 60 * NS_PER_S // self._pulses_per_rev
+        give_up_ns = start_ns + turns_ns // min(rpm, self._slow_rpm) + SPARE_NS
+        yield from _until_it_stands(terminal, start_ns + turns_ns // rpm, give_up_ns)
+        self._pulses += pulses
+        self.commanded_deg = self._pulses * 360 / self._pulses_per_rev
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
+        """``s`` with the session's deceleration, or ``S``: what is held is dropped too. Where a motion was
+        cut short nobody knows."""
+        yield Send(b"s\r" if how == "grace" else b"S\r")
+        terminal = Terminal()
+        yield from terminal.quiet(LOOK_NEAR_NS)
+        now_ns = yield from wait_until(0)
+        yield from _until_it_stands(terminal, now_ns, now_ns + _STOPS_NS, may_lose=_LOST)
+
+
+def _until_it_stands(
+    terminal: Terminal, expected_ns: int, give_up_ns: int, may_lose: int = 0
+) -> Dialogue[None]:
+    now_ns = yield from wait_until(0)
+    while True:
+        pause_ns = LOOK_NEAR_NS if now_ns >= expected_ns else min(LOOK_NS, expected_ns - now_ns)
+        now_ns = yield from wait_until(now_ns + pause_ns)
+        try:
+            yield from stands_still(terminal, ANSWER_NS)
+            return
+        except Refusal:
+            if now_ns > give_up_ns:
+                raise DialogueError("it does not come to its end") from None
+        except DialogueError:
+            if (may_lose := may_lose - 1) < 0:
+                raise
+            terminal = Terminal()
 
 
 def reset() -> Dialogue[None]:
     """The warm reset: parameters from the EEPROM come into force, the queue stays."""
-    terminal = Terminal()
-    yield from terminal.sync()
-    yield from terminal.ask("$R")
+    yield from RunAxis().take()
 
 
+AXIS = RunAxis
 DIALOGUES = {"reset": reset}

@@ -38,6 +38,11 @@ def _attributes(velocity_rpm: float | None, acceleration: float | None, decelera
     return said
 
 
+def one_shot(pulses: int, said: str) -> str:
+    """What follows ``xm``: so many pulses, and nothing besides them that the session's defaults would add."""
+    return f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"
+
+
 def velocity(sac: Sac, velocity_rpm: float) -> None:
     """Continuous motion; in the same direction its speed changes, else it begins anew."""
     motion, rpm = sac.motion, abs(int(velocity_rpm))
@@ -70,7 +75,7 @@ def move_rel(
     pulses = round(angle_deg / 360 * per_rev)
     if pulses:
         said = _attributes(velocity_rpm, acceleration, deceleration)
-        sac.moves.one_shot(Text(f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"))
+        sac.moves.one_shot(Text(one_shot(pulses, said)))
     return {"pulses": pulses, "angle_deg": pulses * 360 / per_rev}
 
 

@@ -14,6 +14,7 @@ from hil.vocab.bridges import Bridge, BridgeHost
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
+from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
 
 PROFILES = "device_profiles"
@@ -96,6 +97,15 @@ def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
     dialogues: Mapping[str, Callable[[], Dialogue[Any]]]
     dialogues = import_module(f"{PROFILES}.{profile}.dialogues").DIALOGUES
     return dialogues
+
+
+def load_terminal_axis(profile: str) -> Callable[[], TerminalAxis] | None:
+    """What makes a real board of this kind an axis of runs; None: nothing does."""
+    if find_spec(f"{PROFILES}.{profile}.dialogues") is None:
+        return None
+    made: Callable[[], TerminalAxis] | None
+    made = getattr(import_module(f"{PROFILES}.{profile}.dialogues"), "AXIS", None)
+    return made
 
 
 class BoardVerbs(NamedTuple):

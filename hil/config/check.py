@@ -189,6 +189,8 @@ class _Device:
             if profile.network_baud is None and self.raw.get(NETWORK) is not None:
                 message = f"a {profile.name} has no second serial interface"
                 self._add(message, "leave this key out", NETWORK, at_key=True)
+            if self.raw.get(key := "setpoint_rate_Hz") is not None:
+                self._add("a twin's set-point moves at each step", "leave this key out", key, at_key=True)
             self._axis(profile)
             self._plant(result["plant"], profile)
             self._load(result, profile)

@@ -43,7 +43,7 @@ def suggestion(word: str, known: Collection[str]) -> str:
     """``did you mean "x"?`` for the nearest known word, else all of them."""
     if near := nearest(word, known):
         return f'did you mean "{near}"?'
-    return "known are: " + ", ".join(sorted(known))
+    return f"known are: {', '.join(sorted(known))}" if known else "there are none"
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:

@@ -189,6 +189,12 @@ class DeviceConfig(_Model):
             " it goes on as the last one says."
         ),
     )
+    setpoint_rate_Hz: float | None = Field(
+        default=None,
+        ge=1,
+        le=200,
+        description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
+    )
     spi_previous_command: int = Field(
         default=0xFFFF,
         ge=0,

@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
@@ -19,7 +19,7 @@ from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.segment import SegmentEvent
-from hil.vocab.verbs import Verb, VerbRefused, table_of
+from hil.vocab.verbs import Verb, VerbRefused
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -64,7 +64,8 @@ class Host:
         profile = self._daemon.config.devices[name].profile
         if name in self._daemon.config.real:
             dialogues = load_dialogues(profile)
-            verbs = {verb: each for verb, each in table_of(()).items() if verb == "type" or verb in dialogues}
+            table = load_verbs(profile).table
+            verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in dialogues}
             return DeviceInfo(name, profile, True, verbs, {})
         device = self._daemon.bench.devices[name]
         fields = {
@@ -147,13 +148,13 @@ class Host:
         return None if info.is_real else self._do_twin(device, known, parameters)
 
     async def _do_real(self, device: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
-        if verb.name == "type":
-            self._daemon.real[device].send(typed(str(parameters["text"])))
-        else:
-            try:
+        try:
+            if verb.name == "type":
+                self._daemon.real[device].send(typed(str(parameters["text"])))
+            else:
                 await real_boards.carry_out(self._daemon, device, verb.name)
-            except (DialogueError, real_boards.NoDialogue) as error:
-                raise VerbRefused("not_now", str(error)) from None
+        except (DialogueError, real_boards.NoDialogue) as error:
+            raise VerbRefused("not_now", str(error)) from None
         return Done(self._daemon.bench.now_ns, {})
 
     def _do_twin(self, name: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
@@ -229,11 +230,28 @@ class Host:
         finally:
             self._daemon.lines.flush()
 
-    def submit_run(self, source: Source, text: str) -> Mapping[str, Any]:
+    def sim_ns(self, wall_ns: int) -> int:
+        """The simulated time at one of the wall, as ``wall_ns`` tells it."""
+        return round((wall_ns - self._daemon.epoch_ns) * self._daemon.config.speed)
+
+    def submit_run(
+        self, source: Source, text: str
+    ) -> Mapping[str, Any] | Coroutine[Any, Any, Mapping[str, Any]]:
         try:
-            return self._daemon.runs.submit(source, text).as_dict()
+            submitted = self._daemon.runs.submit(source, text)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
+        return submitted.as_dict() if isinstance(submitted, Progress) else self._submitted(submitted)
+
+    @staticmethod
+    async def _submitted(submitted: Coroutine[Any, Any, Progress]) -> Mapping[str, Any]:
+        try:
+            return (await submitted).as_dict()
+        except ConfigError as error:
+            raise VerbRefused("bad_run", str(error)) from None
+
+    def part_of_run(self, source: Source, name: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        return self._daemon.runs.parts.answer(source, name, given)
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:
         progress = self._daemon.runs.progress.get(name)

@@ -371,6 +371,7 @@ app.command()(draw_commands.drive)
 app.add_typer(arduino.app, name="arduino")
 app.command(context_settings={"ignore_unknown_options": True})(axis_command.axis)  # negative degrees
 app.command()(run_command.run)
+app.command()(run_command.benches)
 app.add_typer(line_commands.fault_app, name="fault")
 app.command()(line_commands.capture)
 app.command()(line_commands.decode)

@@ -20,27 +20,25 @@ from hil import __version__
 from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import FIELDS
-from hil.daemon import real_boards, segments
+from hil.daemon import real_boards, run_control, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.reload_plan import ReloadRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
-from hil.vocab.bridges import Source
+from hil.vocab.bridges import LOCAL
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
-from hil.vocab.verbs import Role, VerbRefused, described
+from hil.vocab.verbs import VerbRefused, described
 from hil.wire.step_dir import Edges, train_length_ns, train_problem
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
 CONTROL_VERSION = 1
-LOCAL = Source("control socket", Role.ADMIN)
-"""Who may open the socket may do all."""
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
@@ -386,28 +384,6 @@ def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
     return described(daemon.host.devices[device].verbs)
 
 
-def _run(daemon: "Daemon", text: str, file: str, check: bool) -> dict[str, Any]:
-    try:
-        if check:
-            return daemon.runs.check(text, file)
-        return daemon.runs.submit(LOCAL, text, file).as_dict()
-    except ConfigError as error:
-        return {"problems": str(error)}
-
-
-def _runs(daemon: "Daemon", name: str) -> list[dict[str, Any]]:
-    if name and name not in daemon.runs.progress:
-        raise ControlError(f"there is no run {name!r}")
-    every = daemon.runs.progress.values()
-    return [progress.as_dict() for progress in every if name in ("", progress.run)]
-
-
-def _cancel_run(daemon: "Daemon", name: str, how: str) -> dict[str, Any]:
-    if how not in ("grace", "prejudice"):
-        raise ControlError("how is grace or prejudice")
-    return daemon.runs.cancel(LOCAL, name, "grace" if how == "grace" else "prejudice").as_dict()
-
-
 async def _reload(daemon: "Daemon") -> dict[str, Any]:
     try:
         return await daemon.reloader.reload()
@@ -468,9 +444,10 @@ VERBS = {
     ),
     "do": Verb(_do, ("device", "name", "parameters"), "carry out a verb of the device (see Verbs)"),
     "verbs": Verb(_verbs, ("device",), "what can be asked of a device, with the parameters"),
-    "run": Verb(_run, ("text", "file", "check"), "submit a multi-axis run, or only check it"),
-    "runs": Verb(_runs, ("name",), "how a run does, or with an empty name all that are remembered"),
-    "cancel_run": Verb(_cancel_run, ("name", "how"), "end a run with grace or prejudice"),
+    "run": Verb(run_control.submit, ("text", "file", "check"), "submit a multi-axis run, or only check it"),
+    "runs": Verb(run_control.states, ("name",), "how a run does; empty name: all that are remembered"),
+    "cancel_run": Verb(run_control.cancel, ("name", "how"), "end a run with grace or prejudice"),
+    "benches": Verb(run_control.benches, (), "other benches that are joined, and their clocks"),
     "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
     "reload": Verb(
         _reload, (), "read the configuration again; answers devices kept, restarted, added and removed"

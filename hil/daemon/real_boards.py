@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from hil.compose import load_dialogues
 from hil.config import DeviceConfig
 from hil.session.pass_through import PassThrough
+from hil.vocab.dialogue import DialogueError
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -63,5 +64,7 @@ async def carry_out(daemon: "Daemon", device: str, verb: str) -> dict[str, Any]:
     profile = daemon.config.devices[device].profile
     if (dialogue := load_dialogues(profile).get(verb)) is None:
         raise NoDialogue(f"{device} is a real {profile}: its terminal has no {verb}; do it at the board")
-    await daemon.real[device].talk(dialogue())
+    if daemon.real[device].is_held:
+        raise DialogueError(f"{device}: a run has this board; cancel it, or wait for its end")
+    await daemon.runs.real.carry_out(device, verb, dialogue())
     return {}

@@ -139,8 +139,10 @@ class Reloader:
     def _in_use(self, plan: Plan) -> list[str]:
         """Devices that somebody needs as they are."""
         daemon, leaving = self._daemon, plan.named("remove", "restart")
-        runs = daemon.runs.using(leaving)
-        talking = [name for name in leaving if name in daemon.real and daemon.real[name].is_talking]
+        taken = daemon.runs.taken()
+        runs = {name: taken[name] for name in leaving if name in taken}
+        real = {name: daemon.real[name] for name in leaving if name in daemon.real}
+        talking = [name for name, board in real.items() if board.is_talking or board.is_held]
         return [f"{name} is in run {run}: wait for its end, or cancel it" for name, run in runs.items()] + [
             f"{name} is in a dialogue with its board: wait for its end" for name in talking
         ]
@@ -285,6 +287,7 @@ class Reloader:
         daemon = self._daemon
         gone: list[Port] = []
         daemon.faults.forget(name)
+        daemon.runs.real.forget(name)
         if name in daemon.real:
             if name in staged.boards and name not in staged.real:
                 return []  # another board at the same port

@@ -11,6 +11,14 @@ from hil.daemon.ask import Bench, RuntimeDir, ask_bench, fail
 
 POLL_S = 0.1
 BAD_DOCUMENT = 2
+_END_WORDS = {
+    None: "at",
+    "stands": "stands at",
+    "moves": "still moves, at",
+    "off": "its loop is off, at",
+    "failed": "failed, at",
+    "unknown": "unknown, last heard of at",
+}
 
 
 def run(
@@ -55,13 +63,47 @@ def run(
         raise typer.Exit(1)
 
 
+def benches(
+    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """List the benches that are joined to this one, and how their clocks stand to its own."""
+    rows = ask_bench(bench, runtime_dir, "benches")
+    if as_json:
+        typer.echo(json.dumps(rows))
+        return
+    for row in rows:
+        typer.echo(f"{row['bench']}: {row['why'] or 'hil ' + row['version'] + ', ' + clock_words(row)}")
+    if not rows:
+        typer.echo("no other bench is joined to this one", err=True)
+
+
 def _report(progress: dict[str, Any]) -> str:
     """What became of a run, and how each axis did."""
     why = f": {progress['why']}" if progress["why"] else ""
     lines = [f"{progress['run']}: {progress['state']}{why}"]
     for name, axis in progress["axes"].items():
-        lines.append(
-            f"  {name}: at {axis['position_deg']:.2f} deg, planned {axis['target_deg']:.2f};"
-            f" following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
-        )
+        said = f"  {name}: {_END_WORDS[axis['at_end']]}"
+        if axis["position_deg"] is not None:
+            said += f" {axis['position_deg']:.2f} deg"
+        elif axis["commanded_deg"] is not None:
+            said += f" set-point {axis['commanded_deg']:.2f} deg (its terminal tells no position)"
+        else:
+            said += " a place that nobody knows"
+        said += f", planned {axis['target_deg']:.2f}"
+        if axis["error_max_deg"] is not None:
+            said += (
+                f"; following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"
+            )
+        lines.append(said)
+    for name, bench in progress["benches"].items():
+        lines.append(f"  {name}: {bench['state']}; {clock_words(bench)}")
     return "\n".join(lines)
+
+
+def clock_words(bench: dict[str, Any]) -> str:
+    """How another bench's clock stands to this one's."""
+    offset_ms, error_ms = bench["clock_offset_ns"] / 1e6, bench["clock_error_ns"] / 1e6
+    side = "ahead" if offset_ms >= 0 else "behind"
+    return f"its clock is {abs(offset_ms):.3f} ms {side}, give or take {error_ms:.3f}"

@@ -5,22 +5,28 @@ Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, 
 knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 
+from hil.runs.clock import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
-from hil.runs.execute import Execution, Progress, RunBench
-from hil.runs.on_bench import BenchAxes
+from hil.runs.execute import Baton, Ended, Execution, Progress, RunBench, Soon
+from hil.runs.on_bench import BenchAxes, Named
 from hil.runs.plan import AxisNow, Event, Phrase, Plan, plan_run
 
 __all__ = [
     "AxisNow",
     "AxisRules",
+    "Baton",
     "BenchAxes",
+    "ClockOffset",
+    "Ended",
     "Event",
     "Execution",
+    "Named",
     "Phrase",
     "Plan",
     "Progress",
     "RunBench",
     "RunDocument",
+    "Soon",
     "parse_run",
     "plan_run",
     "run_from_data",

@@ -17,7 +17,11 @@ STEPS = 10_000
 """Of a run, repetitions counted."""
 _DAY_S = 86_400.0
 
+AXIS_PATTERN = r"^([a-z][a-z0-9_-]{0,31}/)?[a-z][a-z0-9_-]{0,31}$"
+"""A device, or one of another bench: ``lathe/m1``."""
+
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+AxisName = Annotated[str, Field(pattern=AXIS_PATTERN)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
 
@@ -47,7 +51,7 @@ class AxisRules(_Model):
 class WaitUntil(_Model):
     """Until a field of an axis is in a range."""
 
-    axis: Name
+    axis: AxisName
     field: str = Field(description="A field of the axis, as in `position_deg`.")
     above: float | None = Field(default=None, description="It is over so, when it is this or more.")
     below: float | None = Field(default=None, description="Or this or less; with both: in between.")
@@ -95,14 +99,18 @@ class _Step(_Model):
     """One thing to do."""
 
     label: Name | None = Field(default=None, description="A name for `repeat`; may stand alone.")
-    move: dict[Name, Angle] | None = Field(
+    move: dict[AxisName, Angle] | None = Field(
         default=None, min_length=1, description="Axes to angles; they begin and end together."
     )
-    move_by: dict[Name, Angle] | None = Field(default=None, min_length=1, description="The same by angles.")
-    line: dict[Name, Angle] | None = Field(
+    move_by: dict[AxisName, Angle] | None = Field(
+        default=None, min_length=1, description="The same by angles."
+    )
+    line: dict[AxisName, Angle] | None = Field(
         default=None, min_length=1, description="Axes to angles in a straight line."
     )
-    line_by: dict[Name, Angle] | None = Field(default=None, min_length=1, description="The same by angles.")
+    line_by: dict[AxisName, Angle] | None = Field(
+        default=None, min_length=1, description="The same by angles."
+    )
     spline: list[SplinePoint] | None = Field(
         default=None,
         min_length=1,
@@ -127,8 +135,10 @@ class RunDocument(_Model):
     """A run."""
 
     run: Name = Field(description="Its name; the same name submitted twice is one run.")
-    axes: dict[Name, AxisRules] = Field(
-        min_length=1, max_length=64, description="The devices that take part."
+    axes: dict[AxisName, AxisRules] = Field(
+        min_length=1,
+        max_length=64,
+        description="The devices that take part; those of another bench as `lathe/m1`.",
     )
     profile: Literal["trapezoid", "s_curve"] = Field(
         default="s_curve", description="Of moves and lines: limits of acceleration, or of jerk too."

@@ -1,10 +1,11 @@
 """Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from dataclasses import asdict, dataclass, field
-from math import sqrt
+from math import isnan, sqrt
 from typing import Any, Literal, Protocol
 
+from hil.runs.document import WaitUntil
 from hil.runs.plan import Phrase, Plan
 from hil.session.inputs import Do, Follow, Input
 from hil.vocab.verbs import VerbRefused
@@ -31,6 +32,14 @@ class Rows(Protocol):
     def close(self) -> None: ...
 
 
+class Baton(Protocol):
+    """Says when each phrase begins. The one after the last is the end, which all axes reach together."""
+
+    def start_ns(self, phrase: int) -> int | None:
+        """In simulated time, still to come; None: it is not known yet. Asked when the phrases before it have
+        ended here."""
+
+
 class RunBench(Protocol):
     """What an execution needs of a bench. Axes by name."""
 
@@ -40,7 +49,8 @@ class RunBench(Protocol):
     def give(self, axis: str, given: Input) -> None:
         """An input takes effect. Raises VerbRefused: a verb was not carried out."""
 
-    def field(self, axis: str, name: str) -> float: ...
+    def field(self, axis: str, name: str) -> float:
+        """NaN: it is not known."""
 
     def failure(self, axis: str) -> str | None:
         """Why the board does nothing any more."""
@@ -53,18 +63,34 @@ class RunBench(Protocol):
 
 @dataclass
 class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run."""
+    """How an axis did. The errors are between where it should have been and was, over the whole run; None:
+    nobody knows. ``commanded_deg``: where its set-point is at the end, of a real board as it said."""
 
     target_deg: float
-    position_deg: float = 0.0
-    error_max_deg: float = 0.0
-    error_rms_deg: float = 0.0
+    commanded_deg: float | None = None
+    position_deg: float | None = None
+    error_max_deg: float | None = None
+    error_rms_deg: float | None = None
+    at_end: str | None = None
+    """How the run left it: stands, moves, off (a servo whose loop is off), failed, or unknown (its bench is
+    gone)."""
+
+
+@dataclass
+class BenchReport:
+    """How another bench did that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
+    take ``clock_error_ns``."""
+
+    state: str
+    why: str | None
+    clock_offset_ns: int
+    clock_error_ns: int
 
 
 @dataclass
 class Progress:
     """Of a run. ``state``: queued, running, done, failed or cancelled; ``step`` counts from 1, repetitions
-    too. Times are simulated; ``why`` says what ended it."""
+    too. Times are simulated; ``why`` says what ended it. ``benches``: the others that take part."""
 
     run: str
     state: str = "queued"
@@ -74,13 +100,20 @@ class Progress:
     ended_at_ns: int | None = None
     why: str | None = None
     axes: dict[str, AxisReport] = field(default_factory=dict)
+    benches: dict[str, BenchReport] = field(default_factory=dict)
+
+    @property
+    def is_over(self) -> bool:
+        return self.state not in ("queued", "running")
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return asdict(self)
 
 
-class _Ended(Exception):
+class Ended(Exception):
+    """What ended a run before its end, and how its axes are to stop."""
+
     def __init__(self, state: str, why: str, how: How) -> None:
         super().__init__(why)
         self.state = state
@@ -95,45 +128,81 @@ class _Errors:
     squares: float = 0.0
 
 
-class Execution:
-    """One run. ``cancel`` may be set at any time."""
+class Soon:
+    """A ``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
 
-    def __init__(self, plan: Plan, bench: RunBench, lead_ns: int) -> None:
-        self._plan = plan
+    def __init__(self, bench: RunBench, lead_ns: int) -> None:
         self._bench = bench
         self._lead_ns = lead_ns
+
+    def start_ns(self, phrase: int) -> int:
+        return self._bench.now_ns + self._lead_ns
+
+
+class Execution:
+    """One run, or the part of it whose axes are on this bench (``mine``)."""
+
+    def __init__(
+        self, plan: Plan, bench: RunBench, baton: Baton, mine: Collection[str] | None = None
+    ) -> None:
+        self.plan = plan
+        self._bench = bench
+        self._baton = baton
+        self._mine = [axis for axis in plan.run.axes if mine is None or axis in mine]
         self._errors: dict[str, _Errors] = {}
         self._steps_before = 0
-        self.cancel: How | None = None
+        self._asked: Ended | None = None
+        self.ended: Ended | None = None
+        """What ended it before its end; its axes may still be stopping."""
+        self.reached = -1
+        """The phrase whose beginning it waits for, or that has begun; all before have ended here."""
         self.progress = Progress(plan.run.run, steps=plan.steps)
+
+    def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
+        """At any time. A run that stops with grace already can be stopped with prejudice."""
+        self._asked = Ended(state, why or f"it was cancelled with {how}", how)
 
     def run(self) -> Generator[int, None, None]:
         """Yields simulated times up to which nothing has to be done; ends when the run has."""
-        progress, run = self.progress, self._plan.run
+        progress, run = self.progress, self.plan.run
         progress.state, progress.started_at_ns = "running", self._bench.now_ns
-        progress.axes = {name: AxisReport(target) for name, target in self._plan.ends_deg.items()}
+        progress.axes = {name: AxisReport(self.plan.ends_deg[name]) for name in self._mine}
         try:
             self._watch()
             if run.start_in_s:
                 yield from self._until(self._bench.now_ns + round(run.start_in_s * 1e9))
-            for phrase in self._plan.phrases:
-                yield from self._phrase(phrase)
+            for number, phrase in enumerate(self.plan.phrases):
+                yield from self._phrase(phrase, (yield from self._start_of(number)))
+            yield from self._start_of(len(self.plan.phrases))
             progress.state = "done"
-        except _Ended as end:
+        except Ended as end:
+            self.ended = end
             progress.why = str(end)
             yield from self._stop(end.how)
             progress.state = end.state
+        except Exception as error:
+            progress.state, progress.why = "failed", f"an error of hil, see its log: {error!r}"
+            self._give_stop("prejudice")
+            raise
         finally:
             self._unwatch()
             progress.ended_at_ns = self._bench.now_ns
 
-    def _phrase(self, phrase: Phrase) -> Generator[int, None, None]:
-        start_ns = self._bench.now_ns + self._lead_ns
+    def _start_of(self, number: int) -> Generator[int, None, int]:
+        self.reached = number
+        while (start_ns := self._baton.start_ns(number)) is None:
+            self._look()
+            yield self._bench.now_ns + POLL_NS
+        return start_ns
+
+    def _phrase(self, phrase: Phrase, start_ns: int) -> Generator[int, None, None]:
         for axis, path in phrase.paths.items():
-            self._give(axis, Follow(start_ns, path))
+            if axis in self._mine:
+                self._give(axis, Follow(start_ns, path))
         for event in phrase.events:
-            at_ns = start_ns + event.at_ns
-            self._give(event.axis, Do(event.verb, tuple(event.parameters.items()), at_ns))
+            if event.axis in self._mine:
+                at_ns = start_ns + event.at_ns
+                self._give(event.axis, Do(event.verb, tuple(event.parameters.items()), at_ns))
         end_ns = start_ns + phrase.duration_ns + (BEGINS_NS if phrase.steppers else 0)
         marks = [(start_ns + at_ns, number) for number, (at_ns, _) in enumerate(phrase.marks, 1)]
         yield from self._until(end_ns, marks)
@@ -141,25 +210,24 @@ class Execution:
         give_up_ns = end_ns + STAND_NS
         while self._turning(phrase):
             if self._bench.now_ns > give_up_ns:
-                raise _Ended("failed", "a stepper does not come to its end", self._plan.run.on_fault)
+                raise Ended("failed", "a stepper does not come to its end", self.plan.run.on_fault)
             yield from self._until(self._bench.now_ns + POLL_NS)
-        if phrase.wait:
-            yield from self._wait(phrase)
+        if phrase.wait and phrase.wait.axis in self._mine:
+            yield from self._wait(phrase.wait)
 
     def _turning(self, phrase: Phrase) -> bool:
         return any(
             self._bench.field(axis, "motion_state") or self._bench.field(axis, "pending")
             for axis in phrase.steppers
+            if axis in self._mine
         )
 
-    def _wait(self, phrase: Phrase) -> Generator[int, None, None]:
-        wait = phrase.wait
-        assert wait is not None
+    def _wait(self, wait: WaitUntil) -> Generator[int, None, None]:
         give_up_ns = self._bench.now_ns + round(wait.timeout_s * 1e9)
         while not self._is_met(self._bench.field(wait.axis, wait.field), wait.above, wait.below):
             if self._bench.now_ns >= give_up_ns:
                 why = f"{wait.axis}.{wait.field} was not in its range for {wait.timeout_s:g} s"
-                raise _Ended("failed", why, self._plan.run.on_fault)
+                raise Ended("failed", why, self.plan.run.on_fault)
             yield from self._until(min(self._bench.now_ns + POLL_NS, give_up_ns))
 
     @staticmethod
@@ -179,29 +247,31 @@ class Execution:
             yield min(now_ns + POLL_NS, end_ns)
 
     def _look(self) -> None:
-        on_fault = self._plan.run.on_fault
-        if self.cancel:
-            raise _Ended("cancelled", f"it was cancelled with {self.cancel}", self.cancel)
+        on_fault = self.plan.run.on_fault
+        if self._asked:
+            raise self._asked
         for axis, errors in self._errors.items():
             if why := self._bench.failure(axis):
-                raise _Ended("failed", f"{axis} stopped: {why}", on_fault)
+                raise Ended("failed", f"{axis} stopped: {why}", on_fault)
             if refusals := self._bench.refusals(axis):
-                raise _Ended("failed", f"{axis}: {refusals[0]}", on_fault)
+                raise Ended("failed", f"{axis}: {refusals[0]}", on_fault)
             worst_deg = self._note(axis, errors)
             if errors.limit_deg is not None and worst_deg > errors.limit_deg:
                 why = (
                     f"{axis} is {worst_deg:.3g} deg from where it should be, {errors.limit_deg:g} are allowed"
                 )
-                raise _Ended("failed", why, on_fault)
+                raise Ended("failed", why, on_fault)
 
     def _note(self, axis: str, errors: _Errors) -> float:
         """Take new samples in; the greatest error among them."""
-        found = [abs(wanted - is_at) for _, wanted, is_at in errors.rows.take()]
+        rows = errors.rows.take()
+        found = [abs(wanted - is_at) for _, wanted, is_at in rows]
         report = self.progress.axes[axis]
         if found:
+            report.position_deg = rows[-1][2]
             errors.count += len(found)
             errors.squares += sum(error * error for error in found)
-            report.error_max_deg = max(report.error_max_deg, *found)
+            report.error_max_deg = max(report.error_max_deg or 0.0, *found)
             report.error_rms_deg = sqrt(errors.squares / errors.count)
         return max(found, default=0.0)
 
@@ -209,24 +279,30 @@ class Execution:
         try:
             self._bench.give(axis, given)
         except VerbRefused as refusal:
-            raise _Ended("failed", f"{axis}: {refusal}", self._plan.run.on_fault) from None
+            raise Ended("failed", f"{axis}: {refusal}", self.plan.run.on_fault) from None
 
     def _stop(self, how: How) -> Generator[int, None, None]:
         """All axes of the run, whatever they do; and until they stand."""
+        self._give_stop(how)
+        give_up_ns = self._bench.now_ns + STAND_NS
+        while any(self._moves(axis) for axis in self._errors) and self._bench.now_ns < give_up_ns:
+            if how == "grace" and self._asked and self._asked.how == "prejudice":
+                how = "prejudice"
+                self._give_stop(how)
+            yield self._bench.now_ns + POLL_NS
+            for axis, errors in self._errors.items():
+                self._note(axis, errors)
+
+    def _give_stop(self, how: How) -> None:
         for axis in self._errors:
             parameters: list[tuple[str, float | str]] = [("how", how)]
             if not self._is_stepper(axis):
-                rules = self._plan.run.axes[axis]
+                rules = self.plan.run.axes[axis]
                 parameters.append(("acceleration_rpm_per_s", max(rules.acceleration_rpm_per_s, 0.01)))
             try:
                 self._bench.give(axis, Do("stop", tuple(parameters)))
             except VerbRefused:
                 continue  # it has failed, or its loop is off: it does not move by itself
-        give_up_ns = self._bench.now_ns + STAND_NS
-        while any(self._moves(axis) for axis in self._errors) and self._bench.now_ns < give_up_ns:
-            yield self._bench.now_ns + POLL_NS
-            for axis, errors in self._errors.items():
-                self._note(axis, errors)
 
     def _moves(self, axis: str) -> bool:
         if self._bench.failure(axis):
@@ -234,10 +310,11 @@ class Execution:
         return bool(self._bench.field(axis, "motion_state" if self._is_stepper(axis) else "following"))
 
     def _is_stepper(self, axis: str) -> bool:
-        return self._plan.axes[axis].kind == "stepper"
+        return self.plan.axes[axis].kind == "stepper"
 
     def _watch(self) -> None:
-        for axis, rules in self._plan.run.axes.items():
+        for axis in self._mine:
+            rules = self.plan.run.axes[axis]
             self._bench.refusals(axis)
             signals = STEPPER_SIGNALS if self._is_stepper(axis) else SERVO_SIGNALS
             rows = self._bench.sample(axis, signals, SAMPLE_NS)
@@ -247,4 +324,18 @@ class Execution:
         for axis, errors in self._errors.items():
             self._note(axis, errors)
             errors.rows.close()
-            self.progress.axes[axis].position_deg = self._bench.field(axis, "position_deg")
+            report = self.progress.axes[axis]
+            report.position_deg = self._told(axis, "position_deg")
+            report.commanded_deg = self._told(axis, "commanded_deg" if self._is_stepper(axis) else "r")
+            report.at_end = self._at_end(axis)
+
+    def _told(self, axis: str, name: str) -> float | None:
+        value = self._bench.field(axis, name)
+        return None if isnan(value) else value
+
+    def _at_end(self, axis: str) -> str:
+        if self._bench.failure(axis):
+            return "failed"
+        if not self._is_stepper(axis) and not self._bench.field(axis, "loop_on"):
+            return "off"
+        return "moves" if self._moves(axis) else "stands"

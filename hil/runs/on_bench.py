@@ -1,9 +1,9 @@
 """A bench as plans and executions see it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from hil.core.fields import OF_KIND, SERVO
-from hil.runs.execute import Rows
+from hil.runs.execute import Rows, RunBench
 from hil.runs.plan import AxisNow
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -65,6 +65,33 @@ class BenchAxes:
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         return _Rows(self._sampler, self._sampler.subscribe(axis, signals, interval_ns))
+
+
+class Named:
+    """A ``RunBench`` whose axes a run knows by other names, as ``lathe/m1`` for ``m1``."""
+
+    def __init__(self, bench: RunBench, devices: Mapping[str, str]) -> None:
+        self._bench = bench
+        self._devices = devices
+
+    @property
+    def now_ns(self) -> int:
+        return self._bench.now_ns
+
+    def give(self, axis: str, given: Input) -> None:
+        self._bench.give(self._devices[axis], given)
+
+    def field(self, axis: str, name: str) -> float:
+        return self._bench.field(self._devices[axis], name)
+
+    def failure(self, axis: str) -> str | None:
+        return self._bench.failure(self._devices[axis])
+
+    def refusals(self, axis: str) -> Sequence[str]:
+        return self._bench.refusals(self._devices[axis])
+
+    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
+        return self._bench.sample(self._devices[axis], signals, interval_ns)
 
 
 class _Rows:

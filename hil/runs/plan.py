@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from itertools import pairwise
 from math import ceil
+from struct import Struct
 from typing import Any, Literal
 
 from hil.config.document import Document, Finding, KeyPath
@@ -23,19 +25,22 @@ from hil.runs.document import STEPS, RunDocument, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S, PathPiece
 from hil.vocab.time import NS_PER_S
 
+_PIECE = Struct("<q4d")
 SPLINE_LOOKS = 1000
 """Times at which a spline's positions are compared with the axes' ranges."""
 
 
 @dataclass(frozen=True)
 class AxisNow:
-    """An axis before the run: where its set-point is, and what it is. ``why_not``: it cannot take part."""
+    """An axis before the run: where its set-point is, and what it is. ``why_not``: it cannot take part.
+    ``is_real``: a board that is told where to go over its terminal, which tells no position."""
 
     kind: Literal["servo", "stepper"]
     position_deg: float
     fields: Sequence[str]
     pins: Sequence[str]
     why_not: str | None = None
+    is_real: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,8 +56,8 @@ class Event:
 @dataclass(frozen=True)
 class Phrase:
     """What goes by the clock from one common start. ``paths``: of servos, from the start to
-    ``duration_ns``. ``marks``: when which step begins. After it the ``steppers`` have to stand, and what
-    ``wait`` says has to be."""
+    ``duration_ns``. ``marks``: when which step begins. After it the ``steppers`` have to stand (and real
+    servos to have confirmed their last set-point), and what ``wait`` says has to be."""
 
     duration_ns: int
     paths: Mapping[str, tuple[PathPiece, ...]]
@@ -71,6 +76,20 @@ class Plan:
     steps: int
     ends_deg: Mapping[str, float]
     axes: Mapping[str, AxisNow]
+
+    def digest(self) -> str:
+        """The same for the same motion, to the bit."""
+        total = sha256()
+        for phrase in self.phrases:
+            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.steppers), phrase.wait)
+            total.update(repr((timing, phrase.events)).encode())
+            for axis, path in phrase.paths.items():
+                total.update(axis.encode())
+                for piece in path:
+                    total.update(
+                        _PIECE.pack(piece.duration_ns, piece.r, piece.per_s, piece.per_s2, piece.per_s3)
+                    )
+        return total.hexdigest()
 
 
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
@@ -99,6 +118,9 @@ def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Fi
             yield Finding(path, f"there is no device {name!r}", suggestion(name, axes), at_key=True)
         elif why := axes[name].why_not:
             yield Finding(path, why, "leave it out, or wait", at_key=True)
+        elif axes[name].is_real and run.axes[name].following_error_deg is not None:
+            why = f"{name} is a real board, whose terminal tells no position while it moves"
+            yield Finding((*path, "following_error_deg"), why, "leave it out")
 
 
 def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
@@ -160,9 +182,10 @@ class _Planner:
                 for name, pieces in self._pieces.items()
                 if any(piece.per_s or piece.per_s2 or piece.per_s3 for piece in pieces)
             }
+            real = {name for name in paths if self.axes[name].is_real}
             events = tuple(sorted(self._events, key=lambda event: event.at_ns))
             self.phrases.append(
-                Phrase(self._at_ns, paths, events, tuple(self._marks), frozenset(self._steppers), wait)
+                Phrase(self._at_ns, paths, events, tuple(self._marks), frozenset(self._steppers | real), wait)
             )
         self._begin()
 

@@ -1,7 +1,8 @@
 """A real board behind its serial port, and the port at which programs reach it through the daemon.
 
 Nothing here has simulated time: a real board's bytes come when they come. Bytes pass both ways as they are,
-unless a fault was asked for; a dialogue of the daemon's own with the board holds the program's bytes up.
+unless a fault was asked for; a dialogue of the daemon's own with the board holds the program's bytes up, and
+so does a run that has the board as an axis, from its start to its end.
 """
 
 import asyncio
@@ -34,14 +35,18 @@ class _Way:
     # ---- PortHost ----
 
     def room(self) -> int:
-        is_busy = self._towards == "board" and self._owner.is_talking
+        is_busy = self._towards == "board" and (self._owner.is_talking or self._owner.is_held)
         room = 0 if is_busy else HOLD_BYTES - self._target.backlog() - self._waiting
         self._held = room <= 0
         return max(room, 0)
 
     def received(self, data: bytes) -> None:
-        if self._towards == "client":
-            self._owner.heard(data)
+        if self._towards == "board":
+            self._owner.typed_bytes += len(data)
+        self.carry(data)
+
+    def carry(self, data: bytes) -> None:
+        """Bytes to the target, through the faults."""
         if not self.faults and not self._waiting:
             self._pass(data)
             return
@@ -62,6 +67,8 @@ class _Way:
     def _pass(self, data: bytes) -> None:
         for tap in self._owner.taps:
             tap(self._towards, data)
+        if self._towards == "client":
+            self._owner.heard(data)
         self._target.write(data)
 
     def drained(self) -> None:
@@ -90,6 +97,10 @@ class PassThrough:
         self.taps: list[Tap] = []
         """Called with all that passes, after faults: which way, and the bytes."""
         self.failures: dict[str, str] = {}
+        self.typed_bytes = 0
+        """Those of programs to the board: after them the daemon does not know what it does."""
+        self.is_held = False
+        """A run has the board."""
         self._talk = asyncio.Lock()
         self._heard: asyncio.Queue[tuple[float, bytes]] | None = None
 
@@ -131,8 +142,19 @@ class PassThrough:
         self.to_board.resume()
         self.to_client.resume()
 
+    def hold(self, is_held: bool) -> None:
+        """Programs' bytes for the board wait from now on, or go on."""
+        self.is_held = is_held
+        self.resume()
+
     def send(self, data: bytes) -> None:
-        """Bytes to the board, as a client's."""
+        """Bytes to the board, as a client's.
+
+        Raises:
+            DialogueError: a run has the board.
+        """
+        if self.is_held:
+            raise DialogueError(f"{self.name}: a run has this board; cancel it, or wait for its end")
         self.to_board.received(data)
 
     async def talk(self, dialogue: Dialogue[Result]) -> Result:
@@ -151,7 +173,7 @@ class PassThrough:
                     if isinstance(step, Send):
                         if not self.board.stats().clients:
                             raise DialogueError(f"{self.name}: {self.board.address} is away")
-                        self.to_board.received(step.data)
+                        self.to_board.carry(step.data)
                     elif isinstance(step, Listen):
                         answer = await self._listen(self._heard, step.timeout_ns)
             except StopIteration as done:

@@ -9,7 +9,7 @@ from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
-from hil.runs import BenchAxes, Execution, Progress, parse_run, plan_run, run_from_data
+from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
 from hil.session.device import Device
 from hil.session.inputs import Input
 from hil.session.tap import Tap
@@ -143,7 +143,9 @@ class Bench:
             ConfigError: it cannot be done, with all problems.
         """
         document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
-        return Execution(plan_run(*document, self._run_axes.axes()), self._run_axes, RUN_LEAD_NS)
+        return Execution(
+            plan_run(*document, self._run_axes.axes()), self._run_axes, Soon(self._run_axes, RUN_LEAD_NS)
+        )
 
     def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
         """Carry out a run to its end, in simulated time.

@@ -16,6 +16,10 @@ class Source:
     role: Role
 
 
+LOCAL = Source("control socket", Role.ADMIN)
+"""Who may open the socket may do all."""
+
+
 @dataclass(frozen=True)
 class Done:
     """A verb was carried out at ``effective_at_ns``; ``answer`` is the verb's own."""
@@ -121,12 +125,17 @@ class BridgeHost(Protocol):
             VerbRefused: there is no such fault, or it cannot be there.
         """
 
-    def submit_run(self, source: Source, text: str) -> Mapping[str, Any]:
-        """Submit a multi-axis run; its progress.
+    def submit_run(
+        self, source: Source, text: str
+    ) -> Mapping[str, Any] | Coroutine[Any, Any, Mapping[str, Any]]:
+        """Submit a multi-axis run; its progress, to be awaited where axes of other benches take part.
 
         Raises:
             VerbRefused: it cannot be done, or not now, or not by this source; with all problems.
         """
+
+    def part_of_run(self, source: Source, name: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """What another bench, which leads a run, asks of this one's part of it. Raises VerbRefused."""
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:
         """How a run does; None: there is none of this name."""

@@ -85,6 +85,19 @@ def test_a_real_board_has_no_time_out() -> None:
     ]
 
 
+def test_only_real_boards_have_a_rate_of_setpoints() -> None:
+    text = setpoints("{timeout_ms: 5}").replace("setpoints: {timeout_ms: 5}", "setpoint_rate_Hz: 20")
+    assert problems(text) == [
+        "b.yaml:5:5: devices.m1.setpoint_rate_Hz: a twin's set-point moves at each step (leave this key out)"
+    ]
+    real = text.replace("    setpoint", "    at: /dev/ttyUSB0\n    setpoint")
+    assert parse(real, "b.yaml", CATALOGUE).devices["m1"].setpoint_rate_Hz == 20
+    slow = real.replace("20", "0")
+    assert problems(slow) == [
+        "b.yaml:6:23: devices.m1.setpoint_rate_Hz: the number 0 is too small (write 1.0 or more)"
+    ]
+
+
 def test_bridges_are_read_with_their_own_models() -> None:
     config = parse(HEAD + "bridges: {zenoh: {keys: 3}}\n", "b.yaml", CATALOGUE)
     assert config.bridges == {"zenoh": Options(keys=3)}

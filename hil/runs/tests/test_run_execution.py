@@ -57,7 +57,7 @@ def test_an_s_curve_is_followed_as_closely_as_the_law_does_it_alone() -> None:
     execution = alone.execute(
         run({"move": {"m1": 0.0}}, {"move": {"m1": 360.0}}, axes={"m1": {"velocity_rpm": 120.0}})
     )
-    (phrase,) = execution._plan.phrases
+    (phrase,) = execution.plan.phrases
     worst = _streamed(alone, phrase.paths["m1"], phrase.duration_ns)
     assert report.error_max_deg == pytest.approx(worst, rel=0.10)
 
@@ -134,7 +134,7 @@ def test_a_cancelled_run_ends_at_a_known_place(how: Any, longest_ms: float) -> N
     axes = {"m1": {"velocity_rpm": 60.0}, "m2": {"velocity_rpm": 60.0}, "s1": {"velocity_rpm": 30.0}}
     execution = made.execute(run({"move": {"m1": 720.0, "m2": 720.0, "s1": 720.0}}, axes=axes))
     driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 90)
-    execution.cancel = how
+    execution.stop(how)
     began_ns = made.now_ns
     for until_ns in driver:  # it has not ended before all stand and it is known where
         assert execution.progress.state == "running"

@@ -163,3 +163,30 @@ def test_an_axis_that_cannot_take_part_is_said() -> None:
 def test_endless_repetitions_are_refused() -> None:
     steps = ({"label": "a", "dwell_s": 0.0}, *({"repeat": {"label": "a", "times": 9000}} for _ in range(2)))
     assert "10000 steps or more" in problems(*steps)
+
+
+REAL_SERVO = AxisNow("servo", 12.5, (), (), is_real=True)
+REAL_STEPPER = AxisNow("stepper", 0.0, (), (), is_real=True)
+
+
+def with_real(*steps: dict[str, Any], **rules: Any) -> Plan:
+    data = {"run": "r", "axes": {"m1": {}, "m2": rules, "s1": {}}, "steps": list(steps)}
+    axes = {"m1": SERVO, "m2": REAL_SERVO, "s1": REAL_STEPPER}
+    return plan_run(*run_from_data(data), axes)
+
+
+def test_a_phrase_waits_for_the_last_word_of_real_servos() -> None:
+    made = with_real({"line": {"m1": 90.0, "m2": 90.0}}, {"move": {"s1": 9.0}}, {"move": {"m1": 0.0}})
+    assert [phrase.steppers for phrase in made.phrases] == [{"m2", "s1"}, set()]
+    assert at(made.phrases[0].paths["m2"], 0)[0] == 12.5
+
+
+def test_what_a_real_board_cannot_do_is_found() -> None:
+    for steps, rules, said in (
+        ([{"line": {"s1": 9.0}}], {}, "s1 makes ramps of its own"),
+        ([{"pins": {"m2.D3": 1}}], {}, "m2 has no input 'D3' (there are none)"),
+        ([{"dwell_s": 1.0}], {"following_error_deg": 5.0}, "axes.m2.following_error_deg: m2 is a real board"),
+    ):
+        with pytest.raises(ConfigError) as refused:
+            with_real(*steps, **rules)
+        assert said in str(refused.value)

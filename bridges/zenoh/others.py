@@ -1,0 +1,108 @@
+"""Other benches that are reached over the same session: what is asked of them, and which there are."""
+
+import asyncio
+import json
+import secrets
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+import zenoh
+
+from bridges.zenoh.documents import RUN_BYTES
+from bridges.zenoh.keys import prefix
+from bridges.zenoh.security import Gate
+from hil.vocab.benches import Answered, BenchGone
+from hil.vocab.bridges import BridgeHost, Source
+from hil.vocab.signature import signed
+from hil.vocab.verbs import VerbRefused
+
+_LIVE_S = 1.0
+_ATTACHMENT_ROOM = 2048
+_REFUSED = b"{"
+"""How a refusal begins; what zenoh itself says of a query that had no answer does not."""
+
+
+class Others:
+    """``hil.vocab.benches.BenchDoor`` of a session."""
+
+    def __init__(self, session: zenoh.Session, host: BridgeHost, gate: Gate | None) -> None:
+        self._session = session
+        self._host = host
+        self._gate = gate
+
+    async def ask(
+        self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
+    ) -> Answered:
+        """As ``BenchDoor.ask_bench``."""
+        key, payload = f"{prefix(bench)}/{rest}", json.dumps(given).encode()
+        if len(payload) > RUN_BYTES - _ATTACHMENT_ROOM:
+            longest = RUN_BYTES - _ATTACHMENT_ROOM
+            raise VerbRefused("bad_request", f"{len(payload)} bytes for bench {bench}; {longest} at most")
+        attachment = self._signature(source, key, payload)
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[tuple[zenoh.Reply | None, int]] = loop.create_future()
+
+        def settle(reply: zenoh.Reply | None, at_ns: int) -> None:
+            if not answer.done():
+                answer.set_result((reply, at_ns))
+
+        def later(reply: zenoh.Reply | None) -> None:  # in a thread of zenoh
+            with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
+                loop.call_soon_threadsafe(settle, reply, self._host.times_ns()[1])
+
+        def get() -> int:
+            asked_ns = self._host.times_ns()[1]
+            self._session.get(
+                key,
+                zenoh.handlers.Callback(later, partial(later, None), indirect=False),
+                payload=payload,
+                attachment=attachment,
+                encoding=zenoh.Encoding.APPLICATION_JSON,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                timeout=timeout_s,
+            )
+            return asked_ns
+
+        gone = BenchGone(f"the bench {bench} did not answer within {timeout_s:g} s")
+        try:
+            asked_ns = await loop.run_in_executor(None, get)
+            reply, heard_ns = await asyncio.wait_for(answer, timeout_s + _LIVE_S)
+        except (TimeoutError, zenoh.ZError):
+            raise gone from None
+        return Answered(_content(reply, gone), asked_ns, heard_ns)
+
+    async def benches(self) -> Sequence[str]:
+        """Those whose daemons are there."""
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(None, self._alive)
+
+    def _alive(self) -> Sequence[str]:
+        tokens = self._session.liveliness().get("hil/*/@live/daemon", timeout=_LIVE_S)
+        names = {str(token.ok.key_expr).split("/")[1] for token in tokens if token.ok}
+        return sorted(names - {self._host.bench})
+
+    def _signature(self, source: Source, key: str, payload: bytes) -> bytes | None:
+        """By who asks, and for who asks at this computer by the user of the bench's own name."""
+        if self._gate is None:
+            return None
+        for name in (source.name, self._host.bench):
+            if secret := self._gate.secret_of(name):
+                return signed(name, secret, key, payload, time.time_ns(), secrets.token_hex(8))
+        raise VerbRefused(
+            "forbidden",
+            f"no user {self._host.bench!r} to ask other benches as; add {self._host.bench}:operator:PASSWORD",
+        )
+
+
+def _content(reply: zenoh.Reply | None, gone: BenchGone) -> Mapping[str, Any]:
+    if reply is not None and reply.ok is not None:
+        content: Mapping[str, Any] = json.loads(reply.ok.payload.to_bytes())
+        return content
+    refusal = reply.err.payload.to_bytes() if reply is not None and reply.err is not None else b""
+    if not refusal.startswith(_REFUSED):
+        raise gone
+    told = json.loads(refusal)
+    raise VerbRefused(str(told["code"]), str(told["error"]))

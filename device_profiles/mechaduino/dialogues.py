@@ -1,0 +1,110 @@
+"""What the daemon does with a real Mechaduino, over its menu.
+
+A set-point is typed as ``r`` and a number; the line end ends the number, and is ignored as a command. The
+board prints what it took, with two decimals. Its angle cannot be read while it holds: ``p`` stops the loop.
+"""
+
+import re
+from typing import Any, ClassVar, Literal
+
+from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
+from hil.vocab.path import DEG_PER_S, Path, PathPiece, at, length_ns, to_rest
+from hil.vocab.terminal_axis import How, wait_until
+from hil.vocab.time import NS_PER_MS, NS_PER_S
+
+_NUMBER = rb"(-?\d+\.\d\d)\r\n"
+_ENABLED = re.compile(rb"New setpoint " + _NUMBER)
+_TAKEN = re.compile(rb"Enter setpoint:\r\n" + _NUMBER)
+BOOT_NS = 6 * NS_PER_S
+"""The first command is handled 4 s after power-up."""
+ANSWER_NS = 500 * NS_PER_MS
+"""The board answers a set-point within a few milliseconds; a USB adapter may add 16."""
+READINGS_NS, QUIET_NS = 150 * NS_PER_MS, 30 * NS_PER_MS
+"""After so long nothing more comes of what was typed before: ``y`` reads for 100 ms, a set-point does not."""
+RATE_NS = 20 * NS_PER_MS
+"""Between two set-points of a stop."""
+
+
+class RunAxis:
+    """A board that follows a path by set-points that are typed."""
+
+    kind: ClassVar[Literal["servo", "stepper"]] = "servo"
+    taken_by: ClassVar[str] = "enable"
+
+    def __init__(self) -> None:
+        self.commanded_deg: float | None = None
+        self._typed_deg, self._rate_deg_per_s = 0.0, 0.0
+
+    def take(self) -> Dialogue[None]:
+        """Position mode, and the loop on, in one write: no step of the law acts on another mode's number."""
+        self.commanded_deg = None
+        yield from _drain(READINGS_NS)
+        yield Send(b"xy")
+        here_deg = yield from _answer(_ENABLED, BOOT_NS, "y")
+        self._typed_deg, self._rate_deg_per_s = here_deg, 0.0
+        self.commanded_deg = here_deg
+
+    def follow(self, path: Path, start_ns: int, period_ns: int) -> Dialogue[None]:
+        end_ns = start_ns + length_ns(path)
+        at_ns = yield from wait_until(start_ns)
+        while True:
+            at_ns = min(at_ns, end_ns)
+            yield from self._set_point(*at(path, at_ns - start_ns))
+            if at_ns >= end_ns:
+                return
+            # A late one is the set-point of its own time, and none is typed twice to catch up.
+            at_ns = yield from wait_until(min(at_ns + period_ns, end_ns))
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
+        """With grace the set-point comes to rest on a ramp; with prejudice it stays as it was typed last."""
+        now_ns = yield from _drain(QUIET_NS)
+        path: Path = (PathPiece(0, self._typed_deg),)
+        if how == "grace":
+            path = to_rest(self._typed_deg, self._rate_deg_per_s, acceleration_rpm_per_s * DEG_PER_S)
+        yield from self.follow(path, now_ns, RATE_NS)
+
+    def _set_point(self, r_deg: float, rate_deg_per_s: float) -> Dialogue[None]:
+        text = f"{r_deg:.3f}"
+        self.commanded_deg = None
+        self._typed_deg, self._rate_deg_per_s = float(text), rate_deg_per_s
+        yield Send(f"r{text}\n".encode())
+        taken_deg = yield from _answer(_TAKEN, ANSWER_NS, f"r{text}")
+        # The board has a float32, and prints two decimals of it.
+        if abs(taken_deg - self._typed_deg) > 0.006 + 2e-7 * abs(self._typed_deg):
+            raise DialogueError(f'"r{text}" was taken as {taken_deg}: characters were lost on the line')
+        self.commanded_deg = self._typed_deg
+
+
+def enable() -> Dialogue[None]:
+    """The loop on, in position mode, where the shaft is."""
+    yield from RunAxis().take()
+
+
+def disable() -> Dialogue[None]:
+    """Loop and current off; the menu says nothing to it."""
+    yield Send(b"n")
+
+
+def _drain(quiet_ns: int) -> Dialogue[int]:
+    """Until nothing has come for so long; the time."""
+    while (heard := (yield Listen(quiet_ns))).data:
+        pass
+    return int(heard.at_ns)
+
+
+def _answer(pattern: re.Pattern[bytes], timeout_ns: int, asked: str) -> Dialogue[float]:
+    start: Heard | None = None
+    said = b""
+    left_ns = timeout_ns
+    while not (match := pattern.search(said)):
+        heard: Any = yield Listen(left_ns)
+        start = start or heard
+        said += heard.data
+        left_ns = timeout_ns - (heard.at_ns - start.at_ns)
+        if not heard.data or left_ns <= 0:
+            raise DialogueError(f'"{asked}" was not answered: {said[-60:]!r}')
+    return float(match[1])
+
+
+AXIS = RunAxis
+DIALOGUES = {"enable": enable, "disable": disable}

@@ -1,0 +1,37 @@
+"""Names of axes in a run that spans benches: ``m1`` is of the bench it is submitted to, ``lathe/m1`` of
+another."""
+
+from collections.abc import Iterator
+
+from hil.config.document import Finding
+from hil.runs import RunDocument
+
+
+def split(axis: str, here: str) -> tuple[str, str]:
+    """Bench and device."""
+    bench, slash, device = axis.partition("/")
+    return (bench, device) if slash else (here, axis)
+
+
+def device_names(run: RunDocument, here: str, of: str | None = None) -> dict[str, str]:
+    """The devices of a bench (this one, unless ``of`` says) that take part, by their names in the run."""
+    wanted = here if of is None else of
+    return {axis: split(axis, here)[1] for axis in run.axes if split(axis, here)[0] == wanted}
+
+
+def other_benches(run: RunDocument, here: str) -> list[str]:
+    """In the order in which the run names them."""
+    return list(dict.fromkeys(bench for axis in run.axes if (bench := split(axis, here)[0]) != here))
+
+
+def taken_twice(run: RunDocument, here: str) -> list[Finding]:
+    """Axes that have two names in the run."""
+    return list(_twice(run, here))
+
+
+def _twice(run: RunDocument, here: str) -> Iterator[Finding]:
+    seen: dict[tuple[str, str], str] = {}
+    for axis in run.axes:
+        if (which := split(axis, here)) in seen:
+            yield Finding(("axes", axis), f"it is {seen[which]} once more", "leave it out", at_key=True)
+        seen[which] = axis

@@ -1,0 +1,60 @@
+"""A real board as an axis of runs: what its profile's dialogues have for that, over its terminal alone.
+
+``AXIS`` of a profile's ``dialogues.py`` is a class that makes one of these, a ``TerminalServo`` or a
+``TerminalStepper``. Times are those of the clock that answers ``Listen``.
+"""
+
+from collections.abc import Generator
+from typing import Any, ClassVar, Literal, Protocol
+
+from hil.vocab.dialogue import Dialogue, Heard, Listen, Step
+from hil.vocab.path import Path
+
+How = Literal["grace", "prejudice"]
+
+
+class TerminalAxis(Protocol):
+    """One board. Its dialogues are carried out one after the other; each may be broken off between two of
+    its steps."""
+
+    kind: ClassVar[Literal["servo", "stepper"]]
+    taken_by: ClassVar[str]
+    """The verb that ``take`` stands for."""
+    commanded_deg: float | None
+    """Where its set-point is, as the board confirmed it; None: nobody knows."""
+
+    def take(self) -> Dialogue[None]:
+        """Make it ready for motion, at rest, and learn where it is."""
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
+        """End all motion; ends when it stands."""
+
+
+class TerminalServo(TerminalAxis, Protocol):
+    """A board whose set-point can be typed."""
+
+    def follow(self, path: Path, start_ns: int, period_ns: int) -> Dialogue[None]:
+        """Type the set-points of a path, one each ``period_ns`` and the last exactly.
+
+        Raises:
+            DialogueError: one was not confirmed.
+        """
+
+
+class TerminalStepper(TerminalAxis, Protocol):
+    """A board that makes ramps of its own."""
+
+    def move_abs(self, position_deg: float, velocity_rpm: float, start_ns: int) -> Dialogue[None]:
+        """Begin a motion at a time; ends when the board stands.
+
+        Raises:
+            DialogueError: it did not take its command before the start, or does not come to its end.
+        """
+
+
+def wait_until(at_ns: int) -> Generator[Step, Any, int]:
+    """Until this time; what comes meanwhile is not kept. Answers the time."""
+    heard: Heard = yield Listen(0)
+    while heard.at_ns < at_ns:
+        heard = yield Listen(at_ns - heard.at_ns)
+    return heard.at_ns

@@ -1,0 +1,217 @@
+"""Runs with real boards among their axes: here they are twins of another daemon, behind their ports."""
+
+import json
+from typing import Any
+
+import pytest
+from e2e_support import Place, config, until
+
+RULES = {"velocity_rpm": 120.0, "acceleration_rpm_per_s": 1200.0, "jerk_rpm_per_s2": 1e5}
+
+
+class Pair:
+    """A daemon whose twins m8 and s8 stand for real boards, and one whose m2 and s2 they are, beside its
+    own twin m1."""
+
+    def __init__(self, place: Place) -> None:
+        self.place = place
+        self.far = place.serve(config(speed=1, devices={"m8": {}, "s8": {"profile": "sac", "flash": {}}}))
+        devices = {
+            "m1": {"profile": "mechaduino", "flash": {"table": "identity"}},
+            "m2": {"profile": "mechaduino", "at": str(place.runtime / "t" / "m8"), "setpoint_rate_Hz": 40},
+            "s2": {"profile": "sac", "at": str(place.runtime / "t" / "s8")},
+        }
+        self.near = place.serve(json.dumps({"bench": "r", "devices": devices}), bench="r")
+        self.far.ready("m8")
+        self.near.ready("m1")
+
+    def taken(self) -> "Pair":
+        self.do("m1", "enable")
+        self.do("m2", "enable")
+        self.do("s2", "reset")
+        return self
+
+    def do(self, device: str, verb: str, **parameters: Any) -> Any:
+        return self.near.ask("do", device=device, name=verb, parameters=parameters)
+
+    def submit(self, name: str, *steps: dict[str, Any], **top: Any) -> Any:
+        axes = {axis: RULES for axis in ("m1", "m2", "s2")}
+        text = json.dumps({"run": name, "axes": axes, "steps": list(steps)} | top)
+        return self.near.ask("run", text=text, file="r.yaml", check=False)
+
+    def state(self, name: str) -> dict[str, Any]:
+        (progress,) = self.near.ask("runs", name=name)
+        assert isinstance(progress, dict)
+        return progress
+
+    def ended(self, name: str) -> dict[str, Any]:
+        until(lambda: self.state(name)["state"] not in ("queued", "running"), f"the end of {name}")
+        return self.state(name)
+
+    def perform(self, name: str, *steps: dict[str, Any], **top: Any) -> dict[str, Any]:
+        answer = self.submit(name, *steps, **top)
+        assert "problems" not in answer, answer
+        return self.ended(name)
+
+    def shaft(self, device: str) -> dict[str, Any]:
+        """What no terminal tells: the far twin's state."""
+        snapshot: dict[str, Any] = self.far.status(device)["snapshot"]
+        return snapshot
+
+
+@pytest.fixture
+def pair(place: Place) -> Pair:
+    return Pair(place)
+
+
+def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
+    pair.taken()
+    done = pair.perform(
+        "a",
+        {"move": {"m1": 0.0, "m2": 0.0}},
+        {"move": {"m1": 90.0, "m2": 90.0, "s2": 90.0}},
+        {"line": {"m1": 180.0, "m2": 45.0}},
+        {"spline": [{"m1": 90.0, "m2": 10.0}, {"m1": 0.0, "m2": 30.5}]},
+        {"move_by": {"s2": -45.0}},
+    )
+    assert done["state"] == "done", done
+    assert done["step"] == done["steps"] == 5
+    assert pair.shaft("m8")["r"] == pytest.approx(30.5, abs=0.001)
+    assert pair.shaft("m8")["yw"] == pytest.approx(30.5, abs=0.2)
+    assert pair.shaft("s8")["commanded_deg"] == pytest.approx(45.0)
+    for axis, commanded_deg in (("m2", 30.5), ("s2", 45.0)):
+        report = done["axes"][axis]
+        assert report["commanded_deg"] == pytest.approx(commanded_deg)
+        assert (report["position_deg"], report["error_max_deg"], report["error_rms_deg"]) == (None,) * 3
+    assert done["axes"]["m1"]["error_max_deg"] < 5
+    # The count goes on: where the second run finds the boards is where the first one left them.
+    assert pair.perform("b", {"move": {"s2": 0.0, "m2": 0.0}})["state"] == "done"
+    assert pair.shaft("s8")["commanded_deg"] == pytest.approx(0.0)
+    text = pair.place.write(
+        json.dumps({"run": "c", "axes": {"s2": {}}, "steps": [{"move": {"s2": 9}}]}), "c.yaml"
+    )
+    said = pair.place.cli("run", str(text), "--bench", "r", "--runtime-dir", str(pair.place.runtime))
+    assert "set-point 9.00 deg (its terminal tells no position), planned 9.00" in said
+
+
+def test_what_cannot_be_is_found_before_anything_moves(pair: Pair) -> None:
+    problems = pair.submit("a", {"move": {"m1": 1.0}})["problems"]
+    assert "axes.m2: what this real board does is not known; `hil axis m2 enable` first" in problems
+    assert "axes.s2: what this real board does is not known; `hil axis s2 reset` first" in problems
+    pair.taken()
+    steps = (
+        {"line": {"s2": 1.0}},
+        {"wait_until": {"axis": "m2", "field": "yw", "above": 1.0}},
+        {"pins": {"s2.sync": 1}},
+    )
+    problems = pair.submit("a", *steps)["problems"]
+    for said in (
+        "steps.0.line.s2: s2 makes ramps of its own, and keeps to no line or spline",
+        "steps.1.wait_until.field: m2 has no 'yw' (there are none)",
+        "steps.2.pins.'s2.sync': s2 has no input 'sync' (there are none)",
+    ):
+        assert said in problems
+    problems = pair.submit("a", {"move": {"m2": 1.0}}, axes={"m2": {"following_error_deg": 5.0}})["problems"]
+    assert "axes.m2.following_error_deg: m2 is a real board, whose terminal tells no position" in problems
+    with pair.near.client("s2") as terminal:
+        terminal.ask(b"vd\r", b"0\t0\r\nSAC>")
+    problems = pair.submit("a", {"move": {"s2": 1.0}})["problems"]
+    assert "axes.s2: what this real board does is not known" in problems
+    assert "axes.m2" not in problems
+    pair.far.stop()
+    until(lambda: "is away" in pair.submit("a", {"move": {"m2": 1.0}})["problems"], "the loss")
+
+
+def test_what_programs_type_waits_for_the_runs_end(pair: Pair) -> None:
+    pair.taken()
+    pair.submit("a", {"move": {"m2": 300.0, "s2": 300.0}})
+    until(lambda: pair.shaft("s8")["motion_state"], "its motion")
+    with pair.near.client("s2") as terminal:
+        terminal.write(b"vd\r")
+        for verb in ("reset", "type"):
+            parameters = {"text": "x"} if verb == "type" else {}
+            answer = pair.place.cli(
+                "axis",
+                "s2",
+                verb,
+                *parameters.values(),
+                "--bench",
+                "r",
+                "--runtime-dir",
+                str(pair.place.runtime),
+                code=1,
+            )
+            assert "s2: a run has this board" in answer
+        assert pair.ended("a")["state"] == "done"
+        terminal.read_until(b"vd\r\n0\t0\r\nSAC>")
+
+
+@pytest.mark.parametrize("how", ["grace", "prejudice"])
+def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
+    pair.taken()
+    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
+    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.near.ask("cancel_run", name="a", how=how)
+    done = pair.ended("a")
+    assert (done["state"], done["axes"]["s2"]["commanded_deg"]) == ("cancelled", None)
+    assert pair.shaft("s8")["motion_state"] == 0
+    stopped_deg = done["axes"]["m2"]["commanded_deg"]
+    assert 40 < stopped_deg < 3000
+    assert pair.shaft("m8")["r"] == pytest.approx(stopped_deg, abs=0.001)
+    assert pair.perform("b", {"move": {"m2": 0.0}}, axes={"m2": RULES})["state"] == "done"
+    assert "`hil axis s2 reset` first" in pair.submit("c", {"move": {"s2": 0.0}})["problems"]
+
+
+def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -> None:
+    pair.taken()
+    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
+    until(lambda: pair.shaft("m8")["yw"] > 40, "some way")
+    before_ns = pair.near.ask("status")["sim_ns"]
+    pair.far.kill()
+    done = pair.ended("a")
+    assert done["state"] == "failed"
+    assert done["why"].split()[0] in ("m2", "s2")
+    assert "is away" in done["why"]
+    assert done["ended_at_ns"] - before_ns < 2_000_000_000  # a ramp of 0.1 s, and asking beside other work
+    assert done["axes"]["m1"]["position_deg"] < 3000
+    assert pair.near.status("m1")["snapshot"]["following"] == 0
+
+
+def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
+    """Its line is there, and nothing comes any more: as of a board without power behind an adapter."""
+    pair.taken()
+    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
+    until(lambda: pair.shaft("m8")["yw"] > 40, "some way")
+    before_ns = pair.near.ask("status")["sim_ns"]
+    pair.near.ask("inject", fault="byte_drop", target="m2", parameters={"rate": 1, "towards": "client"})
+    done = pair.ended("a")
+    assert (done["state"], done["axes"]["m2"]["commanded_deg"]) == ("failed", None)
+    assert done["why"].startswith('m2 stopped: "r')
+    assert "was not answered" in done["why"]
+    assert done["ended_at_ns"] - before_ns < 2_500_000_000
+    assert pair.near.status("m1")["snapshot"]["following"] == 0
+    assert pair.shaft("s8")["motion_state"] == 0
+
+
+def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
+    pair.taken()
+    axes = {"m1": RULES | {"following_error_deg": 10.0}, "m2": RULES, "s2": RULES}
+    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}}, axes=axes)
+    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.near.ask("inject", fault="shaft_jam", target="m1", parameters={})
+    done = pair.ended("a")
+    assert (done["state"], done["why"].split()[0]) == ("failed", "m1"), done
+    assert pair.shaft("s8")["motion_state"] == 0
+    assert pair.shaft("m8")["r"] == pytest.approx(done["axes"]["m2"]["commanded_deg"], abs=0.001)
+    assert pair.shaft("m8")["r"] < 3000
+
+
+def test_the_daemons_end_stops_them(pair: Pair) -> None:
+    pair.taken()
+    pair.submit("a", {"move": {"m2": 7200.0, "s2": 7200.0}})
+    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.near.stop()
+    until(lambda: pair.shaft("s8")["motion_state"] == 0, "its stand")
+    assert pair.shaft("s8")["commanded_deg"] < 7200
+    r = pair.shaft("m8")["r"]
+    assert 40 < r < 3000
