@@ -61,8 +61,7 @@ class Guest:
         self._socket = socket.socket(socket.AF_UNIX)
         self._reader: threading.Thread | None = None
         try:
-            until(lambda: agent.exists() or self._qemu.poll() is not None, "QEMU")
-            self._socket.connect(str(agent))
+            until(lambda: self._is_connected(agent), "QEMU")
             self._reader = threading.Thread(target=self._read, name="agent", daemon=True)
             self._reader.start()
             self._wait(BOOT_S)
@@ -70,6 +69,15 @@ class Guest:
             self.kill()
             said = (folder / "qemu.log").read_text()[-300:] + self.console.read_text(errors="replace")[-300:]
             raise CannotError(f"QEMU does not boot here: {error}: {said}") from None
+
+    def _is_connected(self, agent: Path) -> bool:
+        if self._qemu.poll() is not None:
+            raise AssertionError("it ended")
+        try:
+            self._socket.connect(str(agent))
+        except (FileNotFoundError, ConnectionRefusedError):  # not yet made, or not yet listened at
+            return False
+        return True
 
     def _read(self) -> None:
         for raw in self._socket.makefile("rb"):
