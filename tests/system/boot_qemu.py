@@ -201,7 +201,8 @@ def test_after_the_machine_was_killed_it_starts_with_what_was_acknowledged(
     assert "damaged" not in said
     show = (
         "import serial; p = serial.Serial('/run/hil/lab/s1', 38400, timeout=10); p.write(b'$C\\r'); "
-        "print(p.read(4096).decode())"
+        # An open screen would take what comes next for an edit.
+        "print(p.read(4096).decode()); p.write(b'x\\r'); p.read_until(b'SAC>')"
     )
     setup.guest.run("sleep 5")
     screen = setup.guest.run(f"{HIL_PYTHON} -c {shlex.quote(show)}")
