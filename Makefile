@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel lint reference deb test-deb test-container soak soak-load kills fuzz bench clean
+.PHONY: demo test test-native test-wheel test-system lint reference deb test-deb test-container soak soak-load kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -30,6 +30,7 @@ test-wheel:
 	$$folder/venv/bin/pip wheel -q --disable-pip-version-check --no-deps -w $$folder . ; \
 	$$folder/venv/bin/pip install -q --disable-pip-version-check $$folder/*.whl; \
 	cp .ci/main_job.py $$folder; cd $$folder; \
+	test -x $$folder/venv/share/hil/systemd/install.sh; \
 	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
 	venv/bin/python main_job.py $$folder/venv/bin/hil
 
@@ -49,6 +50,27 @@ test-deb: $(VENV)/.dev
 # The container's image, built and run without any rights; clients from outside. As root.
 test-container: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/packaging/container_alone.py
+
+# The service in booted systems: Debian in a container (systemd-nspawn), and in QEMU with a real-time kernel. As root; what
+# this machine cannot do is skipped. CUTS=300 is the long mode of the power cuts.
+test-system: $(VENV)/.dev
+	HIL_POWER_CUTS=$(or $(CUTS),60) $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/system/boot_*.py
+
+# hil in a venv of its own, and the systemd units. DESTDIR is for packages: nothing is started then.
+PREFIX ?= /usr/local
+install-service:
+	@case "$$($(PYTHON) -c 'import sys; print(sys.base_prefix)')" in /home/*|/root/*) \
+	  echo "$(PYTHON) is below a home, which a service does not see: PYTHON=/usr/bin/python3 make install-service"; exit 1;; esac
+	$(PYTHON) -m venv --clear $(DESTDIR)$(PREFIX)/lib/hil
+	$(DESTDIR)$(PREFIX)/lib/hil/bin/pip install -q --disable-pip-version-check $(or $(WHEEL),.)
+	grep -Il '^#!$(DESTDIR)' $(DESTDIR)$(PREFIX)/lib/hil/bin/* | xargs sed -i '1s|^#!$(DESTDIR)|#!|'
+	install -d $(DESTDIR)$(PREFIX)/bin
+	ln -sfn $(PREFIX)/lib/hil/bin/hil $(DESTDIR)$(PREFIX)/bin/hil
+	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
+
+uninstall-service:
+	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall
+	rm -rf $(DESTDIR)$(PREFIX)/lib/hil $(DESTDIR)$(PREFIX)/bin/hil
 
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev

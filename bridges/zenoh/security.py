@@ -264,6 +264,7 @@ def is_loopback(endpoint: str) -> bool:
 _CLOSED: Mapping[str, Any] = {
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
+    "scouting/delay": 0,  # else a router's open waits 0.5 s for whom nobody looks
     "adminspace/enabled": False,
     "plugins_loading/enabled": False,
     "transport/shared_memory/enabled": False,

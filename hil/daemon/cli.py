@@ -58,6 +58,10 @@ def serve(
             "--require-rt", help="Exit with 2 where real-time priority or locked memory is refused."
         ),
     ] = False,
+    port_group: Annotated[
+        str | None,
+        typer.Option("--port-group", help="Group of ptys whose `group:` is null.", metavar="GROUP"),
+    ] = None,
     log: Annotated[
         Path | None,
         typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
@@ -88,6 +92,7 @@ def serve(
         state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
         input_log=log_file(log, os.environ),
         require_rt=require_rt,
+        port_group=port_group,
         notifier=notifier,
     )
     allow_many()

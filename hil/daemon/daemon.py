@@ -75,6 +75,7 @@ class Daemon:
         state_base: Path,
         input_log: Path | None = None,
         require_rt: bool = False,
+        port_group: str | None = None,
         notifier: Notifier | None = None,
     ) -> None:
         self.config = config
@@ -103,6 +104,7 @@ class Daemon:
         self._input_log = input_log
         self._log_file: LogFile | None = None
         self._require_rt = require_rt
+        self._port_group = port_group
         self.service = Service(self, notifier or Notifier({}, 0))
         self.reloader = Reloader(self)
         self._stop = asyncio.Event()
@@ -257,7 +259,7 @@ class Daemon:
                 if port_config is None:
                     continue
                 label = port_label(name, uart)
-                port = make_port(port_config, PortContext(self.config.bench, label, self.runtime_dir))
+                port = make_port(port_config, self.port_context(label))
                 session = Session(self.bench, device, port, self.lines, native_usb=native_usb, uart=uart)
                 try:
                     await port.open(session)
@@ -267,7 +269,7 @@ class Daemon:
         for segment, wire in self.config.segments.items():
             for tap_name, tap_config in wire.taps.items():
                 label = f"{segment}.{tap_name}"
-                port = make_port(tap_config.port, PortContext(self.config.bench, label, self.runtime_dir))
+                port = make_port(tap_config.port, self.port_context(label))
                 tap = self.bench.taps[label]
                 tap_session = TapSession(self.bench, tap, port, self.lines)
                 try:
@@ -297,8 +299,12 @@ class Daemon:
                 raise StartError(f"bridges.{kind}: {error}") from None
             self.bridges[kind] = bridge
 
+    def port_context(self, label: str) -> PortContext:
+        """Where the port with this label belongs."""
+        return PortContext(self.config.bench, label, self.runtime_dir, self._port_group)
+
     async def _open_real(self, name: str, config: DeviceConfig) -> None:
-        context = PortContext(self.config.bench, name, self.runtime_dir)
+        context = self.port_context(name)
         board = make_port(serial_port_config(config), context)
         real = PassThrough(name, make_port(config.port, context), board)
         await real.client.open(real.to_board)

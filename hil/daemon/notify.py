@@ -9,8 +9,8 @@ import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-_PINGS = 4
-"""In the watchdog's time: one that a busy moment delays is not missed yet."""
+_PINGS = 16
+"""In the watchdog's time. The last ping comes up to one interval after the core's last tick."""
 _PATIENCE_S = 0.5
 """What changes the unit's state may wait for a manager that is busy; all else is said again soon."""
 _TEXT_BYTES = 2000

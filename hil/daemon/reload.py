@@ -24,7 +24,7 @@ from hil.session.session import Session
 from hil.vocab.bridges import BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import Port, PortContext, PortError, port_label
+from hil.vocab.ports import Port, PortError, port_label
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -197,7 +197,7 @@ class Reloader:
             label = port_label(name, uart)
             if port_config is None or self._keeps_port(plan, name, uart):
                 continue
-            port = make_port(port_config, PortContext(plan.config.bench, label, daemon.runtime_dir))
+            port = make_port(port_config, daemon.port_context(label))
             session = Session(daemon.bench, device, port, daemon.lines, uart=uart)
             session.vacate()
             await port.open(session)
@@ -224,7 +224,7 @@ class Reloader:
 
     async def _stage_real(self, plan: Plan, staged: Staged, name: str) -> None:
         config, old = plan.config.devices[name], self._daemon.config.real.get(name)
-        context = PortContext(plan.config.bench, name, self._daemon.runtime_dir)
+        context = self._daemon.port_context(name)
         staged.boards[name] = board = make_port(serial_port_config(config), context)
         if old is None or old.port != config.port:
             staged.real[name] = real = PassThrough(name, make_port(config.port, context), board)

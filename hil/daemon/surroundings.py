@@ -3,9 +3,10 @@
 EXIT_CODES = {
     0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
     1: "it did not work out: no bench answers, a run failed, a log differs, the doctor found a problem",
-    2: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration or a file with problems, which are listed;"
+    2: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration or a file"
+    " with problems, which are listed;"
     " of `hil serve`: what it needs is refused or taken",
-    70: "a firmware could not be interrupted, and the whole of `hil serve` had to go; the next start says which",
+    70: "of `hil serve`: a firmware could not be interrupted; the next start says whose it was",
     130: "a dialogue with a board was ended by Ctrl-C",
 }
 ENVIRONMENT = {
@@ -20,7 +21,7 @@ ENVIRONMENT = {
     "NOTIFY_SOCKET": "of a service: where it says that it is ready, and how it is.",
     "WATCHDOG_USEC": "of a service: how often systemd wants to hear of it.",
     "WATCHDOG_PID": "of a service: which process that is meant for.",
-    "JOURNAL_STREAM": "of a service: its messages carry a priority instead of a word where they go to the journal.",
+    "JOURNAL_STREAM": "of a service: whether its messages go to the journal, with priorities.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook for `hil arduino`, unless --sketchbook says another.",
 }
 FILES = {

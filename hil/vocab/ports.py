@@ -43,6 +43,8 @@ class PortContext:
     device: str
     runtime_dir: Path
     """The bench's own runtime directory; stable names (symlinks) live here."""
+    group: str | None = None
+    """Group for what a port shows to other users, where its own options name none."""
 
 
 @dataclass(frozen=True)

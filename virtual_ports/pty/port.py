@@ -33,7 +33,8 @@ class Options(BaseModel):
     group: str | None = Field(
         default=None,
         min_length=1,
-        description="Group that owns the terminal, such as dialout; null leaves the system's choice.",
+        description="Group that owns the terminal, such as dialout; null takes that of "
+        "`hil serve --port-group`, or leaves the system's choice.",
     )
     path: str | None = Field(
         default=None,
@@ -58,6 +59,7 @@ class PtyPort:
 
     def __init__(self, options: Options, context: PortContext) -> None:
         self._options = options
+        self._group = options.group or context.group
         self._title = f"pty port of {context.device}"
         self._name = context.runtime_dir / (options.path or context.device)
         self._pts = Path()
@@ -103,7 +105,7 @@ class PtyPort:
         self.resume_reading()
 
     def _set_access(self) -> None:
-        group = self._options.group
+        group = self._group
         if group is not None:
             try:
                 os.fchown(self._slave, -1, grp.getgrnam(group).gr_gid)
@@ -114,7 +116,7 @@ class PtyPort:
             except PermissionError as error:
                 raise PortError(
                     f"{self._title}: may not give {self._pts} to group {group!r}; add user {os.geteuid()} to "
-                    "that group, or set group: null"
+                    f"that group, or {'set group: null' if self._options.group else 'leave out --port-group'}"
                 ) from error
         os.fchmod(self._slave, int(self._options.mode, 8))
 

@@ -190,6 +190,20 @@ def test_mode_and_group_are_those_asked_for(tmp_path: Path) -> None:
     open_and_close(Options(), tmp_path, by_default)
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may give a terminal to any group")
+def test_the_services_group_is_for_ports_that_name_none(tmp_path: Path) -> None:
+    async def group_of(options: Options) -> str:
+        port = make(options, PortContext("b", "m1", tmp_path, "dialout"))
+        await port.open(DeafHost())
+        try:
+            return grp.getgrgid(os.stat(port.address).st_gid).gr_name
+        finally:
+            await port.close()
+
+    assert asyncio.run(group_of(Options())) == "dialout"
+    assert asyncio.run(group_of(Options(group="audio"))) == "audio"
+
+
 def test_an_unknown_group_is_refused(tmp_path: Path) -> None:
     text = refused(Options(group="no-such-group"), tmp_path)
     assert "there is no group 'no-such-group'; create it or choose another group:" in text

@@ -1,0 +1,213 @@
+"""The service in a virtual machine with Debian's real-time kernel: limits, vcan, and power that goes.
+
+Power cuts: the board's memory is on a disk of its own, ``VolatileDisk``, whose write cache is lost at the
+cut but for what chance has written of it. A cut is an image of the medium at one request, taken while the
+guest runs on; ``e2fsck`` plays the image's journal back as the kernel does at a mount, ``debugfs`` takes the
+file out. So one boot gives hundreds of cuts. At the end the machine is really killed, and the guest
+itself finds what there is.
+"""
+
+import os
+import random
+import re
+import shlex
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from container import until
+from debian import HIL_PYTHON, CannotError, need, run, tree_with_hil, tree_with_kernel
+from guest import Guest, root_image
+from volatile_disk import VolatileDisk
+
+from device_profiles.sac.eeprom import Eeprom
+from hil.firmware.nvm import decode
+
+CUTS = int(os.environ.get("HIL_POWER_CUTS", "60"))
+SEED = int(os.environ.get("HIL_SEED", "1"))
+DISK_SIZE = "16M"
+REQUESTS = 12  # a save takes about nine: a cut is at any of them
+PATIENCE_S = 120.0
+LAB = "bench: lab\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n  s1: {profile: sac}\n"
+START = (
+    "mount -t ext4 /dev/vdb /var/lib/private && chmod 700 /var/lib/private && "
+    "mkdir -p /etc/systemd/system/hil@.service.d && "
+    "ln -sf /usr/local/share/hil/systemd/realtime.conf /etc/systemd/system/hil@.service.d/ && "
+    # An emulated CPU is slower than what the watchdog and clients are made for.
+    "printf '[Service]\\nWatchdogSec=60\\nTimeoutStartSec=300\\n' "
+    "> /etc/systemd/system/hil@.service.d/slow.conf && "
+    "systemctl daemon-reload && systemctl start hil@lab || "
+    "{ journalctl -u hil@lab -o cat --no-pager; false; }"
+)
+FRAME = (
+    "import socket; "
+    "a, b = (socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) for _ in range(2)); "
+    "[each.bind(('vcan0',)) for each in (a, b)]; b.settimeout(20); "
+    "a.send(bytes.fromhex('2301000002000000cafe000000000000')); print(b.recv(16).hex())"
+)
+
+
+class Setup:
+    """The root file system, the disk, and the guest that runs now."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.kernel_tree = tree_with_kernel()
+        tree = tree_with_hil(folder, self.kernel_tree)
+        (tree / "etc/hil").mkdir(exist_ok=True)
+        (tree / "etc/hil/lab.yaml").write_text(LAB)
+        self.root = root_image(tree, folder / "root.img")
+        blank = folder / "blank.img"
+        run("mke2fs", "-q", "-t", "ext4", blank, DISK_SIZE)
+        self.disk = VolatileDisk(blank.read_bytes(), folder / "disk.sock", random.Random(SEED))
+
+    def boot(self) -> None:
+        self.guest = Guest(self.kernel_tree, self.root, self.disk.path)
+        self.guest.run(START, timeout_s=300)
+
+    def close(self) -> None:
+        if hasattr(self, "guest"):
+            self.guest.kill()
+        self.disk.close()
+
+
+@pytest.fixture(scope="module")
+def setup() -> Iterator[Setup]:
+    try:
+        need({"qemu-system-x86_64": "qemu-system-x86", "mke2fs": "e2fsprogs", "debugfs": "e2fsprogs"})
+        with tempfile.TemporaryDirectory(prefix="hil-qemu-") as folder:
+            made = Setup(Path(folder))
+            try:
+                made.boot()
+                yield made
+            finally:
+                made.close()
+    except CannotError as error:
+        pytest.skip(str(error))
+
+
+def test_the_kernel_is_a_real_time_kernel(setup: Setup) -> None:
+    assert "PREEMPT_RT" in setup.guest.run("uname -v")
+
+
+def test_real_time_priority_and_locked_memory_are_granted(setup: Setup) -> None:
+    said = setup.guest.run(
+        "hil status --json | python3 -c 'import json, sys; print(json.load(sys.stdin)[\"rt_line\"])'"
+    )
+    assert "rt: ok (SCHED_FIFO 80" in said, said
+    limits = setup.guest.run("cat /proc/$(systemctl show --value -p MainPID hil@lab)/limits")
+    words = {
+        " ".join(line.split()[: -2 if "bytes" in line or " us" in line else -1])
+        for line in limits.splitlines()
+    }
+    assert any(each.startswith("Max realtime priority 80") for each in words), limits
+    assert f"Max locked memory {128 << 20}" in words, limits
+
+
+def test_locked_memory_is_what_is_promised(setup: Setup) -> None:
+    status = setup.guest.run("grep VmLck /proc/$(systemctl show --value -p MainPID hil@lab)/status")
+    locked_kB = int(status.split()[1])
+    slots = 2 * 2  # two for each device
+    assert 1024 < locked_kB <= 16 * 1024 + 64 * slots, status
+
+
+def test_the_core_thread_has_no_page_faults(setup: Setup) -> None:
+    """After its warm-up, for half a minute of boards at work."""
+    faults = (
+        "for t in /proc/$(systemctl show --value -p MainPID hil@lab)/task/*; do "
+        "set -- $(cut -d')' -f2- < $t/stat); [ ${39} = 1 ] && echo $8 ${10}; done"
+    )
+    before = setup.guest.run(faults)
+    setup.guest.run("sleep 30")
+    assert before == setup.guest.run(faults)
+    assert len(before.splitlines()) == 1, before  # the one thread whose policy is SCHED_FIFO
+
+
+def test_vcan_is_there(setup: Setup) -> None:
+    setup.guest.run("modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 up")
+    assert "2301000002000000cafe" in setup.guest.run(f"python3 -c {shlex.quote(FRAME)}")
+
+
+class Lost(AssertionError):
+    """What was acknowledged is not there."""
+
+
+def stored(image: bytes, folder: Path) -> tuple[int, int] | None:
+    """Commits and acceleration in the file of s1, after the journal was played back; None: no file."""
+    path, out = folder / "cut.img", folder / "s1.nvm"
+    path.write_bytes(image)
+    out.unlink(missing_ok=True)
+    checked = subprocess.run(["e2fsck", "-p", "-f", path], capture_output=True, text=True, timeout=60)
+    assert checked.returncode <= 1, checked.stdout + checked.stderr  # 1: put right, as a mount does
+    run("debugfs", "-R", f"dump /hil/lab/s1.nvm {out}", path)
+    if not out.exists() or not out.stat().st_size:
+        return None
+    content = decode(out.read_bytes()).content
+    return content.counter, Eeprom.unpacked(content.sections["eeprom"]).parameters.acc
+
+
+def judge(image: bytes, folder: Path, base: int, acked: int) -> int:
+    """Saves that the medium has beyond those acknowledged.
+
+    Raises:
+        Lost: fewer.
+    """
+    found = stored(image, folder)
+    if found is None:
+        raise Lost(f"no file, after {acked} acknowledged saves")
+    number = found[0] - base
+    if number < acked:
+        raise Lost(f"save {number}, after {acked} acknowledged")
+    assert found[1] == 100 + number % 900, found
+    return number - acked
+
+
+def test_power_cuts_lose_nothing_that_was_acknowledged(setup: Setup) -> None:
+    chance, guest, ahead = random.Random(SEED), setup.guest, [0, 0, 0]
+    guest.begin(f"{HIL_PYTHON} /usr/local/lib/eeprom_writer.py 1 100000000")
+    until(lambda: guest.acked >= 1, "the first save", PATIENCE_S)
+    assert guest.base is not None
+    first, first_acked = b"", 0
+    for _ in range(CUTS):
+        image, acked = setup.disk.cut(chance.randint(1, REQUESTS), PATIENCE_S, lambda: guest.acked)
+        if not first:
+            first, first_acked = image, acked
+        beyond = judge(image, setup.folder, guest.base, acked)
+        ahead[min(beyond, 2)] += 1
+    print(f"{CUTS} cuts in {guest.acked} saves, {setup.disk.requests} requests; ahead by 0, 1, more: {ahead}")
+    assert guest.acked > first_acked
+    with pytest.raises(Lost):  # the check sees a loss: an early image, judged by what was answered late
+        judge(first, setup.folder, guest.base, guest.acked)
+
+
+@pytest.mark.parametrize("attempt", range(1 if CUTS < 300 else 3))
+def test_after_the_machine_was_killed_it_starts_with_what_was_acknowledged(
+    setup: Setup, attempt: int
+) -> None:
+    if not setup.guest.acked:
+        first = 1 + 1000 * attempt
+        setup.guest.begin(f"{HIL_PYTHON} /usr/local/lib/eeprom_writer.py {first} 100000000")
+        until(lambda: setup.guest.acked > first + 5, "saves", PATIENCE_S)
+    setup.guest.kill()
+    acked = setup.guest.acked
+    setup.disk.power_cut()
+    setup.boot()
+    said = setup.guest.run(
+        "journalctl -u hil@lab -o cat --no-pager; dmesg | grep vdb; ls /var/lib/private/hil/lab"
+    )
+    print(said[-300:])
+    assert "damaged" not in said
+    show = (
+        "import serial; p = serial.Serial('/run/hil/lab/s1', 38400, timeout=10); p.write(b'$C\\r'); "
+        # An open screen would take what comes next for an edit.
+        "print(p.read(4096).decode()); p.write(b'x\\r'); p.read_until(b'SAC>')"
+    )
+    setup.guest.run("sleep 5")
+    screen = setup.guest.run(f"{HIL_PYTHON} -c {shlex.quote(show)}")
+    shown = re.search(r"d acc\t\t(\d\.\d\d)", screen)
+    assert shown, screen
+    beyond = (round(float(shown[1]) * 100) - 100 - acked) % 900
+    print(f"{acked} saves acknowledged, {beyond} more found")
+    assert beyond <= 1

@@ -1,0 +1,6 @@
+"""The tests in booted systems import what stands beside them."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out
