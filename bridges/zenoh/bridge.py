@@ -5,24 +5,24 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import RUN_BYTES, acknowledged, dumped, read_payload, read_text, refused
-from bridges.zenoh.keys import SCHEMAS, prefix
+from bridges.zenoh.documents import RUN_BYTES, acknowledged, read_payload, read_text, refused
+from bridges.zenoh.keys import prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications, short_state
+from bridges.zenoh.readings import SLICE, Readings, encoding
 from bridges.zenoh.reference import reference
 from bridges.zenoh.security import Gate, SecurityError, open_session
 from bridges.zenoh.sender import Sender
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
-from hil.vocab.verbs import Role, VerbRefused, described
+from hil.vocab.verbs import Role, VerbRefused
 
 __all__ = ["Options", "make", "reference"]
 
@@ -30,12 +30,6 @@ log = logging.getLogger("hil")
 
 WAITING = 10_000
 """Requests in the queue; later puts are dropped and counted, queries when there are twice as many."""
-SLICE = 32
-"""Requests that are handled before others have their turn: some milliseconds."""
-WIDE = 100
-"""Queries of more keys than a slice that wait for each other."""
-WIDE_ANSWERS = 200
-"""Of them the next wait while so many have not gone out: other clients' answers come in between."""
 LATER = 1_000
 """Queries that wait for a motion's end."""
 LONGEST_S = 3600.0
@@ -65,8 +59,6 @@ class ZenohBridge:
         self._working: set[asyncio.Task[None]] = set()
         """Answers that take their time otherwise."""
         self._sender: Sender
-        self._wide = asyncio.Lock()
-        self._wide_waiting = 0
         self._session: zenoh.Session | None = None
         self._is_closed = False
         self._gate: Gate | None = None
@@ -110,11 +102,7 @@ class ZenohBridge:
         self._session, self._gate = session, gate
         self._others = Others(session, self._host, gate)
         self._publications = Publications(session, self._host, self._options)
-        self._readers = self._readable()
-        self._encodings = {
-            schema: encoding(schema) for schema in (*SCHEMAS.values(), "hil.param.v1") if schema
-        }
-        self._encodings[SCHEMAS["axis/<device>/state/packed"]] = PACKED
+        self._readings = Readings(self._host, self._publications, self._sender, self._work)
         everything = f"{self._prefix}/**"
         self._entities = [
             session.declare_subscriber(everything, self._on_put, allowed_origin=zenoh.Locality.REMOTE),
@@ -137,7 +125,7 @@ class ZenohBridge:
                 if token := self._tokens.pop(name, None):
                     token.undeclare()
             self._publications.devices_changed(names)
-            self._readers = self._readable()
+            self._readings.refresh()
             self._tokens |= {name: self._live(f"axis/{name}") for name in names if name in self._host.devices}
         except zenoh.ZError as error:
             raise BridgeError(first_line(error)) from None
@@ -239,7 +227,7 @@ class ZenohBridge:
             if carry_out is not None:
                 carry_out()
             elif query is not None:
-                self._read(key, query)
+                self._readings.read(key, query)
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
 
@@ -403,106 +391,6 @@ class ZenohBridge:
             self._sender.end(query)
         self._publications.rejected(text)
 
-    # ---- what can be read ----
-
-    def _readable(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
-        """Schema and content by key."""
-        host, told = self._host, self._publications
-        readers: dict[str, tuple[str, Callable[[], bytes]]] = {
-            "sim/clock": (SCHEMAS["sim/clock"], told.clock),
-            "sim/health": (SCHEMAS["sim/health"], told.health),
-            "layout": (SCHEMAS["layout"], self._layout),
-        }
-        for name in host.segments:
-            readers[f"segment/{name}/stats"] = (SCHEMAS["segment/<name>/stats"], partial(told.stats, name))
-        for name, device in host.devices.items():
-            readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
-            if device.is_real:
-                continue
-            packed = partial(host.packed, name)
-            readers[f"axis/{name}/state/packed"] = (SCHEMAS["axis/<device>/state/packed"], packed)
-            readers[f"axis/{name}/state"] = (SCHEMAS["axis/<device>/state"], partial(told.state_now, name))
-            for field in device.fields.values():
-                if field.is_settable:
-                    key = f"axis/{name}/param/{field.name}"
-                    readers[key] = ("hil.param.v1", partial(self._parameter, name, field.name))
-        return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
-
-    def _read(self, key: str, query: zenoh.Query) -> None:
-        found = list(self._matching(key))
-        if len(found) > SLICE:
-            if self._wide_waiting >= WIDE:
-                raise VerbRefused(
-                    "not_now", f"{WIDE} queries of many keys wait already; ask for less at a time"
-                )
-            self._wide_waiting += 1
-            self._work(self._read_many(found, query))
-            return
-        for name in found:
-            self._read_one(name, query)
-        self._sender.end(query)
-
-    async def _read_many(self, found: Sequence[str], query: zenoh.Query) -> None:
-        """One such query after the other, and no faster than it is read."""
-        try:
-            async with self._wide:
-                for number, name in enumerate(found):
-                    self._read_one(name, query)
-                    while number % SLICE == 0 and self._sender.waiting > WIDE_ANSWERS:
-                        await asyncio.sleep(0.005)
-                    if number % SLICE == 0:
-                        await asyncio.sleep(0)
-        finally:
-            self._wide_waiting -= 1
-            self._sender.end(query)
-
-    def _read_one(self, name: str, query: zenoh.Query) -> None:
-        if name in self._readers:
-            schema, content = self._readers[name]
-            self._sender.reply(query, name, content(), self._encodings[schema])
-        elif progress := self._host.run_progress(name.split("/")[3]):
-            text = dumped(progress, self._host)
-            self._sender.reply(query, name, text, self._encodings["hil.run.v1"])
-
-    def _matching(self, key: str) -> Iterable[str]:
-        if "*" not in key:
-            match key.removeprefix(self._prefix + "/").split("/"):
-                case ["run", name, "state"] if self._host.run_progress(name) is not None:
-                    return [key]
-            return [key] if key in self._readers else []
-        runs = [f"{self._prefix}/run/{name}/state" for name in self._host.run_names()]
-        wanted = zenoh.KeyExpr(key)
-        return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
-
-    def _verbs(self, name: str) -> bytes:
-        device = self._host.devices[name]
-        return dumped(
-            {"device": name, "profile": device.profile, "verbs": described(device.verbs)}, self._host
-        )
-
-    def _parameter(self, device: str, name: str) -> bytes:
-        return dumped({name: self._host.state(device)[name]}, self._host)
-
-    def _layout(self) -> bytes:
-        fields: dict[str, dict[str, Any]] = {}
-        for device in self._host.devices.values():
-            for f in device.fields.values():
-                row = {
-                    "name": f.name,
-                    "type": f.type,
-                    "offset": f.offset,
-                    "unit": f.unit,
-                    "meaning": f.meaning,
-                }
-                fields[f.name] = row
-        ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
-        return dumped({"fields": ordered}, self._host)
-
-
-def encoding(schema: str) -> zenoh.Encoding:
-    """Of JSON here."""
-    return zenoh.Encoding.APPLICATION_JSON.with_schema(schema)
-
 
 def first_line(error: Exception) -> str:
     """Of zenoh's errors, which end in a path of its sources."""
@@ -510,4 +398,3 @@ def first_line(error: Exception) -> str:
 
 
 ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
-PACKED = zenoh.Encoding.APPLICATION_OCTET_STREAM.with_schema("hil.snapshot.v1")
