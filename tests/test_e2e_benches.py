@@ -6,9 +6,10 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from typing import Any
 import pytest
 from e2e_support import HIL, PATIENCE_S, Place, Server, config, until
 from test_e2e_runs import ended, free_port
+
+from hil.client import CommandError, connect_sync
 
 SAC = {"profile": "sac", "flash": {}}
 PORT = 7447
@@ -319,7 +322,7 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     submit(mill, run("own", {"move": {"m1": 1.0, "lathe/m1": 1.0}}))
     progress = ended(mill, "own")
     assert progress["state"] == "failed"
-    assert "there is a run 'own' on this bench already" in progress["why"]
+    assert "this bench has a run 'own' already" in progress["why"]
     lathe.ask("do", device="m1", name="disable", parameters={})
     assert "axes.'lathe/m1': its control loop is off" in submit(mill, run("s", FAR))["problems"]
 
@@ -340,3 +343,106 @@ def test_users_are_asked_for_at_the_other_bench_too(site: Site) -> None:
     lathe.stop()
     site.serve("lathe", users=users("b", anna, "mill:operator:another-secret"))
     until(lambda: "signature is wrong" in str(submit(mill, run("s", FAR)).get("problems")), "the refusal")
+
+
+def test_a_bench_that_stood_still_does_not_move_on(site: Site) -> None:
+    mill, lathe = site.two()
+    submit(mill, run("r", FAR))
+    on_the_way(lathe)
+    lathe.process.send_signal(signal.SIGSTOP)
+    assert ended(mill, "r")["why"].startswith("the bench lathe is gone")
+    lathe.process.send_signal(signal.SIGCONT)
+    progress = ended(lathe, "r")
+    assert progress["state"] == "failed"
+    assert "stood still" in progress["why"] or "is gone" in progress["why"]
+    place_deg = progress["axes"]["lathe/m1"]["position_deg"]
+    assert abs(lathe.status("m1")["snapshot"]["yw"] - place_deg) < 1
+
+
+def test_what_is_no_part_of_a_run_does_no_harm(site: Site) -> None:
+    mill, lathe = site.two()
+    text = run("r", FAR)
+    submit(mill, text)
+    until(lambda: state_of(lathe, "r") == "running", "its part")
+    with connect_sync("lathe", site.addresses["lathe"]) as client:
+        far = {"do": "go", "token": "x", "phrase": 0, "start_wall_ns": 10**30}
+        for given in (
+            far,
+            far | {"start_wall_ns": -1},
+            {"do": "stop", "token": "x", "how": "grace", "state": "running", "why": ""},
+            {"do": "join", "leader": "l", "token": "t", "document": text, "axes": {}, "digest": ""},
+            {"do": "join", "leader": "l", "token": "t", "document": text, "axes": 1, "digest": 1},
+            {"do": "go", "token": "x", "phrase": True, "start_wall_ns": 0},
+            {"do": "nothing"},
+            {},
+        ):
+            with pytest.raises(CommandError):
+                client.link.ask("run/r/part", given)
+        other = {"leader": "l", "token": "t", "document": run("other", FAR), "axes": {}, "digest": ""}
+        with pytest.raises(CommandError, match="the document is of the run 'other'"):
+            client.link.ask("run/w/part", {"do": "join"} | other)
+    on_the_way(lathe)
+    mill.ask("cancel_run", name="r", how="prejudice")
+    assert ended(lathe, "r")["state"] == "cancelled"
+    assert lathe.status("m1")["failed"] is None
+
+
+def test_prejudice_after_grace_reaches_the_other_bench(site: Site) -> None:
+    mill, lathe = site.two()
+    slow = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 10.0}
+    text = {"run": "r", "axes": {"m1": slow, "lathe/m1": slow}, "steps": [FAR]}
+    submit(mill, json.dumps(text))
+    on_the_way(lathe)
+    mill.ask("cancel_run", name="r", how="grace")
+    until(lambda: mill.ask("runs", name="r")[0]["why"], "the stop's beginning")
+    mill.ask("cancel_run", name="r", how="prejudice")
+    began_s = time.monotonic()
+    ended(mill, "r")
+    assert ended(lathe, "r")["state"] == "cancelled"
+    assert time.monotonic() - began_s < 3  # with grace alone it takes six
+
+
+@pytest.mark.parametrize(("delay_s", "why"), [(0.06, "is known to"), (0.2, "did not answer")])
+def test_a_network_that_is_too_slow_moves_nothing(site: Site, delay_s: float, why: str) -> None:
+    near = site.addresses["mill"]
+    with slow_proxy(near, delay_s) as far:
+        site.addresses["lathe"] = far
+        mill, lathe = enabled(site.launch("mill")), enabled(site.launch("lathe"))
+        until(lambda: sees(mill, "lathe"), "a sight of lathe")
+        before_deg = [server.status("m1")["snapshot"]["r"] for server in (mill, lathe)]
+        answer = submit(mill, run("r", FAR))
+        said = answer.get("problems") or ended(mill, "r")["why"]
+        assert why in said
+        assert [server.status("m1")["snapshot"]["r"] for server in (mill, lathe)] == before_deg
+
+
+@contextmanager
+def slow_proxy(address: str, delay_s: float) -> Iterator[str]:
+    """An address behind which is another one, later."""
+    target = ("127.0.0.1", int(address.rpartition(":")[2]))
+    port = free_port()
+    script = """
+import asyncio, sys
+port, target, delay_s = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
+async def way(reader, writer):
+    loop = asyncio.get_running_loop()
+    while data := await reader.read(65536):
+        loop.call_later(delay_s, writer.write, data)
+    writer.close()
+async def client(reader, writer):
+    there = await asyncio.open_connection("127.0.0.1", target)
+    await asyncio.gather(way(reader, there[1]), way(there[0], writer), return_exceptions=True)
+async def main():
+    async with await asyncio.start_server(client, "127.0.0.1", port) as server:
+        print("here", flush=True)
+        await server.serve_forever()
+asyncio.run(main())
+"""
+    command = [sys.executable, "-c", script, str(port), str(target[1]), str(delay_s)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as proxy:
+        assert proxy.stdout is not None
+        assert proxy.stdout.readline() == b"here\n"
+        try:
+            yield f"tcp/127.0.0.1:{port}"
+        finally:
+            proxy.kill()

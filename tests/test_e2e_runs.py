@@ -3,6 +3,7 @@
 import json
 import socket
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -164,3 +165,34 @@ def test_many_submit_at_once(place: Place) -> None:
         thread.join(PATIENCE_S * 2)
     assert failures == []
     assert {ended(server, f"r{n}")["state"] for n in range(100)} == {"done"}
+
+
+def test_long_documents_hold_nobody_up_and_leave_no_memory(place: Place) -> None:
+    server, _ = serve(place, 2, 20)
+    steps = [{"move": {"m1": n % 7}} for n in range(5000)]
+
+    def rss_kB() -> int:
+        rows = Path(f"/proc/{server.pid}/status").read_text().splitlines()
+        return next(int(row.split()[1]) for row in rows if row.startswith("VmRSS"))
+
+    answers: list[Any] = []
+
+    def submit(name: str) -> None:
+        answers.append(server.ask("run", text=run(name, *steps), file="x", check=False, timeout_s=PATIENCE_S))
+
+    after: list[int] = []
+    for n in range(4):
+        thread = threading.Thread(target=submit, args=(f"long{n}",))
+        thread.start()
+        longest_s = 0.0
+        with server.client("m2") as terminal:
+            while thread.is_alive():
+                began_s = time.monotonic()
+                terminal.ask(b"p")
+                longest_s = max(longest_s, time.monotonic() - began_s)
+        assert longest_s < 0.5  # it was over a second where the event loop read it
+        server.ask("cancel_run", name=f"long{n}", how="prejudice")
+        ended(server, f"long{n}")
+        after.append(rss_kB())
+    assert [answer["state"] for answer in answers] == ["queued"] * 4
+    assert after[3] - after[1] < 20_000  # it was 27 MB for each

@@ -255,7 +255,8 @@ class ZenohBridge:
             case ["run", name, "part"] if "*" not in name:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
                 asked = read_payload(payload, longest=RUN_BYTES)
-                return lambda: self._answer(query, key, self._host.part_of_run(source, name, asked))
+                part = self._host.part_of_run
+                return lambda: self._work(self._answer_later(query, key, part(source, name, asked)))
             case ["run", name, "cancel"] if "*" not in name:
                 source = self._source(key, payload, attachment, Role.OPERATOR)
                 how = read_payload(payload).get("how", "grace")

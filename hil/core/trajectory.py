@@ -58,7 +58,8 @@ class PlanError(ValueError):
 
     def __init__(self, problem: PlanProblem, axis: int | None = None, least_ns: int | None = None) -> None:
         least = "" if least_ns is None else f", at least {least_ns} ns"
-        super().__init__(f"{'' if axis is None else f'axis {axis}: '}{_MEANINGS[problem]}{least}")
+        self.what = _MEANINGS[problem] + least
+        super().__init__(f"{'' if axis is None else f'axis {axis}: '}{self.what}")
         self.problem = problem
         self.axis = axis
         self.least_ns = least_ns

@@ -253,7 +253,9 @@ class Host:
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
 
-    def part_of_run(self, source: Source, name: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    def part_of_run(
+        self, source: Source, name: str, given: Mapping[str, Any]
+    ) -> Coroutine[Any, Any, Mapping[str, Any]]:
         return self._daemon.runs.parts.answer(source, name, given)
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hil import __version__
 from hil.config import ConfigError
 from hil.daemon.joined import device_names
+from hil.daemon.off_loop import off_loop
 from hil.runs import AxisNow, Execution, Named, RunDocument, parse_run, plan_run
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
@@ -24,7 +25,14 @@ if TYPE_CHECKING:
 
 LOST_S = 1.0
 """Who says nothing for so long is gone: ten beats."""
+FAR_NS = 10_000_000_000
+"""No start is so far ahead."""
 _SAME_DEG = 1e-9
+
+
+def stood_still(for_s: float) -> str:
+    """Why a part ends whose own bench was not running."""
+    return f"this bench stood still for {for_s:.1f} s"
 
 
 class Given:
@@ -44,6 +52,7 @@ class _Part:
     execution: Execution
     baton: Given
     heard_s: float
+    looked_s: float
 
 
 @dataclass
@@ -54,7 +63,7 @@ class Parts:
     runs: "Runs"
     _parts: dict[str, _Part] = field(default_factory=dict)
 
-    def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    async def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """What the bench that leads run ``name`` asks.
 
         Raises:
@@ -69,14 +78,20 @@ class Parts:
                 case {"do": "look"}:
                     return self._look()
                 case {"do": "join", "leader": str(leader), "token": str(token), "document": str(text)}:
-                    return self._join(source, name, leader, token, text, given["axes"], given["digest"])
+                    return await self._join(source, name, leader, token, text, given["axes"], given["digest"])
                 case {"do": "go", "token": str(token), "phrase": int(phrase), "start_wall_ns": int(start_ns)}:
                     return self._go(self._part(name, token), phrase, start_ns)
                 case {"do": "beat", "token": str(token)}:
                     return self._report(self._part(name, token))
-                case {"do": "stop", "token": str(token), "how": "grace" | "prejudice" as how}:
+                case {
+                    "do": "stop",
+                    "token": str(token),
+                    "how": "grace" | "prejudice" as how,
+                    "state": "cancelled" | "failed" as state,
+                    "why": str(why),
+                }:
                     part = self._part(name, token)
-                    part.execution.stop(how, str(given["why"]), str(given["state"]))
+                    part.execution.stop(how, why, state)
                     return self._report(part)
         except (KeyError, TypeError, AttributeError) as error:
             raise VerbRefused("bad_request", f"no part of a run: {error!r}") from None
@@ -93,31 +108,37 @@ class Parts:
             "speed": self.daemon.config.speed,
         }
 
-    def _join(
-        self, source: Source, name: str, leader: str, token: str, text: str, axes: Any, digest: Any
+    async def _join(
+        self, source: Source, name: str, leader: str, token: str, text: str, told: Any, digest: Any
     ) -> dict[str, Any]:
-        if name in self.runs.progress:
-            raise VerbRefused(
-                "not_now", f"there is a run {name!r} on this bench already; give it another name"
-            )
+        self._refuse_name(name)
         here = self.daemon.config.bench
         try:
-            run, document = parse_run(text, "<run>")
+            run, document = await off_loop(text, parse_run, text, "<run>")
+            if run.run != name:
+                raise VerbRefused("bad_request", f"the document is of the run {run.run!r}")
             names = device_names(run, leader, here)
-            known = {axis: AxisNow(**now) for axis, now in axes.items()} | self._mine(names, axes)
-            plan = plan_run(run, document, known)
+            axes = {axis: AxisNow(**now) for axis, now in told.items()} | self._mine(names, told)
+            plan = await off_loop(text, plan_run, run, document, axes)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
         if plan.digest() != digest:
             raise VerbRefused("cannot", f"it plans this run otherwise; hil is {__version__} here")
+        self._refuse_name(name)
+        self._mine(names, told)  # they may have been taken meanwhile
         baton = Given()
         execution = Execution(plan, Named(self.runs.axes, names), baton, set(names))
-        part = _Part(token, leader, execution, baton, asyncio.get_running_loop().time())
+        now_s = asyncio.get_running_loop().time()
+        part = _Part(token, leader, execution, baton, now_s, now_s)
         self._parts = {each: p for each, p in self._parts.items() if each in self.runs.progress} | {
             name: part
         }
-        self.runs.hold(source, text, document, names, execution, self._watch(part, run))
+        self.runs.hold(source, text, names, execution, self._watch(part, run))
         return {"phrases": len(plan.phrases)}
+
+    def _refuse_name(self, name: str) -> None:
+        if name in self.runs.progress:
+            raise VerbRefused("not_now", f"this bench has a run {name!r} already; give it another name")
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
         """This bench's axes as they are now, which is as they were told."""
@@ -140,10 +161,15 @@ class Parts:
         return part
 
     def _go(self, part: _Part, phrase: int, start_wall_ns: int) -> dict[str, Any]:
-        start_ns = self.daemon.host.sim_ns(start_wall_ns)
-        late_ns = self.daemon.bench.now_ns - start_ns
-        if late_ns >= 0 and phrase < len(part.execution.plan.phrases):
+        execution = part.execution
+        if execution.ended or execution.progress.is_over:
+            return self._report(part)  # which tells the leader why
+        if phrase != execution.reached or phrase in part.baton.starts_ns:
+            raise VerbRefused("not_now", f"phrase {phrase} does not begin now")
+        late_ns = self.daemon.host.times_ns()[1] - start_wall_ns
+        if not -FAR_NS < late_ns < 0:
             raise VerbRefused("not_now", f"the start was {late_ns / 1e6:.1f} ms ago when it was told")
+        start_ns = self.daemon.host.sim_ns(start_wall_ns)
         part.baton.starts_ns[phrase] = start_ns
         return self._report(part)
 
@@ -158,7 +184,11 @@ class Parts:
 
     def _watch(self, part: _Part, run: RunDocument) -> Callable[[], None]:
         def look() -> None:
-            silent_s = asyncio.get_running_loop().time() - part.heard_s
+            now_s = asyncio.get_running_loop().time()
+            if now_s - part.looked_s > LOST_S:  # what came meanwhile is old, and the leader has given up
+                part.execution.stop(run.on_fault, stood_still(now_s - part.looked_s), "failed")
+            part.looked_s = now_s
+            silent_s = now_s - part.heard_s
             if silent_s > LOST_S and part.execution.ended is None:
                 why = f"the bench {part.leader}, which leads, is gone: it said nothing for {silent_s:.1f} s"
                 part.execution.stop(run.on_fault, why, "failed")

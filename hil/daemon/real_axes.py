@@ -214,8 +214,11 @@ class RealAxes:
         """On the clock of dialogues; the bench's speed is 1."""
         return round(asyncio.get_running_loop().time() * 1e9) + sim_ns - self.now_ns
 
-    def field(self, axis: str, name: str) -> float:
-        board = self._boards[axis]
+    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
+        return [self._field(self._boards[axis], name) for name in names]
+
+    @staticmethod
+    def _field(board: "_Board", name: str) -> float:
         if name in BUSY:
             return float(board.is_busy)
         if name in COMMANDED and board.axis.commanded_deg is not None:
@@ -266,8 +269,8 @@ class AllAxes:
     def give(self, axis: str, given: Input) -> None:
         self._of(axis).give(axis, given)
 
-    def field(self, axis: str, name: str) -> float:
-        return self._of(axis).field(axis, name)
+    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
+        return self._of(axis).fields(axis, names)
 
     def failure(self, axis: str) -> str | None:
         return self._of(axis).failure(axis)

@@ -11,6 +11,8 @@ from hil.daemon.ask import Bench, RuntimeDir, ask_bench, fail
 
 POLL_S = 0.1
 BAD_DOCUMENT = 2
+SUBMIT_S = 60.0
+"""A run of a megabyte is read for some ten seconds, on a busy computer for longer."""
 _END_WORDS = {
     None: "at",
     "stands": "stands at",
@@ -35,17 +37,24 @@ def run(
 
     Its problems are listed before anything moves. Ctrl-C ends it with grace. Exits with 1 if it fails.
     """
+    from hil.runs.document import DOCUMENT_BYTES
+
     try:
         text = file.read_text()
     except (OSError, UnicodeDecodeError) as error:
         raise fail(f"hil: {file}: {error}", BAD_DOCUMENT) from None
-    answer = ask_bench(bench, runtime_dir, "run", text=text, file=str(file), check=check)
+    if len(text) > DOCUMENT_BYTES:
+        raise fail(f"{file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", BAD_DOCUMENT)
+    request = {"text": text, "file": str(file), "check": check}
+    answer = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
     if problems := answer.get("problems"):
         raise fail(problems, BAD_DOCUMENT)
     if check:
         typer.echo(f"{file}: run {answer['run']}, {answer['steps']} step(s), no problems")
         return
     progress = answer
+    if progress["submissions"] > 1:
+        typer.echo(f"{progress['run']}: submitted before; this is how that run does", err=True)
     name = progress["run"]
     step = -1
     while not detach and progress["state"] in ("queued", "running"):

@@ -16,8 +16,7 @@ async def submit(daemon: "Daemon", text: str, file: str, check: bool) -> dict[st
     """Its progress, or its problems."""
     try:
         if check:
-            checked = daemon.runs.check(LOCAL, text, file)
-            return checked if isinstance(checked, dict) else await checked
+            return await daemon.runs.check(LOCAL, text, file)
         progress = daemon.runs.submit(LOCAL, text, file)
         return (progress if isinstance(progress, Progress) else await progress).as_dict()
     except ConfigError as error:

@@ -17,10 +17,11 @@ from hil.config import ConfigError
 from hil.config.document import Document
 from hil.daemon import real_axes
 from hil.daemon.joined import device_names, other_benches, taken_twice
+from hil.daemon.off_loop import SHORT, off_loop
 from hil.daemon.parts import Parts
 from hil.daemon.real_axes import AllAxes, RealAxes
 from hil.daemon.together import Together
-from hil.runs import BenchAxes, Execution, Named, Progress, RunDocument, Soon, parse_run, plan_run
+from hil.runs import BenchAxes, Execution, Named, Plan, Progress, RunDocument, Soon, parse_run, plan_run
 from hil.runs.document import DOCUMENT_BYTES
 from hil.runs.execute import How
 from hil.runs.plan import AxisNow
@@ -36,6 +37,8 @@ log = logging.getLogger("hil")
 WAITING = 1000
 KEPT = 1000
 """Of runs that have ended; older ones are forgotten."""
+WAITING_CHARACTERS = 32 << 20
+"""Of all runs that wait or move."""
 LEAD_WALL_NS = 20_000_000
 """Between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
 TELL_S = 0.1
@@ -44,15 +47,18 @@ TELL_S = 0.1
 
 @dataclass
 class Entry:
-    """A run that was accepted. ``ends_deg``: by device of this bench. ``names``: the devices here that take
-    part, by their names in the run."""
+    """A run that was accepted and has not ended. ``names``: the devices here that take part, by their names
+    in the run; ``ends_deg``: where it leaves them. Of the document only the text is kept: read, a long one
+    takes forty times the room."""
 
-    run: RunDocument
-    document: Document
+    name: str
     text: str
+    file: str
     source: Source
     names: Mapping[str, str]
     ends_deg: Mapping[str, float]
+    is_shared: bool
+    """Other benches take part."""
     execution: Execution | None = None
     task: asyncio.Task[None] | None = None
 
@@ -81,32 +87,29 @@ class Runs:
     def submit(
         self, source: Source, text: str, file: str = "<run>"
     ) -> Progress | Coroutine[Any, Any, Progress]:
-        """Accept a run, or tell how the one of this name does; one that has axes of other benches has to be
-        awaited.
+        """Accept a run, or tell how the one of this name does; a long one, and one that has axes of other
+        benches, have to be awaited.
 
         Raises:
             ConfigError: it cannot be done, with all problems.
             VerbRefused: not by this source, or not now.
         """
-        run, document = self._read(source, text, file)
-        if run.run in self.progress:
-            return self.progress[run.run]
-        if sum(progress.state == "queued" for progress in self.progress.values()) >= WAITING:
-            raise VerbRefused("not_now", f"{WAITING} runs wait already; submit it again later")
-        entry = self._entry(source, run, document, text)
+        self._refuse(source, text)
+        if len(text) > SHORT:
+            return self._submit_later(source, text, file)
+        run, document = self._parsed(text, file)
         if other_benches(run, self._daemon.config.bench):
-            return self._submit_together(entry)
-        return self._accept(entry, self._expected())
+            return self._submit_later(source, text, file)
+        if known := self._known(run.run):
+            return known
+        plan = plan_run(run, document, self._by_name(self._names(run), self._expected()))
+        return self._accept(source, text, file, plan, is_shared=False)
 
-    def check(
-        self, source: Source, text: str, file: str
-    ) -> dict[str, Any] | Coroutine[Any, Any, dict[str, Any]]:
-        """Whether it can be done, without doing it; as ``submit``."""
-        run, document = self._read(source, text, file)
-        entry = self._entry(source, run, document, text)
-        if other_benches(run, self._daemon.config.bench):
-            return self._check_together(entry)
-        return self._checked(entry, self._expected())
+    async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
+        """Whether it can be done, without doing it; raises as ``submit``."""
+        self._refuse(source, text)
+        plan = await self._planned(source, text, file, self._expected)
+        return {"run": plan.run.run, "steps": plan.steps}
 
     def cancel(self, source: Source, name: str, how: How) -> Progress:
         """End a run; one that waits never starts.
@@ -118,16 +121,16 @@ class Runs:
             raise VerbRefused("forbidden", "this needs the role operator")
         if name not in self.progress:
             raise VerbRefused("no_run", f"there is no run {name!r}")
-        progress, entry = self.progress[name], self._entries[name]
+        progress = self.progress[name]
         if progress.is_over:
             return progress
+        entry = self._entries[name]
         if entry.execution is not None:
             entry.execution.stop(how)
         else:
             if entry.task:
                 entry.task.cancel()
-            self.end(progress, "cancelled", "it was cancelled before it began")
-            self.start_what_can()
+            self._end(entry, "cancelled", "it was cancelled before it began")
         return progress
 
     async def close(self) -> None:
@@ -142,38 +145,42 @@ class Runs:
 
     def taken(self) -> dict[str, str]:
         """Devices that are in a run or will be, and in which."""
-        return {
-            device: name
-            for name, entry in self._entries.items()
-            if not self.progress[name].is_over
-            for device in entry.devices
-        }
+        return {device: name for name, entry in self._entries.items() for device in entry.devices}
 
     def hold(
         self,
         source: Source,
         text: str,
-        document: Document,
         names: Mapping[str, str],
         execution: Execution,
         each: Callable[[], None],
     ) -> None:
         """Begin a part now; ``each`` is called at every look at it."""
         ends_deg = {device: execution.plan.ends_deg[axis] for axis, device in names.items()}
-        self._enter(Entry(execution.plan.run, document, text, source, names, ends_deg), execution, each)
+        name = execution.plan.run.run
+        self._enter(Entry(name, text, "<run>", source, names, ends_deg, True), execution, each)
 
     def _enter(self, entry: Entry, execution: Execution, each: Callable[[], None]) -> None:
-        name = entry.run.run
         entry.execution = execution
-        self._entries[name], self.progress[name] = entry, execution.progress
-        self._forget()
+        self._entries[entry.name], self.progress[entry.name] = entry, execution.progress
         entry.task = asyncio.get_running_loop().create_task(self._carry_out(entry, execution, each))
 
-    def end(self, progress: Progress, state: str, why: str) -> None:
+    def _end(self, entry: Entry, state: str, why: str) -> None:
         """Of a run that never moved."""
+        progress = self.progress[entry.name]
         progress.state, progress.why = state, why
         progress.ended_at_ns = self._daemon.bench.now_ns
-        self.tell(progress)
+        self._over(entry)
+
+    def _over(self, entry: Entry) -> None:
+        """It has ended, and others may begin."""
+        del self._entries[entry.name]
+        ended = [name for name, progress in self.progress.items() if progress.is_over]
+        for name in ended[: max(len(ended) - KEPT, 0)]:
+            del self.progress[name]
+        if entry.name in self.progress:
+            self.tell(self.progress[entry.name])
+        self.start_what_can()
 
     def tell(self, progress: Progress) -> None:
         for listener in self.listeners:
@@ -181,55 +188,73 @@ class Runs:
 
     # ---- accepting ----
 
-    def _read(self, source: Source, text: str, file: str) -> tuple[RunDocument, Document]:
+    def _refuse(self, source: Source, text: str) -> None:
         if source.role < Role.OPERATOR:
             raise VerbRefused("forbidden", "a run needs the role operator")
         if len(text) > DOCUMENT_BYTES:
             raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
+        characters = sum(len(entry.text) for entry in self._entries.values())
+        if len(self._entries) >= WAITING or characters + len(text) > WAITING_CHARACTERS:
+            raise VerbRefused("not_now", f"{len(self._entries)} runs wait already; submit it again later")
+
+    def _parsed(self, text: str, file: str) -> tuple[RunDocument, Document]:
         run, document = parse_run(text, file)
         if findings := taken_twice(run, self._daemon.config.bench):
             raise document.error(findings)
         return run, document
 
-    def _entry(self, source: Source, run: RunDocument, document: Document, text: str) -> Entry:
-        return Entry(run, document, text, source, device_names(run, self._daemon.config.bench), {})
+    def _known(self, name: str) -> Progress | None:
+        if known := self.progress.get(name):
+            known.submissions += 1
+        return known
+
+    def _names(self, run: RunDocument) -> dict[str, str]:
+        return device_names(run, self._daemon.config.bench)
 
     def _expected(self) -> dict[str, AxisNow]:
         """The axes as they will be when the runs before have ended."""
         axes = self.axes.axes()
-        for name, entry in self._entries.items():
-            if not self.progress[name].is_over:
-                for device, position_deg in entry.ends_deg.items():
-                    axes[device] = replace(axes[device], position_deg=position_deg, why_not=None)
+        for entry in self._entries.values():
+            for device, position_deg in entry.ends_deg.items():
+                axes[device] = replace(axes[device], position_deg=position_deg, why_not=None)
         return axes
 
-    def _by_name(self, entry: Entry, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
+    @staticmethod
+    def _by_name(names: Mapping[str, str], axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
         """As the run names them; those it names wrongly are looked for among all."""
-        return dict(axes) | {name: axes[device] for name, device in entry.names.items() if device in axes}
+        return dict(axes) | {name: axes[device] for name, device in names.items() if device in axes}
 
-    def _checked(self, entry: Entry, axes: Mapping[str, AxisNow]) -> dict[str, Any]:
-        return {
-            "run": entry.run.run,
-            "steps": plan_run(entry.run, entry.document, self._by_name(entry, axes)).steps,
-        }
+    async def _planned(
+        self,
+        source: Source,
+        text: str,
+        file: str,
+        axes: Callable[[], Mapping[str, AxisNow]],
+        together: Together | None = None,
+    ) -> Plan:
+        """Read and planned from where the axes are, in a thread if that takes long."""
+        run, document = await off_loop(text, self._parsed, text, file)
+        if other_benches(run, self._daemon.config.bench):
+            together = together or Together(self._daemon, source, run)
+            others = await together.look(document)
+        else:
+            others = {}
+        now = self._by_name(self._names(run), axes()) | others
+        return await off_loop(text, plan_run, run, document, now)
 
-    async def _check_together(self, entry: Entry) -> dict[str, Any]:
-        others = await Together(self._daemon, entry.source, entry.run, entry.document).look()
-        return self._checked(entry, self._expected() | others)
+    async def _submit_later(self, source: Source, text: str, file: str) -> Progress:
+        plan = await self._planned(source, text, file, self._expected)
+        self._refuse(source, text)  # others were submitted meanwhile
+        if known := self._known(plan.run.run):
+            return known
+        is_shared = bool(other_benches(plan.run, self._daemon.config.bench))
+        return self._accept(source, text, file, plan, is_shared)
 
-    async def _submit_together(self, entry: Entry) -> Progress:
-        others = await Together(self._daemon, entry.source, entry.run, entry.document).look()
-        if entry.run.run in self.progress:  # submitted again meanwhile
-            return self.progress[entry.run.run]
-        return self._accept(entry, self._expected() | others)
-
-    def _accept(self, entry: Entry, axes: Mapping[str, AxisNow]) -> Progress:
-        plan = plan_run(entry.run, entry.document, self._by_name(entry, axes))
-        name = entry.run.run
-        entry.ends_deg = {device: plan.ends_deg[axis] for axis, device in entry.names.items()}
-        self._entries[name] = entry
+    def _accept(self, source: Source, text: str, file: str, plan: Plan, is_shared: bool) -> Progress:
+        name, names = plan.run.run, self._names(plan.run)
+        ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
+        self._entries[name] = Entry(name, text, file, source, names, ends_deg, is_shared)
         self.progress[name] = progress = Progress(name, steps=plan.steps)
-        self._forget()
         self.start_what_can()
         return self.progress.get(name, progress)
 
@@ -239,59 +264,78 @@ class Runs:
         """Those whose axes have become free."""
         taken: set[str] = set()
         for name, entry in list(self._entries.items()):
-            if self.progress[name].is_over:
-                continue
-            if entry.task is None and not taken & entry.devices:
+            if name in self._entries and entry.task is None and not taken & entry.devices:
                 self._start(entry)
-            if not self.progress[name].is_over:
+            if name in self._entries:
                 taken |= entry.devices
 
     def _start(self, entry: Entry) -> None:
-        bench = self._daemon.config.bench
-        if other_benches(entry.run, bench):
-            entry.task = asyncio.get_running_loop().create_task(self._lead(entry))
+        if entry.is_shared or len(entry.text) > SHORT:
+            begin = self._lead(entry) if entry.is_shared else self._begin(entry)
+            entry.task = asyncio.get_running_loop().create_task(begin)
             return
         try:
-            plan = plan_run(entry.run, entry.document, self._by_name(entry, self.axes.axes()))
+            run, document = parse_run(entry.text, entry.file)
+            plan = plan_run(run, document, self._by_name(entry.names, self.axes.axes()))
         except ConfigError as error:
-            self.end(self.progress[entry.run.run], "failed", f"it cannot be done any more: {error}")
+            self._end(entry, "failed", f"it cannot be done any more: {error}")
             return
+        self._enter(entry, self._execution(entry, plan), _nothing)
+
+    def _execution(self, entry: Entry, plan: Plan) -> Execution:
         named = Named(self.axes, entry.names)
-        is_real = any(plan.axes[axis].is_real for axis in entry.run.axes)
+        is_real = any(plan.axes[axis].is_real for axis in plan.run.axes)
         lead_wall_ns = real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS
-        self._enter(
-            entry,
-            Execution(plan, named, Soon(named, round(lead_wall_ns * self._daemon.config.speed))),
-            _nothing,
-        )
+        return Execution(plan, named, Soon(named, round(lead_wall_ns * self._daemon.config.speed)))
+
+    async def _begin(self, entry: Entry) -> None:
+        """A long one of this bench alone."""
+        try:
+            plan = await self._planned(entry.source, entry.text, entry.file, self.axes.axes)
+            self._refuse_moved(entry, plan)
+        except (ConfigError, VerbRefused) as error:
+            self._end(entry, "failed", f"it cannot be done any more: {error}")
+            return
+        self._enter(entry, self._execution(entry, plan), _nothing)
+
+    def _refuse_moved(self, entry: Entry, plan: Plan) -> None:
+        """Axes have to be where they were when the plan was made."""
+        axes = self.axes.axes()
+        for name, device in entry.names.items():
+            if why := axes[device].why_not:
+                raise VerbRefused("not_now", f"{name}: {why}")
+            if axes[device].position_deg != plan.axes[name].position_deg:
+                raise VerbRefused("not_now", f"{name} was moved while the run was planned")
 
     async def _lead(self, entry: Entry) -> None:
         """A run that spans benches, of which this is the one that leads."""
-        progress = self.progress[entry.run.run]
-        together = Together(self._daemon, entry.source, entry.run, entry.document)
+        together: Together | None = None
         try:
-            others = await together.look()
-            plan = plan_run(entry.run, entry.document, self._by_name(entry, self.axes.axes()) | others)
+            run, _ = await off_loop(entry.text, parse_run, entry.text, entry.file)
+            together = Together(self._daemon, entry.source, run)
+            plan = await self._planned(entry.source, entry.text, entry.file, self.axes.axes, together)
+            self._refuse_moved(entry, plan)
             await together.join(entry.text, plan)
         except (ConfigError, VerbRefused, BenchGone) as error:
-            await together.release()
-            self.end(progress, "failed", f"it did not begin: {error}")
-            self.start_what_can()
+            if together:
+                await together.release()
+            self._end(entry, "failed", f"it did not begin: {error}")
             return
         except asyncio.CancelledError:
-            releasing = asyncio.get_running_loop().create_task(together.release())
-            self._releasing.add(releasing)
-            releasing.add_done_callback(self._releasing.discard)
+            if together:
+                releasing = asyncio.get_running_loop().create_task(together.release())
+                self._releasing.add(releasing)
+                releasing.add_done_callback(self._releasing.discard)
             raise
         entry.execution = Execution(plan, Named(self.axes, entry.names), together.baton, set(entry.names))
-        together.begin(entry.execution, progress)
+        together.begin(entry.execution, self.progress[entry.name])
         await self._carry_out(entry, entry.execution, together.each, together)
 
     async def _carry_out(
         self, entry: Entry, execution: Execution, each: Callable[[], None], together: Together | None = None
     ) -> None:
         bench, speed, loop = self._daemon.bench, self._daemon.config.speed, asyncio.get_running_loop()
-        progress = self.progress[entry.run.run]
+        progress = self.progress[entry.name]
         told, told_s = ("", -1), loop.time()
         try:
             for until_ns in execution.run():
@@ -304,20 +348,13 @@ class Runs:
             if together:
                 await together.finish()
         except Exception:  # ours: this run has failed and says so, all else goes on
-            log.exception("run %s", entry.run.run)
+            log.exception("run %s", entry.name)
             progress.state, progress.why = "failed", "an error of hil; its log has more"
         finally:
             if together:
                 together.leave()
-            entry.execution = None
             self._daemon.lines.flush()
-            self.tell(progress)
-        self.start_what_can()
-
-    def _forget(self) -> None:
-        ended = [name for name, progress in self.progress.items() if progress.is_over]
-        for name in ended[: max(len(ended) - KEPT, 0)]:
-            del self.progress[name], self._entries[name]
+            self._over(entry)
 
 
 def _nothing() -> None:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from hil.config.document import Document, Finding
 from hil.daemon.joined import device_names, other_benches
-from hil.daemon.parts import LOST_S, Given
+from hil.daemon.parts import LOST_S, Given, stood_still
 from hil.runs import AxisNow, ClockOffset, Execution, Plan, Progress, RunDocument
-from hil.runs.execute import AxisReport, BenchReport
+from hil.runs.execute import AxisReport, BenchReport, How
 from hil.vocab.benches import BenchDoor, BenchGone
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import VerbRefused
@@ -27,10 +27,13 @@ log = logging.getLogger("hil")
 
 LOOKS = 8
 """Questions in a row that compare two clocks at the beginning."""
-LEAD_WALL_NS = 250_000_000
-"""Between the telling of a start and the start: many times the way to another host and back."""
+LEAD_WALL_NS = 500_000_000
+"""Between the telling of a start and the start. Who has not answered after ``ANSWER_S`` ends the run, and 0.2
+s are left to stop those who have."""
 BEAT_S = 0.1
-ANSWER_S = 0.4
+ANSWER_S = 0.3
+CLOCK_ERROR_NS = 20_000_000
+"""A run does not start on clocks that are known worse: 40 ms there and back."""
 JOIN_S = 5.0
 """A long run is planned meanwhile."""
 POLL_S = 0.01
@@ -67,23 +70,23 @@ def the_door(daemon: "Daemon") -> BenchDoor | None:
 class Together:
     """One run."""
 
-    def __init__(self, daemon: "Daemon", source: Source, run: RunDocument, document: Document) -> None:
+    def __init__(self, daemon: "Daemon", source: Source, run: RunDocument) -> None:
         self._daemon = daemon
         self._source = source
         self._run = run
-        self._document = document
         self._token = secrets.token_hex(8)
         here = daemon.config.bench
         self._members = [_Member(b, device_names(run, here, b)) for b in other_benches(run, here)]
         self._tasks: list[asyncio.Task[None]] = []
-        self._has_told_end = False
+        self._told_end: How | None = None
+        self._looked_s = 0.0
         self._execution: Execution | None = None
         self._progress = Progress(run.run)
         self.baton = Given()
 
     # ---- before it moves ----
 
-    async def look(self) -> dict[str, AxisNow]:
+    async def look(self, document: Document) -> dict[str, AxisNow]:
         """The others' axes, by their names in the run.
 
         Raises:
@@ -103,7 +106,7 @@ class Together:
             else:
                 axes |= found
         if findings:
-            raise self._document.error(findings)
+            raise document.error(findings)
         return axes
 
     async def _look(self, member: _Member) -> dict[str, AxisNow]:
@@ -132,8 +135,12 @@ class Together:
             "digest": plan.digest(),
         }
         for member in self._members:
+            member.joined = True  # it may be, even if it does not say so
             await self._ask(member, given, JOIN_S)
-            member.joined = True
+            if member.clock.error_ns > CLOCK_ERROR_NS:
+                error_ms, most_ms = member.clock.error_ns / 1e6, CLOCK_ERROR_NS / 1e6
+                why = f"the clock of {member.bench} is known to {error_ms:.0f} ms, {most_ms:.0f} are allowed"
+                raise VerbRefused("cannot", f"{why}: the network is too slow")
             self._start(self._beats(member))
 
     # ---- while it moves ----
@@ -141,6 +148,7 @@ class Together:
     def begin(self, execution: Execution, progress: Progress) -> None:
         """``progress`` is that of the whole run; ``execution`` has this bench's part of it."""
         self._execution, self._progress = execution, progress
+        self._looked_s = asyncio.get_running_loop().time()
         self._start(self._conduct())
 
     def each(self) -> None:
@@ -156,9 +164,14 @@ class Together:
             whole.benches[member.bench] = BenchReport(
                 member.state, member.gone or member.progress.get("why"), clock.offset_ns, clock.error_ns
             )
-        if (ended := self._execution.ended) and not self._has_told_end:
-            self._has_told_end = True
-            told = {"do": "stop", "how": ended.how, "why": str(ended), "state": ended.state}
+        now_s = asyncio.get_running_loop().time()
+        if now_s - self._looked_s > LOST_S:
+            self._execution.stop(self._run.on_fault, stood_still(now_s - self._looked_s), "failed")
+        self._looked_s = now_s
+        ended, how = self._execution.ended, self._execution.stopping
+        if ended and how and how != self._told_end:
+            self._told_end = how
+            told = {"do": "stop", "how": how, "why": str(ended), "state": ended.state}
             for member in self._members:
                 if not member.is_over:
                     self._start(self._stop(member, told))
@@ -204,6 +217,11 @@ class Together:
             except (BenchGone, VerbRefused) as error:
                 execution.stop(self._run.on_fault, f"not all could be told when to begin: {error}", "failed")
                 return
+            late_ns = self._daemon.host.times_ns()[1] - start_ns
+            if late_ns >= 0:
+                why = f"the start was {late_ns / 1e6:.0f} ms ago when all had been told"
+                execution.stop(self._run.on_fault, why, "failed")
+                return
             self.baton.starts_ns[phrase] = self._daemon.host.sim_ns(start_ns)
 
     async def _go(self, member: _Member, phrase: int, start_ns: int) -> None:
@@ -211,7 +229,7 @@ class Together:
         member.report = await self._ask(member, {"do": "go", "phrase": phrase, "start_wall_ns": there_ns})
 
     async def _stop(self, member: _Member, told: Mapping[str, Any]) -> None:
-        while not member.is_over:
+        while not member.is_over and told["how"] == self._told_end:
             try:
                 member.report = await self._ask(member, told)
                 return

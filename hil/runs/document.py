@@ -13,6 +13,7 @@ from hil.config.yaml_text import document_from_yaml
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 DOCUMENT_BYTES = 1 << 20
+AXES = 64
 STEPS = 10_000
 """Of a run, repetitions counted."""
 _DAY_S = 86_400.0
@@ -137,7 +138,7 @@ class RunDocument(_Model):
     run: Name = Field(description="Its name; the same name submitted twice is one run.")
     axes: dict[AxisName, AxisRules] = Field(
         min_length=1,
-        max_length=64,
+        max_length=AXES,
         description="The devices that take part; those of another bench as `lathe/m1`.",
     )
     profile: Literal["trapezoid", "s_curve"] = Field(

@@ -19,6 +19,18 @@ BEGINS_NS = 1_000_000
 STAND_NS = 3_600_000_000_000
 """A stepper that still turns so long after its phrase has failed."""
 
+CHECK_NS = 50_000_000
+"""Between two looks whether a servo still does what the run wants of it."""
+SETTLE_NS = 200_000_000
+"""For a shaft to come to rest after its set-point did."""
+SETTLED_DEG = 0.5
+TURNS_RPM = 5.0
+"""A shaft whose set-point is no angle stands if it is slower: above the noise of a measured speed."""
+PULSE_DEG = 0.91
+"""A stepper ends at a whole pulse: half a full step of 1.8 deg off at most, and a little."""
+ANGLES = (ord("x"), ord("h"))
+"""Modes of a servo whose set-point is an angle."""
+
 How = Literal["grace", "prejudice"]
 SERVO_SIGNALS, STEPPER_SIGNALS = ("r", "yw"), ("commanded_deg", "position_deg")
 
@@ -49,8 +61,8 @@ class RunBench(Protocol):
     def give(self, axis: str, given: Input) -> None:
         """An input takes effect. Raises VerbRefused: a verb was not carried out."""
 
-    def field(self, axis: str, name: str) -> float:
-        """NaN: it is not known."""
+    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
+        """All of one time. NaN: it is not known."""
 
     def failure(self, axis: str) -> str | None:
         """Why the board does nothing any more."""
@@ -64,7 +76,8 @@ class RunBench(Protocol):
 @dataclass
 class AxisReport:
     """How an axis did. The errors are between where it should have been and was, over the whole run; None:
-    nobody knows. ``commanded_deg``: where its set-point is at the end, of a real board as it said."""
+    nobody knows. Angles are the board's own, as those of the run. ``commanded_deg``: where its set-point is
+    at the end, of a real board as it said."""
 
     target_deg: float
     commanded_deg: float | None = None
@@ -99,6 +112,8 @@ class Progress:
     started_at_ns: int | None = None
     ended_at_ns: int | None = None
     why: str | None = None
+    submissions: int = 1
+    """How often its name was submitted: it is done once."""
     axes: dict[str, AxisReport] = field(default_factory=dict)
     benches: dict[str, BenchReport] = field(default_factory=dict)
 
@@ -152,6 +167,11 @@ class Execution:
         self._errors: dict[str, _Errors] = {}
         self._steps_before = 0
         self._asked: Ended | None = None
+        self._holds: dict[str, tuple[int, int, float]] = {}
+        """Servos that were given a path: from when to when it goes, and its last set-point."""
+        self._check_from_ns = 0
+        self.stopping: How | None = None
+        """How its axes are being stopped."""
         self.ended: Ended | None = None
         """What ended it before its end; its axes may still be stopping."""
         self.reached = -1
@@ -199,6 +219,7 @@ class Execution:
         for axis, path in phrase.paths.items():
             if axis in self._mine:
                 self._give(axis, Follow(start_ns, path))
+                self._holds[axis] = (start_ns, start_ns + phrase.duration_ns, path[-1].r)
         for event in phrase.events:
             if event.axis in self._mine:
                 at_ns = start_ns + event.at_ns
@@ -212,22 +233,50 @@ class Execution:
             if self._bench.now_ns > give_up_ns:
                 raise Ended("failed", "a stepper does not come to its end", self.plan.run.on_fault)
             yield from self._until(self._bench.now_ns + POLL_NS)
+        self._check_ends(phrase)
         if phrase.wait and phrase.wait.axis in self._mine:
             yield from self._wait(phrase.wait)
 
     def _turning(self, phrase: Phrase) -> bool:
-        return any(
-            self._bench.field(axis, "motion_state") or self._bench.field(axis, "pending")
-            for axis in phrase.steppers
-            if axis in self._mine
-        )
+        steppers = phrase.steppers.intersection(self._mine)
+        return any(any(self._bench.fields(axis, ("motion_state", "pending"))) for axis in steppers)
+
+    def _check_ends(self, phrase: Phrase) -> None:
+        """Whether the axes are where the phrase leads."""
+        for axis in self._holds:
+            self._check(axis)
+        for event in phrase.events:
+            if event.axis in self._mine and event.verb == "move_abs":
+                (commanded_deg,) = self._bench.fields(event.axis, ("commanded_deg",))
+                wanted_deg = float(event.parameters["position_deg"])
+                if abs(commanded_deg - wanted_deg) > PULSE_DEG:
+                    why = f"{event.axis} ended at {commanded_deg:.2f} deg and not at {wanted_deg:.2f}:"
+                    raise self._failed(f"{why} something else moved or reset it")
+
+    def _check(self, axis: str) -> None:
+        """Whether a servo does what it was told, and nobody told it otherwise."""
+        start_ns, end_ns, last_deg = self._holds[axis]
+        names = ("loop_on", "mode", "following", "r")
+        now_ns = self._bench.now_ns
+        loop_on, mode, following, r = self._bench.fields(axis, names)
+        if isnan(loop_on):
+            return
+        if not loop_on:
+            raise self._failed(f"{axis}: its control loop is off; somebody disabled it, or reset the board")
+        is_over = now_ns > end_ns
+        is_other = abs(r - last_deg) > max(0.01, abs(last_deg) * 1e-6) if is_over else not following
+        if mode not in ANGLES or (is_other and now_ns > start_ns + POLL_NS):
+            raise self._failed(f"{axis}: its mode or its set-point was changed by something else")
+
+    def _failed(self, why: str) -> Ended:
+        return Ended("failed", why, self.plan.run.on_fault)
 
     def _wait(self, wait: WaitUntil) -> Generator[int, None, None]:
         give_up_ns = self._bench.now_ns + round(wait.timeout_s * 1e9)
-        while not self._is_met(self._bench.field(wait.axis, wait.field), wait.above, wait.below):
+        while not self._is_met(self._bench.fields(wait.axis, (wait.field,))[0], wait.above, wait.below):
             if self._bench.now_ns >= give_up_ns:
                 why = f"{wait.axis}.{wait.field} was not in its range for {wait.timeout_s:g} s"
-                raise Ended("failed", why, self.plan.run.on_fault)
+                raise self._failed(why)
             yield from self._until(min(self._bench.now_ns + POLL_NS, give_up_ns))
 
     @staticmethod
@@ -261,6 +310,10 @@ class Execution:
                     f"{axis} is {worst_deg:.3g} deg from where it should be, {errors.limit_deg:g} are allowed"
                 )
                 raise Ended("failed", why, on_fault)
+        if (now_ns := self._bench.now_ns) >= self._check_from_ns:
+            self._check_from_ns = now_ns + CHECK_NS
+            for axis in self._holds:
+                self._check(axis)
 
     def _note(self, axis: str, errors: _Errors) -> float:
         """Take new samples in; the greatest error among them."""
@@ -283,15 +336,19 @@ class Execution:
 
     def _stop(self, how: How) -> Generator[int, None, None]:
         """All axes of the run, whatever they do; and until they stand."""
+        self.stopping = how
         self._give_stop(how)
         give_up_ns = self._bench.now_ns + STAND_NS
         while any(self._moves(axis) for axis in self._errors) and self._bench.now_ns < give_up_ns:
-            if how == "grace" and self._asked and self._asked.how == "prejudice":
-                how = "prejudice"
-                self._give_stop(how)
+            if self.stopping == "grace" and self._asked and self._asked.how == "prejudice":
+                self.stopping = "prejudice"
+                self._give_stop("prejudice")
             yield self._bench.now_ns + POLL_NS
             for axis, errors in self._errors.items():
                 self._note(axis, errors)
+        settled_ns = self._bench.now_ns + SETTLE_NS
+        while not all(map(self._is_settled, self._errors)) and self._bench.now_ns < settled_ns:
+            yield self._bench.now_ns + POLL_NS
 
     def _give_stop(self, how: How) -> None:
         for axis in self._errors:
@@ -307,7 +364,18 @@ class Execution:
     def _moves(self, axis: str) -> bool:
         if self._bench.failure(axis):
             return False
-        return bool(self._bench.field(axis, "motion_state" if self._is_stepper(axis) else "following"))
+        if self._is_stepper(axis):
+            return any(self._bench.fields(axis, ("motion_state",)))
+        loop_on, following, mode, rpm = self._bench.fields(
+            axis, ("loop_on", "following", "mode", "velocity_rpm")
+        )
+        return bool(following) or (bool(loop_on) and mode not in ANGLES and abs(rpm) > TURNS_RPM)
+
+    def _is_settled(self, axis: str) -> bool:
+        if self._is_stepper(axis) or self._bench.failure(axis):
+            return True
+        loop_on, mode, r, yw = self._bench.fields(axis, ("loop_on", "mode", "r", "yw"))
+        return not (loop_on and mode in ANGLES and abs(r - yw) > SETTLED_DEG)
 
     def _is_stepper(self, axis: str) -> bool:
         return self.plan.axes[axis].kind == "stepper"
@@ -325,17 +393,14 @@ class Execution:
             self._note(axis, errors)
             errors.rows.close()
             report = self.progress.axes[axis]
-            report.position_deg = self._told(axis, "position_deg")
-            report.commanded_deg = self._told(axis, "commanded_deg" if self._is_stepper(axis) else "r")
+            names = ("position_deg", "commanded_deg") if self._is_stepper(axis) else ("yw", "r")
+            told = [None if isnan(value) else value for value in self._bench.fields(axis, names)]
+            report.position_deg, report.commanded_deg = told
             report.at_end = self._at_end(axis)
-
-    def _told(self, axis: str, name: str) -> float | None:
-        value = self._bench.field(axis, name)
-        return None if isnan(value) else value
 
     def _at_end(self, axis: str) -> str:
         if self._bench.failure(axis):
             return "failed"
-        if not self._is_stepper(axis) and not self._bench.field(axis, "loop_on"):
+        if not self._is_stepper(axis) and not self._bench.fields(axis, ("loop_on",))[0]:
             return "off"
         return "moves" if self._moves(axis) else "stands"

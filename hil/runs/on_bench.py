@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from hil.core.fields import OF_KIND, SERVO
-from hil.runs.execute import Rows, RunBench
+from hil.runs.execute import ANGLES, TURNS_RPM, Rows, RunBench
 from hil.runs.plan import AxisNow
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
@@ -11,9 +11,8 @@ from hil.session.inputs import Do, Follow, Input
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.verbs import VerbRefused
 
-ANGLES = (ord("x"), ord("h"))
-"""Modes of a servo whose set-point is an angle."""
 STEPPER_MOVES = "it moves; stop it first"
+SERVO_MOVES = "it follows a path or turns; let it end, or stop it"
 LOOP_OFF = "its control loop is off; enable it first"
 
 
@@ -39,8 +38,9 @@ class BenchAxes:
         if device.axis.kind != SERVO:
             why = STEPPER_MOVES if state.motion_state or state.pending else device.failed
             return AxisNow("stepper", state.commanded_deg, fields, pins, why)
-        why = device.failed or (None if state.loop_on else LOOP_OFF)
-        is_angle = state.loop_on and state.mode in ANGLES and not state.following
+        is_angle = state.mode in ANGLES
+        moves = state.following or (not is_angle and abs(state.velocity_rpm) > TURNS_RPM)
+        why = device.failed or (LOOP_OFF if not state.loop_on else SERVO_MOVES if moves else None)
         return AxisNow("servo", state.r if is_angle else state.yw, fields, pins, why)
 
     @property
@@ -54,8 +54,9 @@ class BenchAxes:
         if isinstance(given, Do | Follow) and not is_later and isinstance(device.answer, VerbRefused):
             raise device.answer
 
-    def field(self, axis: str, name: str) -> float:
-        return float(getattr(self._bench.snapshot(axis), name))
+    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
+        state = self._bench.snapshot(axis)
+        return [float(getattr(state, name)) for name in names]
 
     def failure(self, axis: str) -> str | None:
         return self._bench.devices[axis].failed
@@ -81,8 +82,8 @@ class Named:
     def give(self, axis: str, given: Input) -> None:
         self._bench.give(self._devices[axis], given)
 
-    def field(self, axis: str, name: str) -> float:
-        return self._bench.field(self._devices[axis], name)
+    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
+        return self._bench.fields(self._devices[axis], names)
 
     def failure(self, axis: str) -> str | None:
         return self._bench.failure(self._devices[axis])

@@ -121,6 +121,8 @@ def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Fi
         elif axes[name].is_real and run.axes[name].following_error_deg is not None:
             why = f"{name} is a real board, whose terminal tells no position while it moves"
             yield Finding((*path, "following_error_deg"), why, "leave it out")
+        if (rules := run.axes[name]).min_deg > rules.max_deg:
+            yield Finding((*path, "min_deg"), "it is more than max_deg", "exchange them")
 
 
 def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
@@ -254,7 +256,7 @@ class _Planner:
                 self._find((*path, "in_s"), "it cannot be done so quickly", f"write {least_s:g} or more")
             else:
                 name = servos[error.axis] if error.axis is not None else ", ".join(servos)
-                self._find((*path, kind), f"{name}: {error}", "see the limits of the axes")
+                self._find((*path, kind), f"{name}: {error.what}", "see the limits of the axes")
             return None
 
     def _turn_steppers(
@@ -317,7 +319,8 @@ class _Planner:
             else:
                 plan = plan_spline_within(rows, limits)
         except PlanError as error:
-            self._find(place, str(error), "see the points and their times")
+            which = names[error.axis] + ": " if error.axis is not None else ""
+            self._find(place, f"{which}{error.what}", "see the points and their times")
             return
         looks = plan.positions_deg(0, max(plan.duration_ns // SPLINE_LOOKS, 1), SPLINE_LOOKS + 1)
         for number, name in enumerate(names):
@@ -393,6 +396,8 @@ class _Planner:
             self._find((*place, "field"), f"{wait.axis} has no {wait.field!r}", suggestion(wait.field, known))
         elif wait.above is None and wait.below is None:
             self._find(place, "neither above nor below is said", "add one of them")
+        elif wait.above is not None and wait.below is not None and wait.above > wait.below:
+            self._find(place, "above is more than below: nothing is in between", "exchange them")
         self.end_phrase(wait)
 
     def _pins(self, path: KeyPath, pins: Mapping[str, int]) -> None:

@@ -135,7 +135,9 @@ class BridgeHost(Protocol):
             VerbRefused: it cannot be done, or not now, or not by this source; with all problems.
         """
 
-    def part_of_run(self, source: Source, name: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    def part_of_run(
+        self, source: Source, name: str, given: Mapping[str, Any]
+    ) -> Coroutine[Any, Any, Mapping[str, Any]]:
         """What another bench, which leads a run, asks of this one's part of it. Raises VerbRefused."""
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from hil.config import ConfigError
 from hil.runs import Execution
 from hil.runs.execute import Progress
 from hil.testing import Bench
@@ -184,4 +185,69 @@ def test_a_loop_that_is_switched_off_on_the_way_is_noticed() -> None:
     made.axis("m1").do("disable")
     to_end(made, driver)
     assert execution.progress.state == "failed"
-    assert execution.progress.why == "m1: the control loop is off; enable it first"
+    assert execution.progress.why == "m1: its control loop is off; somebody disabled it, or reset the board"
+
+
+def taken_over(kind: str, made: Bench) -> None:
+    match kind:
+        case "disabled":
+            made.axis("m1").do("disable")
+        case "reset":
+            made.device("m1").reset()
+        case "another move":
+            made.axis("m1").do("move_rel", angle_deg=5.0)
+        case _:
+            made.port("m1").write(kind.encode())
+
+
+@pytest.mark.parametrize("kind", ["disabled", "reset", "another move", "n", "v", "x", "r90\r", "t"])
+def test_a_servo_that_is_taken_over_on_the_way_fails_the_run(kind: str) -> None:
+    made = bench(servos=2)
+    execution = made.execute(run({"move_by": {"m1": 1440.0, "m2": 720.0}}, axes={"m1": {}, "m2": {}}))
+    driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 90)
+    taken_over(kind, made)
+    to_end(made, driver)
+    progress = execution.progress
+    assert progress.state == "failed"
+    assert (progress.why or "").startswith("m1")
+    made.run(500)
+    for name in ("m1", "m2"):  # the report is true
+        state = made.axis(name).snapshot()
+        if progress.axes[name].at_end == "stands":
+            assert abs(state.velocity_rpm) < 5
+            assert state.yw == pytest.approx(progress.axes[name].position_deg, abs=1.0)
+        else:
+            assert (progress.axes[name].at_end, state.loop_on) == ("off", 0)
+
+
+def test_a_stepper_that_is_reset_on_the_way_fails_the_run() -> None:
+    made = bench(servos=0, steppers=1)
+    execution = made.execute(run({"move_by": {"s1": 720.0}}, axes={"s1": {}}))
+    driver = until(made, execution, lambda: made.axis("s1").snapshot().commanded_deg > 90)
+    made.device("s1").reset()
+    to_end(made, driver)
+    assert execution.progress.state == "failed"
+    assert "something else moved or reset it" in (execution.progress.why or "")
+
+
+def test_a_servo_that_turns_takes_no_part() -> None:
+    made = bench()
+    made.axis("m1").do("velocity", velocity_rpm=100.0)
+    made.run(500)
+    with pytest.raises(ConfigError, match="it follows a path or turns"):
+        made.execute(run({"move": {"m1": 0.0}}, axes={"m1": {}}))
+
+
+def test_grace_becomes_prejudice_when_it_is_asked_for() -> None:
+    made = bench()
+    slow = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 20.0}
+    execution = made.execute(run({"move": {"m1": 3600.0}}, axes={"m1": slow}))
+    driver = until(made, execution, lambda: made.axis("m1").snapshot().r > 400)
+    execution.stop("grace")
+    made.run_until(next(driver) / 1e6)
+    began_ns = made.now_ns
+    assert execution.stopping == "grace"
+    execution.stop("prejudice")
+    to_end(made, driver)
+    assert execution.stopping == "prejudice"
+    assert made.now_ns - began_ns < 400e6
