@@ -106,7 +106,7 @@ def test_realtime_that_seccomp_refuses(place: Place) -> None:
 def test_little_memlock(open_place: Place) -> None:
     how = as_stranger(limited(resource.RLIMIT_MEMLOCK, 65536))
     finding = doctor(open_place, **how)["locked memory"]
-    assert (finding["verdict"], finding["remedy"][:17]) == ("problem", "LimitMEMLOCK=256M")
+    assert (finding["verdict"], finding["remedy"][:16]) == ("problem", "LimitMEMLOCK=45M")
     assert finding["remedy"] in remedy_of(status(open_place, **how), "no locked memory")
 
 

@@ -74,7 +74,7 @@ def test_no_memlock(open_place: Place, limit: int, name: str) -> None:
     memory = findings["locked memory"]
     assert memory["verdict"] == "problem"
     assert memory["found"] == f"tried, refused ({name}): RLIMIT_MEMLOCK is {limit >> 10} kB"
-    assert memory["remedy"].startswith("LimitMEMLOCK=256M")
+    assert memory["remedy"].startswith("LimitMEMLOCK=45M")
 
 
 @needs_stranger

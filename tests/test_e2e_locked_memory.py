@@ -12,7 +12,7 @@ TABLE_KiB = 64
 
 
 @pytest.mark.parametrize("profile", ["mechaduino", "sac"])
-@pytest.mark.parametrize("axes", [1, 32, 252])
+@pytest.mark.parametrize("axes", [1, 32, 252, 450])
 def test_locked_memory_is_bounded(place: Place, axes: int, profile: str) -> None:
     device = {"profile": profile, "port": "tcp", "flash": {}}
     server = place.serve(config(speed=1, devices={f"m{i}": device for i in range(axes)}))

@@ -122,7 +122,7 @@ def test_without_locked_memory_it_says_so(place: Place) -> None:
     stranger(place)
     server = place.serve(config(), prefix=limited(rtprio=0, memlock=0))
     assert "rt: degraded (no real-time priority and no locked memory): " in server.output
-    assert "RLIMIT_MEMLOCK is 0 kB: LimitMEMLOCK=256M, or `memlock 262144` for you in /etc/" in server.output
+    assert "RLIMIT_MEMLOCK is 0 kB: LimitMEMLOCK=45M, or `memlock 46080` for you in /etc/" in server.output
     server.stop()
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hil.daemon.system import CAP_IPC_LOCK, CAP_SYS_NICE, UNLIMITED, Limit, System
 
-MEMLOCK_MB = 256
+MEMLOCK_MB = 45
 """What the remedies grant: the code, the stack and hundreds of axes, with room."""
 BUDGET_US = 500_000
 """Of the usual period of a second: the core uses a few percent of a CPU, and more to catch up."""

@@ -16,8 +16,8 @@ PARAMETERS = {
     "load_torque_Nm": 0.0,
     "rotor_teeth": 50,
 }
-SLOT_KiB = (112, 124)
-"""An axis with its table of 64 KiB and a group with its ring of 48 KiB, and pages that they share."""
+SLOT_KiB = (86, 100)
+"""An axis with its table of 64 KiB and a group with its ring of 24 KiB, and pages that they share."""
 
 
 def locked_KiB() -> int:

@@ -7,7 +7,7 @@
 
 #include "../hil_core.h"
 
-#define RING_LEN 2048 /* of 24 bytes; j posts 650 events in half a second */
+#define RING_LEN 1024 /* of 24 bytes, locked for each axis; half full, the group waits: j posts 650 events in half a second */
 
 typedef struct event_ring {
     _Atomic uint32_t head, tail; /* head: next to write, tail: next to read; both run on and wrap at 2^32 */
