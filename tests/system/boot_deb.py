@@ -1,5 +1,5 @@
-"""The Debian package in a booted Debian: installed without a network, started with a configuration, restarted by
-an upgrade, stopped by a removal."""
+"""The Debian package in a booted Debian: installed without a network, started with a configuration, restarted
+by an upgrade, stopped by a removal."""
 
 import os
 import shutil
