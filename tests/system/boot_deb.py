@@ -33,7 +33,8 @@ def machine() -> Iterator[Container]:
             tree = Path(folder) / "tree"
             run("cp", "-a", "--reflink=auto", bare, tree)
             shutil.copy(built, tree / "hil.deb")
-            subprocess.run(["chroot", tree, "useradd", "--create-home", "tester"], check=True)
+            for user in ("tester", "stranger"):
+                subprocess.run(["chroot", tree, "useradd", "--create-home", user], check=True)
             with Container(tree) as container:
                 yield container
     except CannotError as error:
@@ -60,7 +61,7 @@ def test_with_a_configuration_it_serves_users_of_dialout(machine: Container) -> 
     until(lambda: b"menu" in asked(machine), "the board's boot", every_s=0.5)
     assert "m1" in machine.run("hil", "list")
     assert "Permission denied" in machine.run(
-        "/usr/lib/hil/bin/python3", "-c", ASK, user="nobody", check=False
+        "/usr/lib/hil/bin/python3", "-c", ASK, user="stranger", check=False
     )
 
 

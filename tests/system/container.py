@@ -70,7 +70,15 @@ class Container:
         """The command line that runs it in the container."""
         enter = ["nsenter", "-t", str(self.leader), "-m", "-u", "-i", "-n", "-p", "-C"]
         other = [] if user == "root" else ["setpriv", "--reuid", user, "--regid", user, "--init-groups"]
-        return [*enter, "env", "-i", "PATH=/usr/local/bin:/usr/bin:/bin", "LC_ALL=C.UTF-8", *other, *words]
+        return [
+            *enter,
+            "env",
+            "-i",
+            "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
+            "LC_ALL=C.UTF-8",
+            *other,
+            *words,
+        ]
 
     def run(self, *words: str, user: str = "root", check: bool = True, timeout_s: float = 60) -> str:
         """What it printed."""
