@@ -76,6 +76,7 @@ class Runs:
         self.axes = AllAxes(BenchAxes(daemon.bench, daemon.watches.sampler), self.real)
         self.parts = Parts(daemon, self)
         self._entries: dict[str, Entry] = {}
+        self._is_closed = False
         self._releasing: set[asyncio.Task[None]] = set()
         self.progress: dict[str, Progress] = {}
         """Of all runs that are remembered, by name, in the order of their submission."""
@@ -135,6 +136,7 @@ class Runs:
 
     async def close(self) -> None:
         """The bench ends, and with it what moves."""
+        self._is_closed = True
         tasks = [entry.task for entry in self._entries.values() if entry.task]
         for task in tasks:
             task.cancel()
@@ -262,6 +264,8 @@ class Runs:
 
     def start_what_can(self) -> None:
         """Those whose axes have become free."""
+        if self._is_closed:
+            return
         taken: set[str] = set()
         for name, entry in list(self._entries.items()):
             if name in self._entries and entry.task is None and not taken & entry.devices:
