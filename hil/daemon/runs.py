@@ -276,7 +276,7 @@ class Runs:
     def _start(self, entry: Entry) -> None:
         if entry.is_shared or len(entry.text) > SHORT:
             begin = self._lead(entry) if entry.is_shared else self._begin(entry)
-            entry.task = asyncio.get_running_loop().create_task(begin)
+            entry.task = asyncio.get_running_loop().create_task(self._guarded(entry, begin))
             return
         try:
             run, document = parse_run(entry.text, entry.file)
@@ -301,6 +301,14 @@ class Runs:
             self._end(entry, "failed", f"it cannot be done any more: {error}")
             return
         self._enter(entry, self._execution(entry, plan), _nothing)
+
+    async def _guarded(self, entry: Entry, begin: Coroutine[Any, Any, None]) -> None:
+        try:
+            await begin
+        except Exception:  # ours, before it moved: as in _carry_out
+            log.exception("run %s", entry.name)
+            if entry.name in self._entries:
+                self._end(entry, "failed", "an error of hil; its log has more")
 
     def _refuse_moved(self, entry: Entry, plan: Plan) -> None:
         """Axes have to be where they were when the plan was made."""
