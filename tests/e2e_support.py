@@ -167,7 +167,7 @@ class Server:
 
     def __init__(self, place: "Place", command: Sequence[str], bench: str, **popen: Any) -> None:
         self.control = place.runtime / bench / "control.sock"
-        # Appending: reading moves the place where the process would write.
+        # Appending: a position of its own is none of the process's business.
         self._out = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - closed with the server
         streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._out}
         # The suite itself may run under nohup, which children inherit; a shell's daemon does not.
@@ -183,8 +183,8 @@ class Server:
 
     @property
     def output(self) -> str:
-        self._out.seek(0)
-        return self._out.read().decode()
+        # Not by seek and read: the process has the same file position, and a write in between moves it.
+        return os.pread(self._out.fileno(), 1 << 24, 0).decode()
 
     def started(self, timeout_s: float = PATIENCE_S) -> "Server":
         """Wait until it says how to reach its ports."""
