@@ -85,11 +85,11 @@ class Tree:
         return {path for path in paths if not path.startswith(own) and path not in ("proc", "dev", "tmp")}
 
     def install(self, package: Path) -> str:
-        shutil.copy(package, self.folder / "root" / "hil.deb")
+        shutil.copy(package, self.folder / "opt" / "hil.deb")
         try:
-            return self.run("dpkg", "--force-confold", "-i", "/root/hil.deb")
+            return self.run("dpkg", "--force-confold", "-i", "/opt/hil.deb")
         finally:
-            (self.folder / "root" / "hil.deb").unlink()
+            (self.folder / "opt" / "hil.deb").unlink()
 
 
 @pytest.fixture(scope="module")
