@@ -260,7 +260,8 @@ def test_cancelled_at_either_end(site: Site, how: str) -> None:
     mill, lathe = site.two()
     for name, server in (("a", mill), ("b", lathe)):
         submit(mill, run(name, FAR))
-        until(lambda n=name: state_of(lathe, n) == "running", "its beginning")
+        for bench in (mill, lathe):  # the one that joins holds its axes before the one that leads begins
+            until(lambda n=name, bench=bench: state_of(bench, n) == "running", "its beginning")
         server.ask("cancel_run", name=name, how=how)
         for bench in (mill, lathe):
             progress = ended(bench, name)
@@ -395,6 +396,7 @@ def test_prejudice_after_grace_reaches_the_other_bench(site: Site) -> None:
     on_the_way(lathe)
     mill.ask("cancel_run", name="r", how="grace")
     until(lambda: mill.ask("runs", name="r")[0]["why"], "the stop's beginning")
+    assert state_of(mill, "r") == "running"  # it stops, with grace
     mill.ask("cancel_run", name="r", how="prejudice")
     began_s = time.monotonic()
     ended(mill, "r")

@@ -156,6 +156,7 @@ class Together:
         assert self._execution is not None
         own, whole = self._execution.progress, self._progress
         whole.state, whole.step, whole.started_at_ns = "running", own.step, own.started_at_ns
+        whole.why = own.why
         whole.axes |= own.axes
         for member in self._members:
             self._notice(member)
