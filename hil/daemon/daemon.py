@@ -316,6 +316,7 @@ class Daemon:
             raise StartError(why)
         gc.collect()
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
+        gc.enable()
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
         try:

@@ -1,14 +1,15 @@
 """Any text is either a bench or a list of problems; any slip of one key is found where it stands."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from hil.config import Catalogue, ConfigError, Problem, from_dict, parse, profile_from_yaml
+from hil.config import Catalogue, ConfigError, Problem, from_dict, parse, profile_from_yaml, yaml_text
 
 PROFILE = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
 
@@ -199,3 +200,45 @@ def test_any_mapping_gives_a_bench_or_problems(top: dict[str, object], keys: dic
         found = dict_problems(data)
         assert found is None or found
         assert all(str(problem).isprintable() for problem in found or [])
+
+
+def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
+    """What was read and where, or what is wrong."""
+
+    def flat(node: Any) -> object:
+        if node is None:
+            return None
+        mark = node.start_mark
+        match node.value:
+            case str(value):
+                return node.tag, value, mark.line, mark.column
+            case [tuple(), *_]:
+                return (
+                    node.tag,
+                    [(flat(key), flat(value)) for key, value in node.value],
+                    mark.line,
+                    mark.column,
+                )
+            case _:
+                return node.tag, [flat(item) for item in node.value], mark.line, mark.column
+
+    try:
+        return flat(compose(text, "f"))
+    except ConfigError as error:
+        return str(error)
+
+
+PIECES = [*"ab:-#[]{},'\"\\ \t!?|>*%@1.~\n\ufeff", "a: ", "- ", "\n  ", "\n- ", "\nb: 1", "--- ", "# c\n"]
+
+
+@settings(max_examples=2000)
+@given(st.lists(st.sampled_from([*PIECES, "\n", "&a ", "*a"]), max_size=14).map("".join))
+def test_the_fast_parser_reads_what_the_other_reads(text: str) -> None:
+    assert nodes(text, yaml_text._compose) == nodes(text, yaml_text._compose_slowly)
+
+
+@settings(max_examples=300)
+@given(st.integers(0, len(VALID)), st.sampled_from(["", *PIECES]), st.integers(0, 2))
+def test_one_slip_is_read_alike_by_both_parsers(place: int, piece: str, gone: int) -> None:
+    text = VALID[:place] + piece + VALID[place + gone :]
+    assert nodes(text, yaml_text._compose) == nodes(text, yaml_text._compose_slowly)
