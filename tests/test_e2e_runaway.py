@@ -88,7 +88,7 @@ WAYS = {
     "w": "its steps took 200 ms of CPU time and did not come as far in simulated time",
     "a": "one step took more than 200 ms",
     "r": "one step took more than 200 ms",
-    "z": "one step has waited for more than 1000 ms",
+    "z": "one step has waited for more than 200 ms",
 }
 LIMIT_CPU_S = 0.3
 
@@ -117,8 +117,11 @@ def test_a_runaway_is_stopped_and_the_others_go_on(place: Place, way: str) -> No
         assert server.status("m2")["failed"] is None
         remedies = {each["about"]: each["remedy"] for each in server.ask("status")["health"]["problems"]}
         assert remedies["m1"] == "`hil reset m1` restarts it"
-        (_, began_s), (_, ended_s) = times(place, "began"), times(place, "ended")
-        assert ended_s - began_s < LIMIT_CPU_S
+        wall_s, used_s = (
+            end - begin for begin, end in zip(times(place, "began"), times(place, "ended"), strict=True)
+        )
+        print(f"{way}: stopped after {wall_s * 1e3:.0f} ms, {used_s * 1e3:.0f} ms of CPU time")
+        assert used_s < LIMIT_CPU_S
         client.quiet(0.2)
         place.cli("reset", "m1")
         client.read_until(b"up\r\n")

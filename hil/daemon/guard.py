@@ -12,6 +12,7 @@ import os
 import resource
 import signal
 from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
@@ -27,9 +28,13 @@ table, takes 20 ms."""
 PARTS = 4
 BREADCRUMB = "hung"
 """In the bench's state directory; no device's file has this name."""
-WAIT_LIMIT_NS = 1_000_000_000
-"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell: one that does
-not get a CPU, or is stopped, is not suspected."""
+WAIT_LIMIT_NS = 200_000_000
+"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell, and used next
+to none: one that does not get a CPU, or is stopped, is not suspected."""
+WAIT_CPU_SHARE = 0.05
+"""A healthy step that shares the interpreter with other threads uses more, up to a load of 20."""
+LONG_WAITS = 5
+"""So many limits may a step wait that does not hear each bell: another thread may keep the interpreter."""
 FEW_STEPS = 10
 """Fewer in a part of the limit are not short: a client has asked for much."""
 PATIENCE = 10
@@ -40,6 +45,15 @@ look-up table at one instant take 2."""
 class FirmwareHung(BaseException):
     """A firmware used more time than it may. No ``Exception``: a firmware that goes on after whatever happens
     to it must not go on after this."""
+
+
+@dataclass
+class _Waiting:
+    """A step, since its first bell of the wall's time."""
+
+    heard: int
+    waits: int
+    cpu_s: float
 
 
 class StepGuard(AbstractContextManager[None]):
@@ -57,7 +71,7 @@ class StepGuard(AbstractContextManager[None]):
         self._inside = False
         self._steps = 0
         self._bells = 0
-        self._waits = 0
+        self._waiting = _Waiting(0, 0, 0.0)
         self._suspect: Device | None = None
         self._suspected_at_ns = 0
         self._streak = 0.0
@@ -105,13 +119,29 @@ class StepGuard(AbstractContextManager[None]):
             cpu, wall = self._watchdog.bells_in_work()
             if cpu > PARTS:  # the first came before a whole part of the step
                 raise FirmwareHung(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
-            waits = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-            if wall <= 1:
-                self._waits = waits
-            elif wall > PARTS and waits - self._waits >= PARTS - 1:
-                raise FirmwareHung(f"one step has waited for more than {WAIT_LIMIT_NS // 1_000_000} ms")
+            if wall:
+                self._look_at_wait(wall)
         if is_cpu:
             self._look_at_progress()
+
+    def _look_at_wait(self, bells: int) -> None:
+        """At the bells of the wall's time in a step."""
+        usage = resource.getrusage(resource.RUSAGE_THREAD)
+        cpu_s = usage.ru_utime + usage.ru_stime
+        if bells == 1:
+            self._waiting = _Waiting(1, usage.ru_nvcsw, cpu_s)
+            return
+        waiting = self._waiting
+        waiting.heard += 1
+        waits, used_s = usage.ru_nvcsw - waiting.waits, cpu_s - waiting.cpu_s
+        is_asleep = (
+            waiting.heard == bells
+            and waits >= bells - 1
+            and used_s < WAIT_CPU_SHARE * (bells - 1) * WAIT_LIMIT_NS / PARTS / 1e9
+        )
+        if bells > PARTS * (1 if is_asleep else LONG_WAITS) and waits >= PARTS - 1:
+            ms = WAIT_LIMIT_NS * (1 if is_asleep else LONG_WAITS) // 1_000_000
+            raise FirmwareHung(f"one step has waited for more than {ms} ms")
 
     def _look_at_progress(self) -> None:
         """At a bell of CPU time: has the device that steps come as far in simulated time since the last?"""

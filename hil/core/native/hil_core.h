@@ -245,10 +245,11 @@ int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached t
 
 /* A watchdog for the calling thread and the pieces of work that it does: a signal in it each time it has
    burnt `cpu_ns` of CPU time, and during work each time `wall_ns` have gone by. Its handler only calls
-   `interrupt(signal_number)`. Work that goes on after HIL_WATCHDOG_SAY times either span is reported, async
-   signal safe, on stderr and into `file` (the work's name); after HIL_WATCHDOG_END times cpu_ns the process
-   ends with HIL_WATCHDOG_EXIT. NULL: no memory or no timer. */
-enum { HIL_WATCHDOG_SAY = 10, HIL_WATCHDOG_END = 20, HIL_WATCHDOG_EXIT = 70 };
+   `interrupt(signal_number)`. Work that goes on after HIL_WATCHDOG_SAY times cpu_ns, or
+   HIL_WATCHDOG_SAY_WALL times wall_ns, is reported, async signal safe, on stderr and into `file` (the work's
+   name); after HIL_WATCHDOG_END times cpu_ns the process ends with HIL_WATCHDOG_EXIT. NULL: no memory or no
+   timer. */
+enum { HIL_WATCHDOG_SAY = 10, HIL_WATCHDOG_SAY_WALL = 50, HIL_WATCHDOG_END = 20, HIL_WATCHDOG_EXIT = 70 };
 typedef struct hil_watchdog hil_watchdog;
 hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const char *file);
 void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns); /* 0, 0 disarms */

@@ -64,7 +64,8 @@ static void ring(int signal_number, siginfo_t *info, void *context)
     else if (!work) return; /* an idle thread is left in peace */
     if (work) {
         int n = atomic_fetch_add(&b->in_work, 1) + 1;
-        if (n == HIL_WATCHDOG_SAY && !atomic_load(&w->reported)) report(w, work);
+        int say_at = b == &w->bells[CPU] ? HIL_WATCHDOG_SAY : HIL_WATCHDOG_SAY_WALL;
+        if (n == say_at && !atomic_load(&w->reported)) report(w, work);
         if (n == HIL_WATCHDOG_END && b == &w->bells[CPU]) { /* a starved thread is late, too, and not to blame */
             say(STDERR_FILENO, "CRITICAL the bench ends\n");
             _exit(HIL_WATCHDOG_EXIT);
