@@ -6,10 +6,13 @@ import shutil
 import socket
 import subprocess
 import tty
+from pathlib import Path
 from typing import Any
 
 import pytest
+import serial
 from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, until
+from service_manager import Manager
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
 
@@ -194,3 +197,36 @@ def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> No
 def free_port() -> int:
     with socket.create_server(("127.0.0.1", 0)) as server:
         return int(server.getsockname()[1])
+
+
+def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:
+    """What is wrong with a real board there, and the remedy."""
+    server = place.serve(real_config(r1={"profile": "sac", "at": at}), bench="r", **launch)
+    (problem,) = [each for each in server.ask("status")["health"]["problems"] if each["about"] == "r1"]
+    server.stop()
+    return problem["what"].removeprefix(f"{at}: "), problem["remedy"].removesuffix(
+        "; it is tried again each second"
+    )
+
+
+def test_why_a_board_is_away_and_what_brings_it_back(place: Place) -> None:
+    assert away(place, "/dev/ttyUSB97") == ("No such file or directory", "plug it in")
+    said, remedy = away(place, "/dev/null")
+    assert "Inappropriate ioctl" in said
+    assert remedy == "this is no serial port: correct `at:`"
+    said, remedy = away(place, "socket://127.0.0.1:1")
+    assert "Connection refused" in said
+    assert remedy == "start what listens there"
+    main, terminal = os.openpty()
+    with serial.Serial(os.ttyname(terminal), exclusive=True):
+        assert away(place, os.ttyname(terminal))[1] == "end the program that has it open"
+    os.close(main)
+    os.close(terminal)
+
+
+def test_a_service_that_is_closed_to_adapters_says_what_opens_it(place: Place, tmp_path: Path) -> None:
+    manager = Manager(tmp_path)
+    said, remedy = away(place, "/dev/ttyUSB97", env=manager.env)
+    manager.close()
+    assert said == "No such file or directory"
+    assert "adapters.conf" in remedy

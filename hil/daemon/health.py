@@ -1,6 +1,8 @@
 """Is the bench well, and if not, what is wrong and what is to be done: the one answer of ``hil status``,
 bridges and metrics."""
 
+import errno
+import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -27,6 +29,20 @@ KINDS = {
     "segment": "stations of a segment share an address",
 }
 """Of what can be wrong, and what each means."""
+
+
+_CLOSED_TO_SERVICES = {os.strerror(number) for number in (errno.ENOENT, errno.EACCES, errno.EPERM)}
+"""What a device is in the unit's sandbox: PrivateDevices=, DevicePolicy=closed."""
+_BACK = {
+    os.strerror(errno.EACCES): "add the user who runs hil to the group that the device belongs to",
+    os.strerror(errno.EPERM): "let the container or service that hil runs in have this device",
+    os.strerror(errno.ECONNREFUSED): "start what listens there",
+    os.strerror(errno.ENOTTY): "this is no serial port: correct `at:`",
+    os.strerror(errno.EISDIR): "this is no serial port: correct `at:`",
+    os.strerror(errno.EBUSY): "end the program that has it open",
+    os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
+}
+"""By what the system says, which pyserial puts into longer sentences."""
 
 
 @dataclass(frozen=True)
@@ -88,12 +104,21 @@ def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
         if session.port_failure:
             yield Problem("port", name, session.port_failure, "restart the bench")
     for name, real in daemon.real.items():
-        if not real.board.stats().clients:
-            why = real.failures.get("client", "it is away")
-            what = f"{real.board.address}: {why}"
-            yield Problem("port", name, what, "plug it in; it is tried again each second")
+        if away := real.board.stats().away:
+            what = f"{real.board.address}: {real.failures.get('client', away)}"
+            back = _back(away, daemon.service.is_watched)
+            yield Problem("port", name, what, f"{back}; it is tried again each second")
         if failure := real.failures.get("board"):
             yield Problem("port", name, failure, "restart the bench")
+
+
+def _back(why: str, is_service: bool) -> str:
+    """What brings a real board back, whose port could not be opened."""
+    if is_service and why in _CLOSED_TO_SERVICES:
+        return (
+            "plug it in, and open adapters to the service: the drop-in adapters.conf, docs/how-to/service.md"
+        )
+    return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")
 
 
 def _of_segments(daemon: "Daemon") -> Iterator[Problem]:

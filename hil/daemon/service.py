@@ -27,6 +27,11 @@ class Service:
         self.trouble = ""
         """What the last reload was refused for, in short."""
 
+    @property
+    def is_watched(self) -> bool:
+        """A service manager started this daemon."""
+        return bool(self._notifier)
+
     def start(self) -> None:
         """Everything serves."""
         if not self._notifier:

@@ -65,6 +65,8 @@ class PortStats:
     """Bytes of the device that were dropped because nobody had the port open."""
     turned_away: int = 0
     """Clients that found no place, and times that none could be made."""
+    away: str | None = None
+    """Of a port that is a client itself: why nobody is there, in the system's words."""
 
 
 class PortHost(Protocol):

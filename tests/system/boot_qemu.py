@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 from container import until
 from debian import HIL_PYTHON, CannotError, need, run, tree_with_hil, tree_with_kernel
+from e2e_support import Place, config
 from guest import Guest, root_image
 from volatile_disk import VolatileDisk
 
@@ -30,6 +31,13 @@ SEED = int(os.environ.get("HIL_SEED", "1"))
 DISK_SIZE = "16M"
 REQUESTS = 12  # a save takes about nine: a cut is at any of them
 PATIENCE_S = 120.0
+SITE = """\
+bench: site
+devices:
+  r1: {profile: sac, at: /dev/ttyUSB0}
+  s1: {profile: sac, port: {kind: tcp, host: 0.0.0.0, port: 7001}}
+"""
+SITE_ADDRESS = "10.9.8.7"
 LAB = "bench: lab\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n  s1: {profile: sac}\n"
 START = (
     "mount -t ext4 /dev/vdb /var/lib/private && chmod 700 /var/lib/private && "
@@ -61,16 +69,23 @@ class Setup:
         self.root = root_image(tree, folder / "root.img")
         blank = folder / "blank.img"
         run("mke2fs", "-q", "-t", "ext4", blank, DISK_SIZE)
+        self.place = Place().__enter__()
+        board = self.place.serve(
+            config(speed=1, devices={"s1": {"profile": "sac", "port": "tcp", "flash": {}}})
+        )
+        host, _, port = board.status("s1")["address"].removeprefix("socket://").rpartition(":")
+        self.board = host, int(port)
         self.disk = VolatileDisk(blank.read_bytes(), folder / "disk.sock", random.Random(SEED))
 
     def boot(self) -> None:
-        self.guest = Guest(self.kernel_tree, self.root, self.disk.path)
+        self.guest = Guest(self.kernel_tree, self.root, self.disk.path, self.board)
         self.guest.run(START, timeout_s=300)
 
     def close(self) -> None:
         if hasattr(self, "guest"):
             self.guest.kill()
         self.disk.close()
+        self.place.__exit__(None, None, None)
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +143,64 @@ def test_the_core_thread_has_no_page_faults(setup: Setup) -> None:
 def test_vcan_is_there(setup: Setup) -> None:
     setup.guest.run("modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 up")
     assert "2301000002000000cafe" in setup.guest.run(f"python3 -c {shlex.quote(FRAME)}")
+
+
+class Site:
+    """A second bench in the guest, with a real adapter and a listener beyond loopback."""
+
+    FOLDER = "/etc/systemd/system/hil@site.service.d"
+
+    def __init__(self, guest: Guest) -> None:
+        self.guest = guest
+
+    def restart(self, *drop_ins: str) -> None:
+        links = "; ".join(
+            f"ln -s /usr/local/share/hil/systemd/{name}.conf {self.FOLDER}" for name in drop_ins
+        )
+        self.guest.run(
+            f"systemctl stop hil@site; rm -rf {self.FOLDER}; mkdir {self.FOLDER}; {links}; "
+            "systemctl daemon-reload && systemctl start hil@site",
+            timeout_s=300,
+        )
+
+    def reached(self, url: str) -> bool:
+        """Whether a SAC answers there, within a minute."""
+        ask = (
+            "import serial, sys, time; end = time.monotonic() + 60; heard = b''\n"
+            f"p = serial.serial_for_url({url!r}, 38400, timeout=1)\n"
+            "while b'SAC>' not in heard and time.monotonic() < end:\n"
+            "    p.write(b'\\r'); heard += p.read(64)\n"
+            "sys.exit(b'SAC>' not in heard)"
+        )
+        said = self.guest.run(f"{HIL_PYTHON} -c {shlex.quote(ask)} 2>&1; echo exit $?")
+        return said.endswith("exit 0")
+
+
+@pytest.fixture
+def site(setup: Setup) -> Iterator[Site]:
+    guest = setup.guest
+    guest.run(f"printf %s {shlex.quote(SITE)} > /etc/hil/site.yaml")
+    guest.run(
+        f"ip link add dummy0 type dummy && ip addr add {SITE_ADDRESS}/24 dev dummy0 && ip link set dummy0 up"
+    )
+    try:
+        yield Site(guest)
+    finally:
+        guest.run("systemctl stop hil@site; ip link del dummy0")
+
+
+def test_drop_ins_open_adapters_and_the_network_and_nothing_else_does(setup: Setup, site: Site) -> None:
+    assert "dialout" in setup.guest.run("stat -c %G /dev/ttyUSB0")
+    adapter, listener = "/run/hil/site/r1", f"socket://{SITE_ADDRESS}:7001"
+    site.restart()
+    assert "adapters.conf" in setup.guest.run("hil status --bench site")
+    assert not site.reached(listener)
+    site.restart("network")
+    assert site.reached(listener)
+    assert not site.reached(adapter)
+    site.restart("adapters")
+    assert site.reached(adapter)
+    assert not site.reached(listener)
 
 
 class Lost(AssertionError):

@@ -30,9 +30,10 @@ def root_image(tree: Path, image: Path) -> Path:
 
 
 class Guest:
-    """Switched on; ``acked`` and ``base`` are what ``eeprom_writer.py`` has told so far."""
+    """Switched on; ``acked`` and ``base`` are what ``eeprom_writer.py`` has told so far. ``board``: host and
+    port of what is behind the USB adapter, which the guest's kernel takes for one of FTDI's."""
 
-    def __init__(self, tree: Path, root: Path, disk: Path) -> None:
+    def __init__(self, tree: Path, root: Path, disk: Path, board: tuple[str, int]) -> None:
         (kernel,), (initrd,) = (
             sorted(tree.glob(f"boot/{name}-*-rt-*")) for name in ("vmlinuz", "initrd.img")
         )
@@ -49,6 +50,8 @@ class Guest:
             *("-append", "root=/dev/vda rw console=ttyS0 quiet systemd.show_status=0 net.ifnames=0"),
             *("-drive", f"file={root},format=raw,if=virtio,snapshot=on"),
             *("-drive", f"file=nbd:unix:{disk},format=raw,if=virtio,cache=writeback"),
+            *("-chardev", f"socket,id=board,host={board[0]},port={board[1]}"),
+            *("-device", "piix3-usb-uhci", "-device", "usb-serial,chardev=board"),
             *("-serial", f"file:{self.console}", "-serial", f"unix:{agent},server=on,wait=off"),
         ]
         with (folder / "qemu.log").open("wb") as said:

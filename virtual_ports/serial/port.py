@@ -148,6 +148,7 @@ class SerialPort:
             tx_bytes=self._tx_bytes,
             dropped_bytes=self._dropped_bytes,
             unheard_bytes=self._unheard_bytes,
+            away=self.away,
         )
 
     async def close(self) -> None:
