@@ -6,6 +6,7 @@ import socket
 from collections.abc import Awaitable, Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hil.vocab.limits import Limit
@@ -29,6 +30,8 @@ class Visit:
     """It waits for an answer, or has a capture: it is not let go."""
     has_asked: bool = False
     task: "asyncio.Task[None] | None" = None
+    has_begun: bool = False
+    """The task has the connection."""
 
 
 Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[None]]
@@ -82,6 +85,7 @@ class ControlDoor:
             visit = Visit(self._loop.time())
             self._visits.add(visit)
             visit.task = self._loop.create_task(self._stay(connection, visit))
+            visit.task.add_done_callback(partial(self._has_gone, connection, visit))
 
     def _accept_again(self) -> None:
         self._timer = None
@@ -106,7 +110,13 @@ class ControlDoor:
             gone.task.cancel()
         return True
 
+    @staticmethod
+    def _has_gone(connection: socket.socket, visit: Visit, task: "asyncio.Task[None]") -> None:
+        if not visit.has_begun:  # a task that is cancelled at once never runs
+            connection.close()
+
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
+        visit.has_begun = True
         try:
             try:
                 reader, writer = await asyncio.open_unix_connection(sock=connection, limit=self._line_limit)

@@ -1,5 +1,6 @@
 /* Timers on the calling thread's CPU time and on the wall's, that raise a signal in that thread. */
 #define _GNU_SOURCE
+#include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdatomic.h>
@@ -53,11 +54,8 @@ static void report(hil_watchdog *w, const char *work)
     close(fd);
 }
 
-static void ring(int signal_number, siginfo_t *info, void *context)
+static void heard(bell *b, int signal_number)
 {
-    (void)context;
-    if (info->si_code != SI_TIMER) return;
-    bell *b = info->si_value.sival_ptr;
     hil_watchdog *w = b->of;
     const char *work = atomic_load(&w->work);
     if (b == &w->bells[CPU]) atomic_fetch_add(&w->rung, 1);
@@ -72,6 +70,15 @@ static void ring(int signal_number, siginfo_t *info, void *context)
         }
     }
     w->interrupt(signal_number);
+}
+
+static void ring(int signal_number, siginfo_t *info, void *context)
+{
+    (void)context;
+    /* Whoever was interrupted may be about to ask why a system call failed. */
+    int before = errno;
+    if (info->si_code == SI_TIMER) heard(info->si_value.sival_ptr, signal_number);
+    errno = before;
 }
 
 static int add(hil_watchdog *w, int which, clockid_t clock)

@@ -1,5 +1,6 @@
 /* The watchdog: rt/watchdog.c. */
 #define _GNU_SOURCE
+#include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -77,6 +78,32 @@ static void rings_while_work_waits(void)
     hil_watchdog_free(w);
 }
 
+static void forgets_errno(int signal_number)
+{
+    (void)signal_number;
+    errno = 0; /* as Python does before it writes to its wake-up file */
+    rings++;
+}
+
+/* A call that failed can still say why when a bell rings before it is asked. */
+static void leaves_errno_alone(void)
+{
+    hil_watchdog *w = hil_watchdog_new(SIGUSR1, forgets_errno, "/nowhere/breadcrumb");
+    CHECK(w);
+    if (!w) return;
+    rings = 0;
+    hil_watchdog_enter(w, "m1");
+    errno = EAGAIN;
+    hil_watchdog_arm(w, 10000000, 10000000);
+    for (int64_t from_ns = cpu_ns(); rings < 4 && cpu_ns() - from_ns < 1000000000;) continue;
+    int left = errno;
+    hil_watchdog_arm(w, 0, 0);
+    CHECK(rings >= 4);
+    CHECK_INT(left, EAGAIN);
+    hil_watchdog_leave(w);
+    hil_watchdog_free(w);
+}
+
 /* In a child: work without an end leaves its name, and the process ends. */
 static void hopeless_work_is_named(void)
 {
@@ -103,5 +130,6 @@ void watchdog_tests(void)
 {
     RUN(rings_after_cpu_time);
     RUN(rings_while_work_waits);
+    RUN(leaves_errno_alone);
     RUN(hopeless_work_is_named);
 }
