@@ -67,8 +67,8 @@ def test_verbs_go_through_the_terminal_or_are_refused_with_a_reason(place: Place
 
 def test_a_dialogue_holds_a_client_up_and_loses_nothing(place: Place, pair: Any) -> None:
     _, real, _ = pair
-    with real.client("s2") as terminal:
-        resetting = subprocess.Popen([HIL, "reset", "s2", "-b", "r", "--runtime-dir", str(place.runtime)])
+    command = [HIL, "reset", "s2", "-b", "r", "--runtime-dir", str(place.runtime)]
+    with real.client("s2") as terminal, subprocess.Popen(command) as resetting:
         until(lambda: real.status("s2")["board"]["tx_bytes"] > 0, "the dialogue")
         assert terminal.ask(b"vd\r", b"0\t0\r\nSAC>")
         assert resetting.wait(PATIENCE_S) == 0
