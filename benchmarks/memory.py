@@ -45,7 +45,8 @@ def main() -> None:
         prefix=(
             sys.executable,
             "-c",
-            f"{everything};import sys;from hil.daemon.entry import main;sys.argv=sys.argv[1:];main()",
+            f"{everything};import sys;from hil.daemon.command_line.entry import main;"
+            "sys.argv=sys.argv[1:];main()",
         ),
     ) as running:
         time.sleep(1)

@@ -19,8 +19,8 @@ from typing import Any, TypeVar
 import pytest
 from typer.testing import CliRunner
 
-from hil.daemon.cli import app
-from hil.daemon.control_client import ask
+from hil.daemon.command_line.cli import app
+from hil.daemon.control.client import ask
 
 HIL = str(Path(sys.executable).with_name("hil"))
 STRANGER_UID = 65534

@@ -10,7 +10,7 @@ import asyncio, logging, sys
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.cli import _say_started
+from hil.daemon.command_line.cli import _say_started
 from hil.daemon.daemon import Daemon
 from hil.vocab.firmware import ByteAvailable, Delay
 

@@ -15,7 +15,7 @@ import asyncio, sys, time
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.cli import _say_started
+from hil.daemon.command_line.cli import _say_started
 from hil.daemon.daemon import Daemon
 
 def started(daemon):

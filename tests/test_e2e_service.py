@@ -20,7 +20,7 @@ from pathlib import Path
 from hil.compose import find_catalogue
 from hil.config import parse
 from hil.daemon.daemon import Daemon
-from hil.daemon.notify import Notifier
+from hil.daemon.service.notify import Notifier
 
 path, runtime, state = map(Path, sys.argv[1:4])
 bench = parse(path.read_text(), str(path), find_catalogue())

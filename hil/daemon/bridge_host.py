@@ -11,8 +11,8 @@ from hil.config.explain import suggestion
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO, packed
 from hil.daemon import real_boards
 from hil.daemon.captures import names, watch_port, watch_segment
-from hil.daemon.health import health
-from hil.daemon.metrics import readings
+from hil.daemon.health.health import health
+from hil.daemon.health.metrics import readings
 from hil.daemon.segments import listed as listed_segments
 from hil.runs.execute import How, Progress
 from hil.session.inputs import Bytes, Pin, Reset, SetField

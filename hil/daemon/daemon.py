@@ -25,21 +25,21 @@ from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
-from hil.daemon.control import WATCH_IDLE_S, ControlServer, already_running
-from hil.daemon.control_client import listener
+from hil.daemon.control.client import listener
+from hil.daemon.control.server import WATCH_IDLE_S, ControlServer, already_running
+from hil.daemon.control.watches import Watches
 from hil.daemon.daemon_store import DaemonStore
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import BREADCRUMB, StepGuard, take_breadcrumb
+from hil.daemon.health.vitals import Vitals
+from hil.daemon.linux.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.log_file import LogFile
-from hil.daemon.notify import Notifier
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
-from hil.daemon.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
-from hil.daemon.reload import Reloader
-from hil.daemon.runs import Runs
-from hil.daemon.service import Service, has_terminal
+from hil.daemon.reload.reload import Reloader
+from hil.daemon.runs.runs import Runs
+from hil.daemon.service.notify import Notifier
+from hil.daemon.service.service import Service, has_terminal
 from hil.daemon.store import NvmStore, StoreError
-from hil.daemon.vitals import Vitals
-from hil.daemon.watches import Watches
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter

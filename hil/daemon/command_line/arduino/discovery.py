@@ -1,0 +1,69 @@
+"""``hil arduino-discovery``: tells the IDE which ports the running benches have."""
+
+import select
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TextIO
+
+from hil.daemon.command_line.arduino.protocol import BoardPort, Discovery
+from hil.daemon.command_line.arduino.stdio import Commands, send
+from hil.daemon.control.client import ControlError, ask, listener
+from hil.daemon.paths import CONTROL_SOCKET
+
+POLL_S = 1.0
+_ANSWER_S = 1.0
+"""A daemon answers within milliseconds; a stopped or overloaded one must not hold up the others."""
+
+
+class Benches:
+    """The ports of the benches below ``runtime_base``."""
+
+    def __init__(self, runtime_base: Path) -> None:
+        self._base = runtime_base
+        self._last: dict[Path, list[BoardPort]] = {}
+
+    def ports(self) -> list[BoardPort]:
+        """Now. A daemon that is there but does not answer keeps the ports it had."""
+        now: dict[Path, list[BoardPort]] = {}
+        for path in sorted(self._base.glob(f"*/{CONTROL_SOCKET}")):
+            try:
+                now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S))
+            except ControlError:
+                with suppress(OSError):
+                    if path in self._last and listener(path):
+                        now[path] = self._last[path]
+        self._last = now
+        return [port for ports in now.values() for port in ports]
+
+
+def _ports(listed: dict[str, Any]) -> list[BoardPort]:
+    bench = listed["bench"]
+    return [
+        BoardPort(
+            address=row["address"],
+            label=f"{bench}/{row['device']}",
+            hardware_id=f"hil/{bench}/{row['device']}",
+            properties=(
+                ("bench", bench),
+                ("device", row["device"]),
+                ("profile", row["profile"]),
+                ("hardware", row["hardware"]),
+            ),
+        )
+        for row in listed["devices"]
+        if row["address"]
+    ]
+
+
+def discover(runtime_base: Path, commands_fd: int, out: TextIO) -> None:
+    """Serve one client, until QUIT or the end of its commands."""
+    benches = Benches(runtime_base)
+    discovery, commands = Discovery(benches.ports), Commands(commands_fd)
+    with suppress(BrokenPipeError):  # the client has gone without QUIT
+        while not (discovery.dead or commands.ended):
+            readable, _, _ = select.select([commands.fd], [], [], POLL_S if discovery.syncing else None)
+            if not readable:
+                send(discovery.found(benches.ports()), out)
+                continue
+            for line in commands.read():
+                send(discovery.command(line), out)

@@ -1,0 +1,18 @@
+"""The program ``hil``: the command line, or names for a shell's completion, which has no time for it."""
+
+import gc
+import sys
+
+
+def main() -> None:
+    """The entry point."""
+    if sys.argv[1:2] == ["_names"]:
+        from hil.daemon.command_line.names import print_names
+
+        print_names(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["serve"]:
+        gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
+    from hil.daemon.command_line.cli import app
+
+    app()
