@@ -28,7 +28,7 @@ FEW_FILES = 96
 FLOOD = """
 import os, socket, sys
 host, _, number = sys.argv[1].partition("://")[2].rpartition(":")
-client = socket.create_connection((host, int(number)), timeout=None) if number.isdigit() else None
+client = socket.create_connection((host, int(number))) if number else None
 fd = client.fileno() if client else os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)
 block = bytes.fromhex(sys.argv[2]) * 16384
 while True:

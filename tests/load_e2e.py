@@ -30,20 +30,19 @@ LOOKS = 5
 RECOVERY_S = 2.0
 FEW_FILES = 96
 FLOOD = """
-import socket, sys, time
+import os, select, socket, sys, time
 address, payload, seconds = sys.argv[1], bytes.fromhex(sys.argv[2]), float(sys.argv[3])
 host, _, number = address.partition("://")[2].rpartition(":")
-client = socket.create_connection((host, int(number)))
-client.settimeout(0.05)
+client = socket.create_connection((host, int(number))) if number else None
+fd = client.fileno() if client else os.open(address, os.O_RDWR | os.O_NOCTTY)
+os.set_blocking(fd, False)
 block = payload * (65536 // len(payload))
 print("ready", flush=True)
 sys.stdin.readline()
 end_s = time.monotonic() + seconds
 while time.monotonic() < end_s:
-    try:
-        client.send(block)
-    except TimeoutError:
-        pass
+    if select.select([], [fd], [], 0.05)[1]:
+        os.write(fd, block)
 """
 
 
@@ -155,7 +154,9 @@ def flood(server: Server, device: str, payload: bytes, seconds: float) -> Iterat
             process.kill()
 
 
-@pytest.mark.parametrize(("kind", "payload"), [("tcp", b"x"), ("tcp", b"V\r"), ("rfc2217", b"\xff\xfd\x2c")])
+@pytest.mark.parametrize(
+    ("kind", "payload"), [("tcp", b"x"), ("tcp", b"V\r"), ("rfc2217", b"\xff\xfd\x2c"), ("pty", b"V\r")]
+)
 def test_a_flood_at_one_port(place: Place, kind: str, payload: bytes) -> None:
     server = place.serve(bench(pressed=kind)).ready("pressed")
     with Calm(place, server) as calm:

@@ -61,6 +61,8 @@ def test_ports_are_for_group_dialout(lab: Lab) -> None:
     refused.close()
     assert "Permission denied" in refused.opened["error"]
     assert "/run/hil/lab/m1" in lab.hil("list"), lab.log()
+    asked = "printf 'HELLO 1 \"ide\"\\nSTART\\nLIST\\nQUIT\\n' | hil arduino-discovery"
+    assert "/run/hil/lab/m1" in lab.run("sh", "-c", asked), "the Arduino IDE finds it, too"
 
 
 @pytest.mark.parametrize("url", ["socket://127.0.0.1:7001", "rfc2217://127.0.0.1:7002"])

@@ -93,9 +93,9 @@ def uninstall(sketchbook: Sketchbook = None) -> None:
 def discovery(runtime_dir: RuntimeDir = None) -> None:
     """The IDE's discovery: commands on standard input, JSON on standard output."""
     from hil.daemon.command_line.arduino.discovery import discover
-    from hil.daemon.paths import runtime_base
+    from hil.daemon.paths import runtime_bases
 
-    discover(runtime_base(runtime_dir, None, os.environ), 0, sys.stdout)
+    discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout)
 
 
 def monitor() -> None:

@@ -1,6 +1,7 @@
 """``hil arduino-discovery``: tells the IDE which ports the running benches have."""
 
 import select
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
@@ -8,7 +9,7 @@ from typing import Any, TextIO
 from hil.daemon.command_line.arduino.protocol import BoardPort, Discovery
 from hil.daemon.command_line.arduino.stdio import Commands, send
 from hil.daemon.control.client import ControlError, ask, listener
-from hil.daemon.paths import CONTROL_SOCKET
+from hil.daemon.paths import control_sockets
 
 POLL_S = 1.0
 _ANSWER_S = 1.0
@@ -16,16 +17,16 @@ _ANSWER_S = 1.0
 
 
 class Benches:
-    """The ports of the benches below ``runtime_base``."""
+    """The ports of the benches below ``bases``: the user's own, and those of services."""
 
-    def __init__(self, runtime_base: Path) -> None:
-        self._base = runtime_base
+    def __init__(self, bases: Sequence[Path]) -> None:
+        self._bases = bases
         self._last: dict[Path, list[BoardPort]] = {}
 
     def ports(self) -> list[BoardPort]:
         """Now. A daemon that is there but does not answer keeps the ports it had."""
         now: dict[Path, list[BoardPort]] = {}
-        for path in sorted(self._base.glob(f"*/{CONTROL_SOCKET}")):
+        for path in (path for base in self._bases for path in control_sockets(base)):
             try:
                 now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S))
             except ControlError:
@@ -55,9 +56,9 @@ def _ports(listed: dict[str, Any]) -> list[BoardPort]:
     ]
 
 
-def discover(runtime_base: Path, commands_fd: int, out: TextIO) -> None:
+def discover(bases: Sequence[Path], commands_fd: int, out: TextIO) -> None:
     """Serve one client, until QUIT or the end of its commands."""
-    benches = Benches(runtime_base)
+    benches = Benches(bases)
     discovery, commands = Discovery(benches.ports), Commands(commands_fd)
     with suppress(BrokenPipeError):  # the client has gone without QUIT
         while not (discovery.dead or commands.ended):
