@@ -66,6 +66,7 @@ class Setup:
         tree = tree_with_hil(folder, self.kernel_tree)
         (tree / "etc/hil").mkdir(exist_ok=True)
         (tree / "etc/hil/lab.yaml").write_text(LAB)
+        (tree / "etc/hil/site.yaml").write_text(SITE)
         self.root = root_image(tree, folder / "root.img")
         blank = folder / "blank.img"
         run("mke2fs", "-q", "-t", "ext4", blank, DISK_SIZE)
@@ -154,11 +155,11 @@ class Site:
         self.guest = guest
 
     def restart(self, *drop_ins: str) -> None:
-        links = "; ".join(
-            f"ln -s /usr/local/share/hil/systemd/{name}.conf {self.FOLDER}" for name in drop_ins
+        links = "".join(
+            f"ln -s /usr/local/share/hil/systemd/{name}.conf {self.FOLDER}; " for name in drop_ins
         )
         self.guest.run(
-            f"systemctl stop hil@site; rm -rf {self.FOLDER}; mkdir {self.FOLDER}; {links}; "
+            f"systemctl stop hil@site; rm -rf {self.FOLDER}; mkdir {self.FOLDER}; {links}"
             "systemctl daemon-reload && systemctl start hil@site",
             timeout_s=300,
         )
@@ -172,14 +173,14 @@ class Site:
             "    p.write(b'\\r'); heard += p.read(64)\n"
             "sys.exit(b'SAC>' not in heard)"
         )
-        said = self.guest.run(f"{HIL_PYTHON} -c {shlex.quote(ask)} 2>&1; echo exit $?")
-        return said.endswith("exit 0")
+        one_line = shlex.quote(f"exec({ask!r})")
+        said = self.guest.run(f"{HIL_PYTHON} -c {one_line} 2>&1; echo exit $?")
+        return "exit 0" in said.splitlines()
 
 
 @pytest.fixture
 def site(setup: Setup) -> Iterator[Site]:
     guest = setup.guest
-    guest.run(f"printf %s {shlex.quote(SITE)} > /etc/hil/site.yaml")
     guest.run(
         f"ip link add dummy0 type dummy && ip addr add {SITE_ADDRESS}/24 dev dummy0 && ip link set dummy0 up"
     )
