@@ -161,6 +161,26 @@ def test_what_cannot_be_interrupted_ends_the_daemon_and_is_known_afterwards(plac
     assert place.serve(config(devices={"m1": {}, "m2": {}})).status("m1")["note"] is None, "it is told once"
 
 
+def test_a_board_that_comes_behind_for_ever_leaves_the_others_alone(place: Place) -> None:
+    """Its steps take less time than they get at the wall's pace, and more than at twenty times that."""
+    server = run(place)
+    with server.client("m1") as client, server.client("m2") as other:
+        place.cli("reset", "m1")
+        client.read_until(b"up\r\n")
+        client.write(b"4")
+        until((place.runtime / "began").exists, "the beginning")
+        for _ in range(20):
+            began_s = time.monotonic()
+            other.ask(b"p")
+            server.status("m2")
+            assert time.monotonic() - began_s < 2
+        client.write(b"x")
+        place.cli("reset", "m1")  # it is late, and can be reset
+        other.ask(b"p")
+    (place.runtime / "began").unlink()
+    server.stop()
+
+
 def test_a_client_that_asks_for_much_is_no_runaway(place: Place) -> None:
     """As many queries of the look-up table as a device takes, at one instant; each takes 20 ms."""
     server = place.serve(config(speed=1, devices={"m1": {}})).ready()

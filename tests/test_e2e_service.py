@@ -201,3 +201,17 @@ def test_the_directories_of_a_unit(place: Place, manager: Manager) -> None:
     finally:
         server.terminate()
         assert server.wait(PATIENCE_S) == 0
+
+
+def test_a_hang_up_while_it_starts_is_a_reload_when_it_has_started(place: Place) -> None:
+    server = place.launch(config(), start_new_session=True)
+
+    def waits() -> bool:
+        status = Path(f"/proc/{server.pid}/status").read_text()
+        return bool(int(status.partition("SigBlk:")[2].split()[0], 16) & 1 << (signal.SIGHUP - 1))
+
+    until(waits, "the program's begin")
+    server.process.send_signal(signal.SIGHUP)
+    server.started()
+    until(lambda: "reloaded: 1 went on" in server.output, "the reload")
+    server.stop()

@@ -55,6 +55,8 @@ from hil.vocab.time import FOREVER, SimTimeNs
 log = logging.getLogger("hil")
 
 LOG_FLUSH_S = 0.2
+TURN_S = 0.02
+"""Of the event loop, for one group that is late: as long as the longest step of a healthy firmware."""
 _MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
 
 
@@ -122,6 +124,7 @@ class Daemon:
             signals[signal.SIGHUP] = self.stop if has_terminal() else self.reloader.request
         for number, call in signals.items():  # first: one that comes early leaves nothing behind either
             loop.add_signal_handler(number, call)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
         self.files, lock = self._open_store()
         control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
         try:
@@ -311,12 +314,18 @@ class Daemon:
         self.real[name] = real
         await board.open(real.to_client)
 
+    @staticmethod
+    def _turn() -> Callable[[], bool]:
+        end_s = time.monotonic() + TURN_S
+        return lambda: time.monotonic() > end_s
+
     def _start_core(self, loop: asyncio.AbstractEventLoop) -> None:
         if why := refused(self.config.cpu):
             raise StartError(why)
         gc.collect()
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
         gc.enable()
+        self.bench.turn = self._turn
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
         try:

@@ -44,6 +44,10 @@ class BenchRuntime:
         """Called when a verb that was to be done later could not be."""
         self.looked: Callable[[], None] = lambda: None
         """Called when firmware may have run because somebody looked at an axis: what it sent has to go on."""
+        self.turn: Callable[[], Callable[[], bool] | None] = lambda: None
+        """Real time: a group's turn begins; what it answers says when it is over. A group that is late goes
+        on in its next turn, and others have theirs between. One whose firmware takes more time than there is
+        falls behind for ever; its inputs then take effect at the time it has reached."""
         self.real_time = False
         self.lag = [0] * LAG_BUCKETS
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
@@ -193,7 +197,7 @@ class BenchRuntime:
         """As ``give_tap``, for an input that arrives at ``arrival_ns``."""
         group = self._group_of[tap.name]
         with self._owning(group):
-            group.advance(arrival_ns)
+            group.advance(arrival_ns, self.turn())
             at_ns = group.now_ns
             if self.log:
                 self.log.write(Logged(at_ns, tap.name, given))
@@ -236,7 +240,7 @@ class BenchRuntime:
         """As ``give``, for an input that arrives at ``arrival_ns``."""
         group = self._group_of[device.name]
         with self._owning(group):
-            group.advance(arrival_ns)
+            group.advance(arrival_ns, self.turn())
             at_ns = group.now_ns
             if self.log:
                 self.log.write(Logged(at_ns, device.name, given))
@@ -302,7 +306,7 @@ class BenchRuntime:
                 if due_ns <= now_ns:
                     self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
                     self.lag_total_ns += now_ns - due_ns
-                group.advance(now_ns)
+                group.advance(now_ns, self.turn())
 
     def stop(self) -> None:
         """End the real-time thread; the groups are the caller's again."""

@@ -12,6 +12,9 @@ from hil.session.device import Device
 from hil.session.inputs import Input
 from hil.vocab.time import FOREVER, SimTimeNs
 
+_ASK_EVERY = 16
+"""Steps between two looks at whether the time is over."""
+
 
 class Group:
     """Devices in the order of their index, which decides ties. The caller owns the group in the core."""
@@ -73,8 +76,10 @@ class Group:
         if len(self.devices) > 1 and (due_ns := self.devices[index].due_ns) < FOREVER:
             heappush(self._due, (due_ns, index))
 
-    def advance(self, until_ns: SimTimeNs) -> None:
-        """Run axes and firmwares up to and at ``until_ns``; never back."""
+    def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
+        """Run axes and firmwares up to and at ``until_ns``; never back. Where ``is_over`` says so, which is
+        asked now and then, it stops before."""
+        steps = 0
         while True:
             horizon_ns = self.due_ns
             now_ns, has_news = self._native.advance(self.id, horizon_ns, until_ns)
@@ -82,6 +87,9 @@ class Group:
                 self._interrupts()
             if now_ns >= horizon_ns:
                 self._step(SimTimeNs(now_ns))
+                steps += 1
+                if is_over and steps % _ASK_EVERY == 0 and self.due_ns > now_ns and is_over():
+                    return  # all of this time has happened: an input that comes now comes after it
             elif now_ns >= until_ns:
                 return
 

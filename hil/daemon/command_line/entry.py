@@ -1,6 +1,7 @@
 """The program ``hil``: the command line, or names for a shell's completion, which has no time for it."""
 
 import gc
+import signal
 import sys
 
 
@@ -12,6 +13,7 @@ def main() -> None:
         print_names(sys.argv[2:])
         return
     if sys.argv[1:2] == ["serve"]:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
     from hil.daemon.command_line.cli import app
 
