@@ -265,6 +265,15 @@ def test_a_daemon_that_is_gone_or_hangs(place: Place) -> None:
     assert "bench t" not in doctor(place)
 
 
+def test_a_port_whose_name_somebody_removed(place: Place) -> None:
+    server = place.serve(config())
+    (place.runtime / "t" / "m1").unlink()
+    finding = doctor(place)["bench t"]
+    assert "the names of 1 of its ports are gone" in finding["found"]
+    assert finding["remedy"] == "restart the bench"
+    server.stop()
+
+
 def test_few_file_descriptors(place: Place) -> None:
     """The doctor before the start; of a bench that has used them up, doctor and status."""
     few = limited(resource.RLIMIT_NOFILE, 512)

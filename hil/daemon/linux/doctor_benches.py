@@ -27,6 +27,8 @@ class Seen:
     status: dict[str, Any] | None
     closed_ports: tuple[str, ...]
     """Which this user may not open."""
+    lost_ports: tuple[str, ...] = ()
+    """Whose names are gone from the folder."""
 
 
 def look(runtime_dir: Path) -> list[Seen]:
@@ -52,8 +54,9 @@ def _look_at(folder: Path) -> Seen:
         failure = str(error)
     rows = status["devices"] if status else []
     paths = [row["address"] for row in rows if row["address"].startswith("/")]
-    closed = tuple(path for path in paths if not os.access(path, os.R_OK | os.W_OK))
-    return Seen(folder, pid, failure, status, closed)
+    lost = tuple(path for path in paths if not os.path.exists(path))
+    closed = tuple(path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK))
+    return Seen(folder, pid, failure, status, closed, lost)
 
 
 def judge_benches(seen: list[Seen]) -> list[Finding]:
@@ -88,7 +91,10 @@ def _judge_running(name: str, bench: Seen, status: dict[str, Any]) -> Iterator[F
         found = f"{len(bench.closed_ports)} of its ports refuse you, {bench.closed_ports[0]} first"
         remedy = "as root `usermod -aG dialout USER`, then log in again; or another `group:` of its ports"
         yield Finding(name, "problem", found, "programs that you start cannot open them", remedy)
-    if not problems and not bench.closed_ports:
+    if bench.lost_ports:
+        found = f"the names of {len(bench.lost_ports)} of its ports are gone, {bench.lost_ports[0]} first"
+        yield Finding(name, "problem", found, "programs cannot open them any more", "restart the bench")
+    if not problems and not bench.closed_ports and not bench.lost_ports:
         yield Finding(name, "ok", f"process {bench.pid}, {status['rt_line']}")
 
 
