@@ -318,3 +318,9 @@ def test_requests_that_are_wrong(place: Place) -> None:
 def _send_all(client: socket.socket, data: bytes) -> None:
     with suppress(OSError):  # the daemon hangs up
         client.sendall(data)
+
+
+def test_a_folder_that_somebody_made_stays(place: Place) -> None:
+    place.runtime.mkdir()
+    place.serve(config()).stop()
+    assert list(place.runtime.iterdir()) == []

@@ -110,6 +110,8 @@ class Daemon:
         self.service = Service(self, notifier or Notifier({}, 0))
         self.reloader = Reloader(self)
         self._stop = asyncio.Event()
+        self._keeps_parent = False
+        """The folder of the runtime directory was there, and empty: somebody made it."""
         self._release_timer: asyncio.TimerHandle | None = None
 
     async def run(self, started: Callable[["Daemon"], None]) -> None:
@@ -174,6 +176,7 @@ class Daemon:
     def _prepare_runtime_dir(self) -> None:
         try:
             parent = self.runtime_dir.parent
+            self._keeps_parent = parent.exists() and not any(parent.iterdir())
             if not parent.exists() or parent.stat().st_uid != 0:  # root's is the service manager's
                 make_folder(parent)
             make_folder(self.runtime_dir, 0o755)  # ports and socket have modes of their own
@@ -407,4 +410,5 @@ class Daemon:
             self._log_file.close()
         with suppress(OSError):
             self.runtime_dir.rmdir()
-            os.rmdir(self.runtime_dir.parent)
+            if not self._keeps_parent:
+                os.rmdir(self.runtime_dir.parent)
