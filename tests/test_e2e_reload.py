@@ -193,6 +193,28 @@ def test_a_port_that_cannot_be_had_takes_the_others_back(place: Place) -> None:
     server.stop()
 
 
+def test_a_refused_reload_leaves_the_names_of_the_ports(place: Place) -> None:
+    mode = {"port": {"kind": "pty", "mode": "0600"}}
+    server = place.serve(config(devices={"m1": {}, "m2": {}})).ready()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        unusable = {"port": {"kind": "tcp", "port": taken.getsockname()[1]}}
+        assert "cannot listen" in refused(place, server, {"m1": mode, "m2": {}, "m3": unusable})
+        there = {"port": {"kind": "pty", "path": "m2"}}, {"port": {"kind": "pty", "path": "m1"}}
+        assert "cannot listen" in refused(place, server, {"m1": there[0], "m2": there[1], "m3": unusable})
+    with server.client("m1") as m1:
+        assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+    before = folder(place)
+    assert reload(place, server, {"m1": mode, "m2": {}}) == {"restarted": ["m1"], "kept": ["m2"]}
+    assert before.keys() == folder(place).keys()
+    assert before["m1"] != folder(place)["m1"]
+    server.ready(since_ns=server.ask("status")["sim_ns"])
+    with server.client("m1") as m1:
+        assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+    assert reload(place, server, {"m2": {}}) == {"removed": ["m1"], "kept": ["m2"]}
+    assert sorted(folder(place)) == ["control.sock", "m2"]
+    server.stop()
+
+
 def test_more_than_the_core_has_room_for(place: Place) -> None:
     server = place.serve(config(devices={"m1": {}}))
     assert "8 boards begin, and the core has room for 7" in refused(
