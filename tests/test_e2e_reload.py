@@ -134,9 +134,21 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
     assert (server.ask("list"), folder(place)) == before
     server.process.send_signal(signal.SIGHUP) if not has_terminal() else None
     path.write_bytes(b"\xff\xfe")
-    assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
     path.unlink()
-    assert "No such file" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    for make, trouble in (
+        (lambda: None, "No such file"),
+        (path.mkdir, "Is a directory"),
+        (lambda: path.symlink_to(path.name), "symbolic links"),
+        (lambda: os.mkfifo(path), "it is a FIFO, not a regular file"),
+    ):
+        make()
+        assert trouble in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
+        assert trouble in place.cli("check", str(path), code=2)
+        if path.is_dir():
+            path.rmdir()
+        else:
+            path.unlink(missing_ok=True)
     assert (server.ask("list"), folder(place)) == before
     assert f"{path}:5:35" in server.stop()
 

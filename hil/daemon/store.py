@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
+from hil.compose import read_regular
 from hil.firmware.nvm import VERSION, Content, NvmError, NvmNewer, decode, encode
 
 Done = Callable[[bool, str], None]
@@ -49,7 +50,7 @@ class Files:
     """The calls to the operating system that the store makes. Each raises OSError."""
 
     def read(self, path: Path) -> bytes:
-        return path.read_bytes()
+        return read_regular(path)
 
     def create(self, path: Path) -> int:
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
