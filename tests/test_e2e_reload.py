@@ -6,6 +6,7 @@ import os
 import select
 import signal
 import socket
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -133,9 +134,21 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
     assert (server.ask("list"), folder(place)) == before
     server.process.send_signal(signal.SIGHUP) if not has_terminal() else None
     path.write_bytes(b"\xff\xfe")
-    assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
     path.unlink()
-    assert "No such file" in place.cli("reload", "--runtime-dir", str(place.runtime), code=1)
+    for make, trouble in (
+        (lambda: None, "No such file"),
+        (path.mkdir, "Is a directory"),
+        (lambda: path.symlink_to(path.name), "symbolic links"),
+        (lambda: os.mkfifo(path), "it is a FIFO, not a regular file"),
+    ):
+        make()
+        assert trouble in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
+        assert trouble in place.cli("check", str(path), code=2)
+        if path.is_dir():
+            path.rmdir()
+        else:
+            path.unlink(missing_ok=True)
     assert (server.ask("list"), folder(place)) == before
     assert f"{path}:5:35" in server.stop()
 
@@ -192,6 +205,28 @@ def test_a_port_that_cannot_be_had_takes_the_others_back(place: Place) -> None:
     server.stop()
 
 
+def test_a_refused_reload_leaves_the_names_of_the_ports(place: Place) -> None:
+    mode = {"port": {"kind": "pty", "mode": "0600"}}
+    server = place.serve(config(devices={"m1": {}, "m2": {}})).ready()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        unusable = {"port": {"kind": "tcp", "port": taken.getsockname()[1]}}
+        assert "cannot listen" in refused(place, server, {"m1": mode, "m2": {}, "m3": unusable})
+        there = {"port": {"kind": "pty", "path": "m2"}}, {"port": {"kind": "pty", "path": "m1"}}
+        assert "cannot listen" in refused(place, server, {"m1": there[0], "m2": there[1], "m3": unusable})
+    with server.client("m1") as m1:
+        assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+    before = folder(place)
+    assert reload(place, server, {"m1": mode, "m2": {}}) == {"restarted": ["m1"], "kept": ["m2"]}
+    assert before.keys() == folder(place).keys()
+    assert before["m1"] != folder(place)["m1"]
+    server.ready(since_ns=server.ask("status")["sim_ns"])
+    with server.client("m1") as m1:
+        assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
+    assert reload(place, server, {"m2": {}}) == {"removed": ["m1"], "kept": ["m2"]}
+    assert sorted(folder(place)) == ["control.sock", "m2"]
+    server.stop()
+
+
 def test_more_than_the_core_has_room_for(place: Place) -> None:
     server = place.serve(config(devices={"m1": {}}))
     assert "8 boards begin, and the core has room for 7" in refused(
@@ -241,6 +276,91 @@ def test_memories_go_with_the_names(place: Place) -> None:
     assert sorted(folder(place)) == names
     with server.client("s1") as s1:
         assert kept_acceleration(server, s1) == b"2.50"
+    server.stop()
+
+
+def memory_files(place: Place) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (place.state / "t").iterdir()}
+
+
+def test_a_refused_reload_leaves_the_memories_where_they_are(place: Place) -> None:
+    server = place.serve(config(speed=5, devices={"b1": SAC}))
+    with server.client("b1") as b1, socket.create_server(("127.0.0.1", 0)) as taken:
+        b1.read_until(b"SAC>")
+        b1.ask(b"$Cd3.5\r", b"SAC>")
+        before = memory_files(place)
+        assert list(before) == ["b1.nvm"]
+        unusable = {"port": {"kind": "tcp", "port": taken.getsockname()[1]}}
+        assert "cannot listen" in refused(place, server, {"b1": {}, "m2": unusable}, speed=5)
+        assert memory_files(place) == before
+    server.kill()
+    server = place.serve(config(speed=5, devices={"b1": SAC}))
+    with server.client("b1") as b1:
+        assert kept_acceleration(server, b1) == b"3.50"
+    server.stop()
+
+
+def test_the_memory_of_another_kind_of_board_is_kept_aside_and_the_note_of_it_ends(place: Place) -> None:
+    server = place.serve(config(speed=5, devices={"b1": SAC}))
+    with server.client("b1") as b1:
+        b1.read_until(b"SAC>")
+        b1.ask(b"$Cd3.5\r", b"SAC>")
+        of_sac = memory_files(place)["b1.nvm"]
+        reload(place, server, {"b1": {}}, speed=5)
+        assert memory_files(place) == {"b1.nvm.damaged-1": of_sac}
+        assert server.status("b1")["note"].startswith(
+            "b1.nvm: it belongs to a 'sac', not to a 'mechaduino'; it"
+        )
+        reload(place, server, {"b1": SAC}, speed=5)
+        assert memory_files(place) == {"b1.nvm.damaged-1": of_sac}
+        assert server.status("b1")["note"] is None
+    server.stop()
+
+
+SLOW = """
+import sys, time
+from pathlib import Path
+from hil.daemon.command_line.cli import app
+from hil.daemon.store import Files
+
+fsync = Files.fsync
+
+def slow(self, fd):
+    while Path(sys.argv[-1], "slow").exists():
+        time.sleep(0.01)
+    fsync(self, fd)
+
+Files.fsync = slow
+app(["serve", sys.argv[1], "--runtime-dir", sys.argv[2], "--state-dir", sys.argv[3]])
+"""
+
+
+def test_another_kind_of_board_waits_for_the_last_commit_of_the_old_one(place: Place) -> None:
+    path = place.write(config(speed=5, devices={"b1": SAC}), "t.yaml")
+    arguments = str(path), str(place.runtime), str(place.state), str(place.folder)
+    server = place.script(SLOW, *arguments).started()
+    with server.client("b1") as b1, socket.socket(socket.AF_UNIX) as asking:
+        b1.read_until(b"SAC>")
+        b1.ask(b"$Cd3.5\r", b"SAC>")
+        before = memory_files(place)["b1.nvm"]
+        (place.folder / "slow").touch()
+        b1.write(b"$Cd2.5\r")
+        until(lambda: "b1.nvm.new" in memory_files(place), "the commit's beginning")
+        place.write(config(speed=5, devices={"b1": {}}), "t.yaml")
+        asking.connect(str(server.control))
+        asking.sendall(b'{"verb": "reload"}\n')
+        time.sleep(0.5)  # a reload without a commit takes less
+        assert memory_files(place)["b1.nvm"] == before
+        (place.folder / "slow").unlink()
+        assert b'"restarted":["b1"]' in asking.recv(65536).replace(b" ", b"")
+    after = memory_files(place)
+    assert list(after) == ["b1.nvm.damaged-1"]
+    assert after["b1.nvm.damaged-1"] != before
+    os.rename(place.state / "t" / "b1.nvm.damaged-1", place.state / "t" / "b1.nvm")
+    server.kill()
+    server = place.serve(config(speed=5, devices={"b1": SAC}))
+    with server.client("b1") as b1:
+        assert kept_acceleration(server, b1) == b"2.50"
     server.stop()
 
 

@@ -324,3 +324,23 @@ def test_a_folder_that_somebody_made_stays(place: Place) -> None:
     place.runtime.mkdir()
     place.serve(config()).stop()
     assert list(place.runtime.iterdir()) == []
+
+
+def test_what_is_no_file_is_not_waited_for(place: Place) -> None:
+    path = place.folder / "t.yaml"
+    os.mkfifo(path)
+    assert "it is a FIFO" in place.hil("check", str(path), code=2)
+    assert "it is a FIFO" in place.hil("serve", str(path), *place.folders(), code=2)
+    path.unlink()
+    memory = place.state / "t" / "m1.nvm"
+    memory.parent.mkdir(parents=True)
+    os.mkfifo(memory)
+    path.write_text(config())
+    said = place.hil("serve", str(path), *place.folders(), code=2)
+    assert f"{memory} cannot be read: it is a FIFO, not a regular file" in said
+    doctor = place.hil("doctor", "--state-dir", str(place.state), code=1)
+    assert re.search(r"memory t/m1 +it is a FIFO, not a regular file", doctor)
+    memory.unlink()
+    os.mkfifo(place.folder / "table")
+    path.write_text(config(devices={"m1": {"flash": {"table": "./table"}}}))
+    assert "table: it is a FIFO" in place.hil("check", str(path), code=2)

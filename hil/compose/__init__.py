@@ -22,8 +22,10 @@ from hil.compose.find import (
     make_port,
     serial_port_config,
 )
+from hil.compose.regular_file import NotRegularError, read_regular, read_text
 
 __all__ = [
+    "NotRegularError",
     "TableFileError",
     "axis_seed",
     "bench_runtime",
@@ -36,6 +38,8 @@ __all__ = [
     "make_bridge",
     "make_device",
     "make_port",
+    "read_regular",
+    "read_text",
     "serial_port_config",
     "start_sections",
 ]

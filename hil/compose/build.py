@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from hil.compose.find import PROFILES, load_verbs, make_segment
+from hil.compose.regular_file import read_regular
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
 from hil.session.bench import BenchRuntime
@@ -38,7 +39,7 @@ def table_from_file(path: Path) -> bytes:
         TableFileError: it cannot be read, or is neither.
     """
     try:
-        data = path.read_bytes()
+        data = read_regular(path)
     except OSError as error:
         raise TableFileError(f"{path}: {error.strerror}") from error
     if len(data) == TABLE_LEN * 4:

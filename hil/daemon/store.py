@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
+from hil.compose import read_regular
 from hil.firmware.nvm import VERSION, Content, NvmError, NvmNewer, decode, encode
 
 Done = Callable[[bool, str], None]
@@ -28,6 +29,17 @@ class Loaded:
 
     content: Content
     note: str | None
+    unfit: str | None = None
+    """Why the file cannot be this device's, and has to be kept aside before its first commit."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A file that got another name, and what the operator should know about it, in one line."""
+
+    path: Path
+    aside: Path
+    note: str
 
 
 class StoreError(Exception):
@@ -38,7 +50,7 @@ class Files:
     """The calls to the operating system that the store makes. Each raises OSError."""
 
     def read(self, path: Path) -> bytes:
-        return path.read_bytes()
+        return read_regular(path)
 
     def create(self, path: Path) -> int:
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
@@ -92,6 +104,16 @@ class NvmStore:
         Raises:
             StoreError: the file is newer, cannot be read, or cannot be kept aside.
         """
+        loaded = self.look(device, profile)
+        kept = self.keep_aside(device, loaded.unfit) if loaded.unfit else None
+        return replace(loaded, note=kept.note) if kept else loaded
+
+    def look(self, device: str, profile: str) -> Loaded:
+        """As ``load``, but a file that cannot be used stays where it is, and ``unfit`` says why.
+
+        Raises:
+            StoreError: the file is newer, or cannot be read.
+        """
         path = self._path(device)
         empty = Content(profile=profile, counter=0, sections={})
         try:
@@ -103,16 +125,44 @@ class NvmStore:
                 f"{path}: {error}; start the newer program, or move the file away for an empty memory"
             ) from error
         except NvmError as error:
-            return Loaded(empty, self._keep_aside(path, str(error)))
+            return Loaded(empty, None, str(error))
         except OSError as error:
             raise StoreError(f"{path} cannot be read: {_why(error)}") from error
         if decoded.migrated_from is not None:
             note = f"{path.name}: format version {decoded.migrated_from} was migrated to {VERSION}"
             return Loaded(replace(decoded.content, profile=profile), note)
         if decoded.content.profile != profile:
-            reason = f"it belongs to a {decoded.content.profile!r}, not to a {profile!r}"
-            return Loaded(empty, self._keep_aside(path, reason))
+            return Loaded(empty, None, belongs_to(decoded.content.profile, profile))
         return Loaded(decoded.content, None)
+
+    def keep_aside(self, device: str, reason: str) -> Kept | None:
+        """Give the device's file another name; None if there is no file.
+
+        No commit of this device may be under way.
+
+        Raises:
+            StoreError: it cannot be done. The file is where it was.
+        """
+        path = self._path(device)
+        number = 1
+        while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
+            number += 1
+        try:
+            self._files.rename(path, aside)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            # Going on would let the next commit overwrite what may be the only copy.
+            raise StoreError(f"{path}: {reason}; it cannot be kept as {aside.name}: {_why(error)}") from error
+        note = f"{path.name}: {reason}; it was kept as {aside.name}, and the memory starts empty"
+        return Kept(path, aside, note)
+
+    def put_back(self, kept: Kept) -> None:
+        """Take ``keep_aside`` back."""
+        try:
+            self._files.rename(kept.aside, kept.path)
+        except OSError as error:
+            _log.error("%s, and cannot be put back: %s", kept.note, _why(error))
 
     def commit(self, device: str, content: Content, done: Done) -> None:
         """Store ``content`` as it is now; commits are carried out in the order of the calls.
@@ -140,17 +190,6 @@ class NvmStore:
         if not device or Path(device).name != device:
             raise ValueError(f"{device!r} is not a file name")
         return self._directory / f"{device}.nvm"
-
-    def _keep_aside(self, path: Path, reason: str) -> str:
-        number = 1
-        while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
-            number += 1
-        try:
-            self._files.rename(path, aside)
-        except OSError as error:
-            # Going on would let the next commit overwrite what may be the only copy.
-            raise StoreError(f"{path}: {reason}; it cannot be kept as {aside.name}: {_why(error)}") from error
-        return f"{path.name}: {reason}; it was kept as {aside.name}, and the memory starts empty"
 
     def _work(self) -> None:
         while (job := self._queue.get()) is not None:
@@ -221,6 +260,11 @@ class NvmStore:
     def _remove(self, path: Path) -> None:
         with contextlib.suppress(OSError):  # it is in nobody's way: the next commit replaces it
             self._files.unlink(path)
+
+
+def belongs_to(owner: str, profile: str) -> str:
+    """Why a file of one profile is no memory of another's board."""
+    return f"it belongs to a {owner!r}, not to a {profile!r}"
 
 
 def _why(error: OSError) -> str:

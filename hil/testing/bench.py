@@ -5,7 +5,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose import bench_runtime, find_catalogue, read_text, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
@@ -251,4 +251,4 @@ def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Pa
     if isinstance(config, str) and ("\n" in config or ":" in config):
         return parse(config, "<text>", catalogue), Path()
     path = Path(config)
-    return parse(path.read_text(), str(path), catalogue), path.parent
+    return parse(read_text(path), str(path), catalogue), path.parent

@@ -15,6 +15,10 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket"),
 )
 
+_published: dict[Path, list[Path]] = {}
+"""What this process's open ports want their names to point at, the newest last. A reload opens a port before
+it closes another of the same name, or gives up and closes the new one."""
+
 
 def publish(title: str, name: Path, pts: Path) -> None:
     """Point ``name`` at ``pts`` in one step, in place of a symlink that an earlier run has left.
@@ -28,14 +32,7 @@ def publish(title: str, name: Path, pts: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
         _refuse_others(title, name)
-        temporary = directory / f".{name.name}.{os.getpid()}-{pts.name}"
-        temporary.unlink(missing_ok=True)
-        temporary.symlink_to(pts)
-        try:
-            temporary.replace(name)
-        except OSError:
-            temporary.unlink()
-            raise
+        _point(name, pts)
     except (FileExistsError, NotADirectoryError) as error:
         raise PortError(f"{title}: {error.filename} is not a directory; choose another path:") from error
     except PermissionError as error:
@@ -47,15 +44,35 @@ def publish(title: str, name: Path, pts: Path) -> None:
         raise PortError(
             f"{title}: cannot make the symlink {name}: {error.strerror}; choose another path:"
         ) from error
+    _published.setdefault(name, []).append(pts)
 
 
 def withdraw(name: Path, pts: Path) -> None:
-    """Remove ``name`` if it still points at ``pts``; otherwise it is another's by now."""
+    """If ``name`` still points at ``pts``, give it back to the open port that had it before, or remove it;
+    otherwise it is another's by now."""
+    others = [other for other in _published.pop(name, []) if other != pts]
+    if others:
+        _published[name] = others
     try:
-        if name.readlink() == pts:
+        if name.readlink() != pts:
+            return
+        if others:
+            _point(name, others[-1])
+        else:
             name.unlink()
     except OSError:
         pass  # gone, replaced by something else, or no longer ours to remove
+
+
+def _point(name: Path, pts: Path) -> None:
+    temporary = name.parent / f".{name.name}.{os.getpid()}-{pts.name}"
+    temporary.unlink(missing_ok=True)
+    temporary.symlink_to(pts)
+    try:
+        temporary.replace(name)
+    except OSError:
+        temporary.unlink()
+        raise
 
 
 def _refuse_others(title: str, name: Path) -> None:

@@ -25,7 +25,7 @@ from hil.daemon.control import run_verbs
 from hil.daemon.control.client import ControlError, listener
 from hil.daemon.control.door import ControlDoor, Visit
 from hil.daemon.health.health import health
-from hil.daemon.reload.plan import ReloadRefused
+from hil.daemon.reload.plan import ConfigUnreadable, ReloadRefused
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
@@ -353,7 +353,7 @@ def _verbs(daemon: "Daemon", device: str) -> list[dict[str, Any]]:
 async def _reload(daemon: "Daemon") -> dict[str, Any]:
     try:
         return await daemon.reloader.reload()
-    except ConfigError as error:
+    except (ConfigError, ConfigUnreadable) as error:
         return {"problems": str(error)}
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil.compose import NotRegularError, read_regular
 from hil.daemon.control.client import ControlError, ask, listener
 from hil.daemon.linux.doctor import NO_START, Finding
 from hil.daemon.paths import CONTROL_SOCKET
@@ -104,7 +105,10 @@ def judge_memories(state_dir: Path) -> list[Finding]:
     for path in sorted(state_dir.glob("*/*.nvm")):
         name = f"memory {path.parent.name}/{path.stem}"
         try:
-            version = decode(path.read_bytes()).migrated_from
+            version = decode(read_regular(path)).migrated_from
+        except (NotRegularError, IsADirectoryError) as error:
+            remedy = f"`mv {path}` away, and put a copy back"
+            findings.append(Finding(name, "problem", str(error.strerror), NO_START, remedy))
         except OSError as error:
             remedy = f"as root `chown -R USER {path.parent}`, or choose another with --state-dir"
             findings.append(Finding(name, "problem", os.strerror(error.errno or 0), NO_START, remedy))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.compose import TableFileError, load_firmware, load_verbs, start_sections
+from hil.compose import TableFileError, load_firmware, load_verbs, read_text, start_sections
 from hil.config import BenchConfig, Catalogue, Change, ConfigError, diff, parse
 
 SWITCH_S = 0.0005
@@ -16,6 +16,10 @@ SWITCH_S = 0.0005
 
 class ReloadRefused(Exception):
     """Nothing has changed: ``str(error)`` says why, a line for each reason."""
+
+
+class ConfigUnreadable(ReloadRefused):
+    """The configuration is not there, or no text: as wrong as one with problems."""
 
 
 @dataclass(frozen=True)
@@ -42,15 +46,16 @@ def make_plan(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig) 
 
     Raises:
         ConfigError: it has problems, all of them with file:line:column.
-        ReloadRefused: it cannot be read, or not be had without a restart.
+        ConfigUnreadable: it cannot be read.
+        ReloadRefused: it cannot be had without a restart.
     """
     with _giving_way():
         try:
-            new = parse(path.read_text(), str(path), catalogue)
+            new = parse(read_text(path), str(path), catalogue)
         except UnicodeDecodeError as error:
-            raise ReloadRefused(f"{path}:1:1: this is not UTF-8 text ({error})") from None
+            raise ConfigUnreadable(f"{path}:1:1: this is not UTF-8 text ({error})") from None
         except OSError as error:
-            raise ReloadRefused(f"{path}: {error.strerror}") from None
+            raise ConfigUnreadable(f"{path}: {error.strerror}") from None
         changes = diff(old, new)
         if core := [line for change in changes if change.device is None for line in change.why]:
             raise ReloadRefused("\n".join(f"{line}: only a restart of the daemon does this" for line in core))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from hil.compose import axis_seed, make_device, make_port, serial_port_config, start_sections
 from hil.config import ConfigError, DeviceConfig
 from hil.daemon.reload.plan import Plan, ReloadRefused, make_plan, problems_of
-from hil.daemon.store import StoreError
+from hil.daemon.store import StoreError, belongs_to
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.pass_through import PassThrough
@@ -46,6 +46,8 @@ class Staged:
     boards: dict[str, Port] = field(default_factory=dict)
     memories: dict[str, tuple[int, dict[str, bytes], str | None]] = field(default_factory=dict)
     """Of twins that do not go on with their own: commits counted, sections, and a note for the operator."""
+    unfit: dict[str, str] = field(default_factory=dict)
+    """Of twins whose file on disk is another board's: why it is kept aside."""
     seeds: dict[str, int] = field(default_factory=dict)
     ports: list[Port] = field(default_factory=list)
 
@@ -154,6 +156,7 @@ class Reloader:
             await self._until_stored(plan)
             if problems := self._in_use(plan):
                 raise ReloadRefused("\n".join(problems))
+            self._keep_aside(staged)
         except BaseException:
             for port in staged.ports:
                 await port.close()
@@ -204,10 +207,15 @@ class Reloader:
             staged.ports.append(port)
             staged.sessions[label] = session
         old = daemon.config.twins.get(name)
-        if old is None or old.profile != config.profile:
-            loaded = await asyncio.to_thread(daemon.files.load, name, config.profile)
+        if old is None:
+            loaded = await asyncio.to_thread(daemon.files.look, name, config.profile)
             content = loaded.content
             staged.memories[name] = content.counter, dict(content.sections), loaded.note
+            if loaded.unfit:
+                staged.unfit[name] = loaded.unfit
+        elif old.profile != config.profile:  # whose board may still write it
+            staged.memories[name] = 0, {}, None
+            staged.unfit[name] = belongs_to(old.profile, config.profile)
 
     def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
         """A twin keeps its number, a new one gets the first that is free."""
@@ -242,6 +250,27 @@ class Reloader:
             await asyncio.sleep(_POLL_S)
 
     # ---- in one step ----
+
+    def _keep_aside(self, staged: Staged) -> None:
+        """Put away the files of other boards; all of them, or none.
+
+        Not in a thread: between the old board's last commit and its end nothing else may come.
+
+        Raises:
+            ReloadRefused: one cannot be put away.
+        """
+        files, done = self._daemon.files, []
+        try:
+            for name, reason in staged.unfit.items():
+                kept = files.keep_aside(name, reason)
+                if kept:
+                    done.append(kept)
+                    counter, sections, _ = staged.memories[name]
+                    staged.memories[name] = counter, sections, kept.note
+        except StoreError as error:
+            for kept in done:
+                files.put_back(kept)
+            raise ReloadRefused(str(error)) from error
 
     def _swap(self, plan: Plan, staged: Staged) -> list[Port]:
         """Put the new in the old's place; the ports that have gone, still open."""
@@ -296,10 +325,10 @@ class Reloader:
                 staged.real[name].taps = real.taps
             return [real.client, real.board]
         daemon.bench.remove(name)
+        daemon.notes.pop(name, None)  # of the start that ends here
         if not plan.has_twin(name):
             daemon.watches.sampler.gone(name)
             daemon.store.failures.pop(name, None)
-            daemon.notes.pop(name, None)
         for uart in (MAIN, NETWORK):
             label = port_label(name, uart)
             session = daemon.sessions.get(label)

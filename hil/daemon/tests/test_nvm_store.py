@@ -291,3 +291,20 @@ def test_a_disk_that_fails_for_good_never_tears_a_file(tmp_path: Path, code: int
 def test_the_bytes_of_a_stored_file_are_the_formats(tmp_path: Path) -> None:
     commit(tmp_path, NEW)
     assert (tmp_path / "m1.nvm").read_bytes() == encode(NEW)
+
+
+def test_a_look_moves_nothing_and_what_was_kept_aside_can_be_put_back(tmp_path: Path) -> None:
+    assert commit(tmp_path, OLD) == (True, "")
+    before = (tmp_path / "m1.nvm").read_bytes()
+    with opened(tmp_path) as store:
+        looked = store.look("m1", "sac")
+        assert (looked.content, looked.note) == (Content("sac", 0, {}), None)
+        assert looked.unfit == "it belongs to a 'mechaduino', not to a 'sac'"
+        assert names(tmp_path) == {"m1.nvm"}
+        kept = store.keep_aside("m1", looked.unfit)
+        assert kept is not None
+        assert names(tmp_path) == {"m1.nvm.damaged-1"}
+        assert store.keep_aside("m1", looked.unfit) is None  # there is none
+        store.put_back(kept)
+    assert names(tmp_path) == {"m1.nvm"}
+    assert (tmp_path / "m1.nvm").read_bytes() == before

@@ -99,6 +99,25 @@ def test_a_stale_symlink_is_replaced(tmp_path: Path) -> None:
         os.close(slave)
 
 
+@pytest.mark.parametrize("leaves_first", [0, 1, 2])
+def test_of_ports_with_one_name_it_points_at_the_newest_that_is_open(
+    tmp_path: Path, leaves_first: int
+) -> None:
+    async def main() -> None:
+        ports = [make(Options(), PortContext("b", "m1", tmp_path)) for _ in range(3)]
+        targets = []
+        for port in ports:
+            await port.open(DeafHost())
+            targets.append(os.readlink(port.address))
+        for n in (leaves_first, *({0, 1, 2} - {leaves_first})):
+            await ports[n].close()
+            targets[n] = ""
+            left = [target for target in targets if target]
+            assert [os.readlink(path) for path in tmp_path.iterdir()] == left[-1:]
+
+    asyncio.run(main())
+
+
 def test_a_name_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -> None:
     def take(address: str) -> None:
         os.unlink(address)
