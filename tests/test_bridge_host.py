@@ -205,3 +205,22 @@ def test_what_firmware_sent_while_somebody_looked_goes_on_its_line(using: Using)
         assert len(looks) == 2
 
     using(use)
+
+
+def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
+    """A scrape lets others run between any two values."""
+
+    async def use(host: Host) -> None:
+        daemon = host._daemon
+        sessions, devices = daemon.sessions, daemon.bench.devices
+        for metric, values in host.metrics():
+            session, device, found = sessions["s10"], devices["s10"], set()
+            for labels, _ in values:
+                found.update(labels[:1])
+                sessions.pop("s10", None)
+                devices.pop("s10", None)
+            sessions["s10"], devices["s10"] = session, device
+            if metric.name in ("hil_port_failed", "hil_device_failed"):
+                assert {"m1", "s1", "s10"} <= found
+
+    using(use)

@@ -1,7 +1,11 @@
 """Metrics and health of a running bench, as Prometheus and people get them."""
 
 import json
+import os
+import resource
+import select
 import socket
+import time
 import urllib.error
 import urllib.request
 from urllib.parse import urlparse
@@ -23,7 +27,11 @@ def url(server: Server) -> str:
 
 def scrape(server: Server) -> Samples:
     """Values by the sample's name and the values of its labels."""
-    with urllib.request.urlopen(url(server), timeout=PATIENCE_S) as answer:
+    return scrape_at(url(server))
+
+
+def scrape_at(where: str) -> Samples:
+    with urllib.request.urlopen(where, timeout=PATIENCE_S) as answer:
         assert answer.headers["Content-Type"].startswith("text/plain; version=0.0.4")
         text = answer.read().decode()
     families = list(text_string_to_metric_families(text))
@@ -99,6 +107,11 @@ def test_other_requests(server: Server) -> None:
     with urllib.request.urlopen(urllib.request.Request(root, method="HEAD"), timeout=PATIENCE_S) as answer:
         assert int(answer.headers["Content-Length"]) > 1000
     assert scrape(server)["hil_bridge_rejected_total", "metrics"] == 3
+    address = urlparse(root)
+    assert address.hostname
+    with socket.create_connection((address.hostname, address.port), timeout=PATIENCE_S) as proxied:
+        proxied.sendall(b"GET HTTP://elsewhere:1/metrics?x HTTP/1.1\r\nHost: elsewhere\r\n\r\n")
+        assert proxied.recv(15) == b"HTTP/1.1 200 OK"
 
 
 def test_clients_that_say_nothing_or_too_much_take_nothing_away(server: Server) -> None:
@@ -108,6 +121,8 @@ def test_clients_that_say_nothing_or_too_much_take_nothing_away(server: Server) 
     silent = [socket.create_connection(where, timeout=PATIENCE_S) for _ in range(20)]
     try:
         until(lambda: server.ask("status")["bridges"]["metrics"]["rejected"] >= 4, "four too many")
+        assert scrape(server)["hil_bridge_links", "metrics"] == 16  # the one that asks among them
+        assert server.output.count("16 clients are connected; who has said nothing longest is let go") == 1
         with server.client("m1") as client:
             client.ask(b"p")
     finally:
@@ -120,6 +135,30 @@ def test_clients_that_say_nothing_or_too_much_take_nothing_away(server: Server) 
     assert scrape(server)["hil_healthy",] in (0, 1)
 
 
+def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
+    """It is said once, and a scrape works again as soon as there are some."""
+    address = urlparse(url(server))
+    assert address.hostname
+    before = resource.prlimit(server.pid, resource.RLIMIT_NOFILE)
+    highest = max(map(int, os.listdir(f"/proc/{server.pid}/fd")))
+    resource.prlimit(server.pid, resource.RLIMIT_NOFILE, (highest + 1, before[1]))
+    waiting = [
+        socket.create_connection((address.hostname, address.port), timeout=PATIENCE_S) for _ in range(60)
+    ]
+    try:
+        until(lambda: "metrics: new clients have to wait: Too many open files" in server.output, "the word")
+        select.select([], [], [], 1.5)  # for it to be tried again
+        assert server.output.count("WARNING metrics: ") == 1, server.output
+        assert "Traceback" not in server.output
+        resource.prlimit(server.pid, resource.RLIMIT_NOFILE, before)
+        began_s = time.monotonic()
+        assert scrape_at(f"http://{address.netloc}/metrics")
+        assert time.monotonic() - began_s < 2
+    finally:
+        for each in waiting:
+            each.close()
+
+
 @pytest.mark.parametrize(
     ("listen", "said"),
     [
@@ -128,12 +167,31 @@ def test_clients_that_say_nothing_or_too_much_take_nothing_away(server: Server) 
         ("example.com:9464", "is reached from other computers"),
         ("9464", "write an address and a port, as in 127.0.0.1:9464"),
         ("127.0.0.1:70000", "write an address and a port"),
+        ("127.0.0.1:\N{SUPERSCRIPT TWO}", "write an address and a port"),
+        ("127.0.0.1\0:0", "is no address and no name of a computer"),
+        (f"{70 * 'a'}.example:0", "is no address and no name of a computer"),
     ],
 )
 def test_doors_that_stay_closed(place: Place, listen: str, said: str) -> None:
-    output = place.launch(config(bridges={"metrics": {"listen": listen}})).refused()
+    """``hil check`` finds them, with their place."""
+    text = config(bridges={"metrics": {"listen": listen}})
+    output = place.launch(text).refused()
     assert said in output
-    assert "bridges.metrics: listen:" in output
+    assert f"bridges.metrics{':' if 'reached' in said else '.listen:'}" in output
+    assert place.cli("check", str(place.write(text)), code=2).startswith(f"{place.folder}/bench.yaml:1:")
+
+
+@pytest.mark.parametrize("listen", ["127.1:0", "LOCALHOST:0", "localhost:0", "127.0.0.1:0"])
+def test_doors_that_nobody_outside_reaches(place: Place, listen: str) -> None:
+    server = place.serve(config(bridges={"metrics": {"listen": listen}}))
+    assert scrape(server)["hil_healthy",] in (0, 1)
+    assert not server.ask("status")["bridges"]["metrics"]["insecure"]
+
+
+def test_a_host_that_is_none(place: Place) -> None:
+    listen = "nosuchhost.invalid:9464"
+    output = place.launch(config(bridges={"metrics": {"listen": listen, "insecure": True}})).refused()
+    assert f"bridges.metrics: listen: {listen}: no such host; use 127.0.0.1" in output
 
 
 def test_an_open_door_is_said_to_be_one(place: Place) -> None:

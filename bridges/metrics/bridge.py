@@ -1,17 +1,25 @@
 """Serves the metrics. A scrape is written in slices, so that a large bench's boards do not wait for it."""
 
 import asyncio
-import ipaddress
+import errno
 import logging
 import os
+import re
+import socket
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from typing import Any
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
+from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
+from hil.vocab.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.vocab.bridges import BridgeError, BridgeHost
+from hil.vocab.limits import Limit
 
 __all__ = ["Options", "make", "reference"]
 
@@ -23,6 +31,10 @@ CONNECTIONS = 16
 REQUEST_S = 10.0
 """A client that has not asked by then, or has not read its answer, is sent away."""
 REQUEST_BYTES = 16 * 1024
+_BACKLOG = 128
+_GONE_AFTER_S = 0.002  # a client that was let go has closed its file
+_AUTHORITY = re.compile(rb"https?://[^/?]*", re.I)
+"""Of a target in absolute form, as proxies get it and each server has to take it (RFC 9112, 3.2.2)."""
 
 
 class Options(BaseModel):
@@ -41,6 +53,32 @@ class Options(BaseModel):
         default=False, description="Let other computers read the metrics; log and status say so again."
     )
 
+    @field_validator("listen")
+    @classmethod
+    def _has_the_form(cls, listen: str) -> str:
+        try:
+            endpoint(listen)
+        except ValueError as error:
+            raise PydanticCustomError(
+                "listen",
+                "{why}",
+                {"why": str(error), "remedy": "write an address and a port, as in 127.0.0.1:9464"},
+            ) from None
+        return listen
+
+    @model_validator(mode="after")
+    def _is_meant(self) -> Self:
+        if not self.insecure and not is_loopback(endpoint(self.listen)[0]):
+            raise PydanticCustomError(
+                "reached",
+                "listen: {listen} is reached from other computers, and metrics have no users",
+                {
+                    "listen": self.listen,
+                    "remedy": "listen on 127.0.0.1 and let a proxy ask who it is, or write `insecure: true`",
+                },
+            )
+        return self
+
 
 def make(options: Options, host: BridgeHost) -> "MetricsBridge":
     """The bridge, not yet open."""
@@ -53,9 +91,23 @@ def reference() -> str:
         [
             "## The metrics bridge\n",
             "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
-            f" At most {CONNECTIONS} connections at a time; each carries one request.",
+            f" At most {CONNECTIONS} connections at a time, of which silent"
+            " ones give way; each carries one request.",
         ]
     )
+
+
+@dataclass(eq=False)
+class _Visit:
+    """A connection."""
+
+    since_s: float
+    """When it came, of the event loop's clock."""
+    has_asked: bool = False
+    """Its request is there: it is not let go."""
+    task: "asyncio.Task[None] | None" = None
+    has_begun: bool = False
+    """The task has the connection."""
 
 
 class MetricsBridge:
@@ -64,72 +116,138 @@ class MetricsBridge:
     def __init__(self, options: Options, host: BridgeHost) -> None:
         self._options = options
         self._host = host
-        self._server: asyncio.Server | None = None
-        self._clients: dict[asyncio.Task[Any], asyncio.StreamWriter] = {}
-        self._address = options.listen
+        self._acceptors: list[Acceptor[socket.socket]] = []
+        self._visits: set[_Visit] = set()
+        self._addresses = [options.listen]
         self.scrapes = 0
         self.rejected = 0
 
     async def open(self) -> None:
-        host, port = _endpoint(self._options)
-        if not _is_loopback(host):
+        self._loop = asyncio.get_running_loop()
+        self._full = Limit(log.warning, self._loop.call_later)
+        self._no_file = Limit(log.warning, self._loop.call_later)
+        if not is_loopback(endpoint(self._options.listen)[0]):
             log.warning(
                 "bridges.metrics: insecure: whoever reaches %s may read all metrics", self._options.listen
             )
         try:
-            self._server = await asyncio.start_server(self._client, host, port, limit=REQUEST_BYTES)
+            listeners = await self._listeners()
+        except (socket.gaierror, UnicodeError):
+            raise BridgeError(
+                f"listen: {self._options.listen}: no such host; use 127.0.0.1, or an address of this machine"
+            ) from None
         except OSError as error:
             why = os.strerror(error.errno or 0)
             raise BridgeError(f"listen: {self._options.listen}: {why}; choose another") from None
-        bound = self._server.sockets[0].getsockname()
-        self._address = f"[{bound[0]}]:{bound[1]}" if ":" in bound[0] else f"{bound[0]}:{bound[1]}"
+        self._addresses = [_shown(*each.getsockname()[:2]) for each in listeners]
+        self._acceptors = [Acceptor(each, self._loop, self._came, self._wait) for each in listeners]
+
+    async def _listeners(self) -> list[socket.socket]:
+        """At each address that a name stands for, as ::1 and 127.0.0.1 for localhost. Raises OSError."""
+        host, number = endpoint(self._options.listen)
+        found = await self._loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        listeners: list[socket.socket] = []
+        for at, (family, _, _, _, address) in enumerate(found):
+            try:
+                listener = socket.create_server(address, family=family, backlog=_BACKLOG)
+            except OSError as error:
+                is_last = at == len(found) - 1
+                if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT) and (listeners or not is_last):
+                    continue  # a computer without IPv6
+                for each in listeners:
+                    each.close()
+                raise
+            listener.setblocking(False)
+            listeners.append(listener)
+            if number == 0:
+                break  # one free port, not another for each
+        return listeners
 
     async def close(self) -> None:
-        if self._server:
-            self._server.close()
-        for task, writer in list(self._clients.items()):
-            writer.transport.abort()
-            task.cancel()
-            with suppress(asyncio.CancelledError):
-                await task
+        for acceptor in self._acceptors:
+            acceptor.close()
+        if self._acceptors:
+            self._full.close()
+            self._no_file.close()
+        for visit in list(self._visits):
+            if visit.task:
+                visit.task.cancel()
+                with suppress(asyncio.CancelledError):
+                    await visit.task
 
     async def devices_changed(self, names: Collection[str]) -> None:
         """Each scrape asks which there are."""
 
     def status(self) -> Mapping[str, Any]:
         return {
-            "root": f"http://{self._address}/metrics",
-            "listen": [self._address],
+            "root": f"http://{self._addresses[0]}/metrics",
+            "listen": list(self._addresses),
             "connect": [],
-            "links": len(self._clients),
+            "links": len(self._visits),
             "commands": self.scrapes,
             "rejected": self.rejected,
             "dropped": 0,
-            "insecure": not _is_loopback(_endpoint(self._options)[0]),
+            "insecure": not is_loopback(endpoint(self._options.listen)[0]),
             "risk": "whoever reaches it reads all metrics",
         }
 
-    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task is not None
-        if len(self._clients) >= CONNECTIONS:
-            self.rejected += 1
-            writer.transport.abort()
-            return
-        self._clients[task] = writer
+    def _came(self, connection: socket.socket) -> None:
+        if len(self._visits) >= CONNECTIONS:
+            self._full.reached(
+                f"metrics: {CONNECTIONS} clients are connected; who has said nothing longest is let go"
+            )
+            if not self._let_go():
+                self.rejected += 1
+                connection.close()
+                return
+        visit = _Visit(self._loop.time())
+        self._visits.add(visit)
+        visit.task = self._loop.create_task(self._stay(connection, visit))
+        visit.task.add_done_callback(partial(self._has_gone, connection, visit))
+
+    def _wait(self, why: str) -> float:
+        self._no_file.reached(f"metrics: new clients have to wait: {why}")
+        return _GONE_AFTER_S if self._let_go() else ACCEPT_AGAIN_S
+
+    def _let_go(self) -> bool:
+        """The one that has not asked for the longest time, if there is one."""
+        silent = [visit for visit in self._visits if not visit.has_asked]
+        if not silent:
+            return False
+        gone = min(silent, key=lambda visit: visit.since_s)
+        self._visits.discard(gone)
+        self.rejected += 1
+        if gone.task:
+            gone.task.cancel()
+        return True
+
+    def _has_gone(self, connection: socket.socket, visit: _Visit, task: "asyncio.Task[None]") -> None:
+        self._visits.discard(visit)
+        if not visit.has_begun:  # a task that is cancelled at once never runs
+            connection.close()
+
+    async def _stay(self, connection: socket.socket, visit: _Visit) -> None:
+        visit.has_begun = True
+        try:
+            reader, writer = await asyncio.open_connection(sock=connection, limit=REQUEST_BYTES)
+        except BaseException:
+            connection.close()
+            raise
         try:
             async with asyncio.timeout(REQUEST_S):
-                await self._answer(await reader.readuntil(b"\r\n\r\n"), writer)
+                request = await reader.readuntil(b"\r\n\r\n")
+                visit.has_asked = True
+                await self._answer(request, writer)
+                writer.close()
+                await writer.wait_closed()  # until the client has read it all
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             self.rejected += 1  # it left, is too slow, or asks for too much
-            writer.transport.abort()
         finally:
-            writer.close()
-            del self._clients[task]
+            writer.transport.abort()
 
     async def _answer(self, request: bytes, writer: asyncio.StreamWriter) -> None:
         method, _, rest = request.partition(b" ")
-        path = rest.partition(b" ")[0].partition(b"?")[0]
+        path = _AUTHORITY.sub(b"", rest.partition(b" ")[0], count=1).partition(b"?")[0] or b"/"
         status, body = b"200 OK", b""
         if method not in (b"GET", b"HEAD"):
             status, body = b"405 Method Not Allowed", b"GET only\n"
@@ -155,22 +273,5 @@ class MetricsBridge:
         return bytes(parts)
 
 
-def _endpoint(options: Options) -> tuple[str, int]:
-    """Address and port. Raises BridgeError."""
-    host, _, port = options.listen.rpartition(":")
-    host = host.removeprefix("[").removesuffix("]")
-    if not host or not port.isdigit() or int(port) > 65535:
-        raise BridgeError(f"listen: {options.listen!r}: write an address and a port, as in 127.0.0.1:9464")
-    if not options.insecure and not _is_loopback(host):
-        raise BridgeError(
-            f"listen: {options.listen} is reached from other computers, and metrics have no users; listen on"
-            " 127.0.0.1 and let a proxy ask who it is, or write `insecure: true`"
-        )
-    return host, int(port)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+def _shown(host: str, number: int) -> str:
+    return f"[{host}]:{number}" if ":" in host else f"{host}:{number}"

@@ -159,7 +159,7 @@ class BridgeHost(Protocol):
         """``state`` (ok or degraded) and its ``problems``, ticks, missed wakes, devices that have failed."""
 
     def metrics(self) -> Iterator[Reading]:
-        """All metrics with their values, each read as it is iterated."""
+        """All metrics with their values, each metric read when its turn comes; others may run in between."""
 
     def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
         """Call with what was on the line; answers what ends it."""

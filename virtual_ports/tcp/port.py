@@ -10,14 +10,13 @@ from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hil.vocab.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.vocab.limits import Limit
 from hil.vocab.ports import Port, PortContext, PortError, PortHost, PortStats
 from virtual_ports.tcp.client import Client
 
 _READ_BYTES = 65536
 _BACKLOG = 128
-_ACCEPT_AGAIN_S = 1.0
-_ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the other ports
 _LOOK_EVERY_S = 5.0
 RESERVED_FDS = 32
 """No client gets one of the last file descriptors: the boards' memories and the control socket need some."""
@@ -93,8 +92,7 @@ class TcpPort:
         self._last_codec: Codec | None = None
         self._title = f"tcp port of {context.device}"
         self._number = options.port
-        self._listener: socket.socket | None = None
-        self._accept_timer: asyncio.TimerHandle | None = None
+        self._acceptor: Acceptor[socket.socket] | None = None
         self._look_timer: asyncio.TimerHandle | None = None
         self._clients: dict[int, Client] = {}
         self._reading = True
@@ -115,14 +113,14 @@ class TcpPort:
                 self._options.host, self._options.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
             )
             family, _, _, _, address = found[0]
-            self._listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
+            listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
         except (OSError, UnicodeError) as error:
             raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
         self._full = Limit(log.warning, self._loop.call_later)
         self._out_of_fds = Limit(log.warning, self._loop.call_later)
-        self._listener.setblocking(False)
-        self._number = self._listener.getsockname()[1]
-        self._loop.add_reader(self._listener, self._accept)
+        listener.setblocking(False)
+        self._number = listener.getsockname()[1]
+        self._acceptor = Acceptor(listener, self._loop, self._came, self._wait)
 
     def _where(self) -> str:
         return self.address.partition("://")[2]
@@ -142,26 +140,16 @@ class TcpPort:
             return f"no permission for port {number}; choose another port: above 1023, or 0 for any free one"
         return f"{error.strerror}; choose another host: or port:"
 
-    def _accept(self) -> None:
-        assert self._listener is not None
-        for _ in range(_ACCEPTS_AT_ONCE):
-            try:
-                connection, _ = self._listener.accept()
-            except BlockingIOError:
-                return
-            except ConnectionError:
-                continue  # it hung up while it was waiting
-            except OSError as error:
-                # No fd or memory is left, and the listener stays readable: try again when some may be.
-                self._out_of_fds.reached(f"{self._title}: new clients have to wait: {error.strerror}")
-                self._loop.remove_reader(self._listener)
-                self._accept_timer = self._loop.call_later(_ACCEPT_AGAIN_S, self._accept_again)
-                return
-            self._connects += 1
-            if self._is_room_for(connection):
-                self._take(connection)
-            else:
-                connection.close()
+    def _wait(self, why: str) -> float:
+        self._out_of_fds.reached(f"{self._title}: new clients have to wait: {why}")
+        return ACCEPT_AGAIN_S
+
+    def _came(self, connection: socket.socket) -> None:
+        self._connects += 1
+        if self._is_room_for(connection):
+            self._take(connection)
+        else:
+            connection.close()
 
     def _is_room_for(self, connection: socket.socket) -> bool:
         if len(self._clients) >= self._options.max_clients:
@@ -195,10 +183,6 @@ class TcpPort:
                 self._forget(client)
         self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look) if self._clients else None
 
-    def _accept_again(self) -> None:
-        if self._listener is not None:
-            self._loop.add_reader(self._listener, self._accept)
-
     def _count(self, tx_bytes: int, dropped_bytes: int) -> None:
         self._tx_bytes += tx_bytes
         self._dropped_bytes += dropped_bytes
@@ -208,7 +192,7 @@ class TcpPort:
         self._loop.call_soon(self._tell_drained)
 
     def _tell_drained(self) -> None:
-        if self._listener is not None and self.backlog() == 0:
+        if self._acceptor is not None and self.backlog() == 0:
             self._host.drained()
 
     def write(self, data: bytes) -> None:
@@ -273,18 +257,16 @@ class TcpPort:
             tx_bytes=self._tx_bytes,
             dropped_bytes=self._dropped_bytes,
             unheard_bytes=self._unheard_bytes,
-            turned_away=self._full.count + self._out_of_fds.count if self._listener else 0,
+            turned_away=self._full.count + self._out_of_fds.count if self._acceptor else 0,
         )
 
     async def close(self) -> None:
-        for timer in (self._accept_timer, self._look_timer):
-            if timer is not None:
-                timer.cancel()
-        if self._listener is not None:
+        if self._look_timer is not None:
+            self._look_timer.cancel()
+        if self._acceptor is not None:
             self._full.close()
             self._out_of_fds.close()
-            self._loop.remove_reader(self._listener)
-            self._listener.close()
-            self._listener = None
+            self._acceptor.close()
+            self._acceptor = None
         for client in list(self._clients.values()):
             self._forget(client)

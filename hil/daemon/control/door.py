@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from hil.vocab.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.vocab.limits import Limit
 
 MAX_CLIENTS = 64
 _BACKLOG = 128
-_ACCEPT_AGAIN_S = 1.0
 _GONE_AFTER_S = 0.002  # a client that was let go has closed its file
-_ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the boards
 
 log = logging.getLogger("hil")
 
@@ -38,8 +37,7 @@ Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[
 
 
 class ControlDoor:
-    """A listening unix socket. Asyncio's own server would log a hundred errors at a time, without end, while
-    no file descriptor is left."""
+    """A listening unix socket."""
 
     def __init__(self, path: Path, serve: Serve, line_limit: int) -> None:
         """``serve`` is run for each client; what it waits for ends with an error when the client has to go.
@@ -51,45 +49,30 @@ class ControlDoor:
         self._line_limit = line_limit
         self._loop = asyncio.get_running_loop()
         self._visits: set[Visit] = set()
-        self._timer: asyncio.TimerHandle | None = None
         self._full = Limit(log.warning, self._loop.call_later)
         self._no_file = Limit(log.warning, self._loop.call_later)
-        self._listener = socket.socket(socket.AF_UNIX)
+        listener = socket.socket(socket.AF_UNIX)
         try:
-            self._listener.bind(str(path))
-            self._listener.listen(_BACKLOG)
+            listener.bind(str(path))
+            listener.listen(_BACKLOG)
         except OSError:
-            self._listener.close()
+            listener.close()
             raise
-        self._listener.setblocking(False)
-        self._loop.add_reader(self._listener, self._accept)
+        listener.setblocking(False)
+        self._acceptor = Acceptor(listener, self._loop, self._take, self._wait)
 
-    def _accept(self) -> None:
-        for _ in range(_ACCEPTS_AT_ONCE):
-            try:
-                connection, _ = self._listener.accept()
-            except BlockingIOError:
-                return
-            except ConnectionError:
-                continue  # it hung up while it was waiting
-            except OSError as error:
-                # No fd or memory is left, and the listener stays readable: try again when some may be.
-                self._no_file.reached(f"control socket: new clients have to wait: {error.strerror}")
-                self._loop.remove_reader(self._listener)
-                delay_s = _GONE_AFTER_S if self._let_go() else _ACCEPT_AGAIN_S
-                self._timer = self._loop.call_later(delay_s, self._accept_again)
-                return
-            if not self._make_room():
-                connection.close()
-                continue
-            visit = Visit(self._loop.time())
-            self._visits.add(visit)
-            visit.task = self._loop.create_task(self._stay(connection, visit))
-            visit.task.add_done_callback(partial(self._has_gone, connection, visit))
+    def _take(self, connection: socket.socket) -> None:
+        if not self._make_room():
+            connection.close()
+            return
+        visit = Visit(self._loop.time())
+        self._visits.add(visit)
+        visit.task = self._loop.create_task(self._stay(connection, visit))
+        visit.task.add_done_callback(partial(self._has_gone, connection, visit))
 
-    def _accept_again(self) -> None:
-        self._timer = None
-        self._loop.add_reader(self._listener, self._accept)
+    def _wait(self, why: str) -> float:
+        self._no_file.reached(f"control socket: new clients have to wait: {why}")
+        return _GONE_AFTER_S if self._let_go() else ACCEPT_AGAIN_S
 
     def _make_room(self) -> bool:
         if len(self._visits) < MAX_CLIENTS:
@@ -130,9 +113,6 @@ class ControlDoor:
 
     def close(self) -> None:
         """Let nobody in any more; those who are inside stay."""
-        self._loop.remove_reader(self._listener)
-        self._listener.close()
-        if self._timer:
-            self._timer.cancel()
+        self._acceptor.close()
         self._full.close()
         self._no_file.close()

@@ -42,10 +42,11 @@ class Row(NamedTuple):
 
 
 def readings(daemon: "Daemon") -> Iterator[Reading]:
-    """All metrics with their values."""
+    """All metrics with their values. Each is read in one go: between two of them, a reload may add and remove
+    devices."""
     scrape = Scrape(daemon)
     for metric, read in METRICS:
-        yield metric, read(scrape)
+        yield metric, list(read(scrape))
 
 
 def octave_histogram(octaves: Iterable[int], total_ns: int) -> Histogram:

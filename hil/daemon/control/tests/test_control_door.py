@@ -18,7 +18,7 @@ def test_who_is_let_go_before_anybody_served_it_is_not_kept_waiting(tmp_path: Pa
         with socket.socket(socket.AF_UNIX) as client:
             client.connect(str(path))
             client.setblocking(False)
-            door._accept()
+            door._acceptor.accept()
             assert door._let_go()
             try:
                 return await asyncio.wait_for(asyncio.get_running_loop().sock_recv(client, 1), 5)
