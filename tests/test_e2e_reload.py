@@ -227,6 +227,24 @@ def test_a_refused_reload_leaves_the_names_of_the_ports(place: Place) -> None:
     server.stop()
 
 
+def test_a_number_that_a_port_of_the_bench_has_is_told_as_such(place: Place) -> None:
+    server = place.serve(config(devices={"m1": TCP, "m2": {}}))
+    number = int(server.status("m1")["address"].rpartition(":")[2])
+
+    def at(kind: str) -> Devices:
+        return {"port": {"kind": kind, "port": number}}
+
+    said = refused(place, server, {"m1": at("rfc2217"), "m2": {}})
+    assert f"port of m1: cannot listen on 127.0.0.1:{number}" in said
+    assert "; m1 itself has this number, " in said
+    said = refused(place, server, {"m2": at("tcp")})
+    assert "; m1 has this number, " in said
+    assert said.endswith("take another number, or restart the daemon")
+    assert reload(place, server, {"m2": {}}) == {"kept": ["m2"], "removed": ["m1"]}
+    assert reload(place, server, {"m2": at("tcp")}) == {"restarted": ["m2"]}
+    server.stop()
+
+
 def test_more_than_the_core_has_room_for(place: Place) -> None:
     server = place.serve(config(devices={"m1": {}}))
     assert "8 boards begin, and the core has room for 7" in refused(

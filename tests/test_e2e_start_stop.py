@@ -326,12 +326,18 @@ def test_a_folder_that_somebody_made_stays(place: Place) -> None:
     assert list(place.runtime.iterdir()) == []
 
 
+def test_a_configuration_may_come_through_a_pipe(place: Place) -> None:
+    reader, writer = os.pipe()
+    os.write(writer, config().encode())
+    os.close(writer)
+    command = [HIL, "check", f"/dev/fd/{reader}"]
+    done = subprocess.run(command, pass_fds=[reader], capture_output=True, text=True, timeout=PATIENCE_S)
+    os.close(reader)
+    assert done.returncode == 0, done.stderr
+
+
 def test_what_is_no_file_is_not_waited_for(place: Place) -> None:
     path = place.folder / "t.yaml"
-    os.mkfifo(path)
-    assert "it is a FIFO" in place.hil("check", str(path), code=2)
-    assert "it is a FIFO" in place.hil("serve", str(path), *place.folders(), code=2)
-    path.unlink()
     memory = place.state / "t" / "m1.nvm"
     memory.parent.mkdir(parents=True)
     os.mkfifo(memory)

@@ -406,11 +406,12 @@ app.command("arduino-monitor", hidden=True)(arduino.monitor)
 
 
 def _read_config(path: Path) -> Any:
-    from hil.compose import find_catalogue, read_text
+    from hil.compose import find_catalogue
     from hil.config import ConfigError, parse
 
     try:
-        return parse(read_text(path), str(path), find_catalogue())
+        # Also from a shell's `<(...)`, which is a pipe.
+        return parse(path.read_text(), str(path), find_catalogue())
     except ConfigError as error:
         raise fail(str(error), 2) from None
     except UnicodeDecodeError as error:

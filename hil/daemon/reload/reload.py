@@ -6,6 +6,7 @@ changed. Then the new takes the old's place in one step, which cannot fail; at l
 """
 
 import asyncio
+import errno
 import logging
 from collections.abc import Mapping
 from contextlib import suppress
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hil.compose import axis_seed, make_device, make_port, serial_port_config, start_sections
-from hil.config import ConfigError, DeviceConfig
+from hil.config import ConfigError, DeviceConfig, PortConfig
 from hil.daemon.reload.plan import Plan, ReloadRefused, make_plan, problems_of
 from hil.daemon.store import StoreError, belongs_to
 from hil.session.device import Device
@@ -24,7 +25,7 @@ from hil.session.session import Session
 from hil.vocab.bridges import BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import Port, PortError, port_label
+from hil.vocab.ports import Port, PortError, PortHost, port_label
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
@@ -203,7 +204,7 @@ class Reloader:
             port = make_port(port_config, daemon.port_context(label))
             session = Session(daemon.bench, device, port, daemon.lines, uart=uart)
             session.vacate()
-            await port.open(session)
+            await self._open(port, session, port_config, label)
             staged.ports.append(port)
             staged.sessions[label] = session
         old = daemon.config.twins.get(name)
@@ -236,8 +237,30 @@ class Reloader:
         staged.boards[name] = board = make_port(serial_port_config(config), context)
         if old is None or old.port != config.port:
             staged.real[name] = real = PassThrough(name, make_port(config.port, context), board)
-            await real.client.open(real.to_board)
+            await self._open(real.client, real.to_board, config.port, name)
             staged.ports.append(real.client)
+
+    async def _open(self, port: Port, host: PortHost, config: PortConfig, label: str) -> None:
+        """Open a port beside those that run, and if one of them is in its way, say so.
+
+        Raises:
+            PortError: it cannot be opened.
+        """
+        try:
+            await port.open(host)
+        except PortError as error:
+            if getattr(error.__cause__, "errno", None) != errno.EADDRINUSE:
+                raise
+            end = f":{getattr(config.options, 'port', None)}"
+            addresses = self._daemon.addresses()
+            holders = [name for name, address in addresses if "://" in address and address.endswith(end)]
+            if not holders:
+                raise
+            holder = f"{label} itself" if label in holders else holders[0]
+            raise PortError(
+                f"{error}; {holder} has this number, and a reload opens new ports before it closes old ones:"
+                " take another number, or restart the daemon"
+            ) from error
 
     async def _until_stored(self, plan: Plan) -> None:
         """A board whose memory is being written has to know what became of it."""
