@@ -11,6 +11,10 @@ def main() -> None:
 
         print_names(sys.argv[2:])
         return
+    if None in (sys.stdin, sys.stdout, sys.stderr):
+        from hil.daemon.service.journal import give_streams
+
+        give_streams()
     if sys.argv[1:2] == ["serve"]:
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
     from hil.daemon.command_line.cli import app
