@@ -44,6 +44,7 @@ touch ready
 LINES: dict[str, set[str]] = {
     "hil se": {"serve", "set"},
     "hil fault i": {"inject"},
+    "hil completion ": {"bash", "zsh", "fish"},
     "hil status --j": {"--json"},
     "hil reset ": {"m1", "s1", "s2"},
     "hil reset --bench ": {"t"},
@@ -154,7 +155,7 @@ def test_names_of_other_benches_are_not_mixed(folder: Place) -> None:
 
 
 def test_without_a_bench_names_are_empty_and_no_error(place: Place) -> None:
-    for kind in KINDS.keys() - {"faults"}:
+    for kind in KINDS.keys() - {"faults", "shells"}:
         assert place.hil("_names", kind, "axis", "m1", "reset", *place.folders()[:2]) == ""
 
 

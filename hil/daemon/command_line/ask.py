@@ -27,10 +27,10 @@ def fail(message: str, code: int = 1) -> typer.Exit:
     import os
     import sys
 
-    from hil.daemon.service.journal import is_journal, prefixed
+    from hil.daemon.service.journal import is_journal, prefixed, say
 
     in_journal = is_journal(sys.stderr, os.environ)
-    typer.echo(prefixed(message, logging.ERROR) if in_journal else message, err=True)
+    say(prefixed(message, logging.ERROR) if in_journal else message, sys.stderr)
     return typer.Exit(code)
 
 

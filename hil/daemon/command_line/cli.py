@@ -3,7 +3,7 @@
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -18,9 +18,6 @@ from hil.daemon.command_line import (
 )
 from hil.daemon.command_line.arduino import commands as arduino
 from hil.daemon.command_line.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
-
-if TYPE_CHECKING:
-    from hil.daemon.daemon import Daemon
 
 app = typer.Typer(
     name="hil",
@@ -78,13 +75,14 @@ def serve(
     import asyncio
     import os
 
+    from hil.daemon.command_line.started import started
     from hil.daemon.daemon import Daemon, StartError
     from hil.daemon.linux.open_files import allow_many
     from hil.daemon.paths import log_file, runtime_base, state_base
     from hil.daemon.service.journal import start_log
     from hil.daemon.service.notify import Notifier
 
-    start_log(sys.stderr, os.environ)
+    writer = start_log(sys.stderr, os.environ)
     notifier = Notifier(os.environ, os.getpid())
     try:
         bench = _read_config(config)
@@ -104,54 +102,13 @@ def serve(
     )
     allow_many()
     try:
-        asyncio.run(daemon.run(_say_started))
+        try:
+            asyncio.run(daemon.run(lambda daemon: started(daemon, writer)))
+        finally:
+            writer.close()
     except StartError as error:
         notifier.status(str(error))
         raise fail(f"hil: {error}", 2) from None
-
-
-def _say_started(daemon: "Daemon") -> None:
-    import os
-
-    from hil.daemon.service.journal import is_journal
-
-    typer.echo(
-        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
-    )
-    if is_journal(sys.stdout, os.environ):  # nobody types from there
-        for name, address in daemon.addresses():
-            typer.echo(f"{name} at {address}")
-        return
-    for name, session in daemon.sessions.items():
-        address, device = session.port.address, daemon.config.devices[session.device.name]
-        profile = daemon.catalogue.profiles[device.profile]
-        if name != session.device.name:
-            typer.echo(f"  {name} at {address}, {profile.network_baud} baud, packets")
-            continue
-        baud = device.baud or 115200
-        typer.echo(
-            f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
-        )
-        if "://" not in address:
-            typer.echo(f"  picocom -b {baud} {address}")
-        client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
-        greeting = profile.greeting.encode()
-        typer.echo(
-            f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
-        )
-    for name, tap in daemon.tap_sessions.items():
-        typer.echo(f"\n{name}: tap at {tap.port.address}, {tap.tap.baud_now} baud")
-    for name, real in daemon.real.items():
-        away = "" if real.board.stats().clients else " (away, tried again each second)"
-        typer.echo(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
-    for kind, bridge in daemon.bridges.items():
-        status = bridge.status()
-        doors = ", ".join([*status["listen"], *status["connect"]])
-        typer.echo(f"\n{kind}: {status['root']} at {doors}")
-        if status["insecure"]:
-            typer.echo(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
-    typer.echo("\nCtrl-C ends the bench.")
-    sys.stdout.flush()
 
 
 @app.command()

@@ -34,6 +34,7 @@ TAKES = {
     "zenoh keys bench": "",
     "zenoh keys port": "",
     "sac oneshot number": "",
+    "shell": "shells",
 }
 """What a parameter's value is: a file, a folder, or one of ``names.KINDS``; by the parameter's name, or by
 the command's and its. All others have no names that could be listed."""

@@ -12,6 +12,10 @@ def main() -> None:
 
         print_names(sys.argv[2:])
         return
+    if None in (sys.stdin, sys.stdout, sys.stderr):
+        from hil.daemon.service.journal import give_streams
+
+        give_streams()
     if sys.argv[1:2] == ["serve"]:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come

@@ -100,6 +100,12 @@ def _fault_numbers(line: Line) -> Names:
     return [(str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")]
 
 
+def _shells(line: Line) -> Names:
+    from hil.daemon.command_line.completion import SHELLS
+
+    return [(shell, "") for shell in SHELLS]
+
+
 KINDS: dict[str, Callable[[Line], Names]] = {
     "benches": _benches,
     "devices": _devices,
@@ -111,6 +117,7 @@ KINDS: dict[str, Callable[[Line], Names]] = {
     "faults": _faults,
     "fault-values": _fault_values,
     "fault-numbers": _fault_numbers,
+    "shells": _shells,
 }
 """What there are names of, as ``commands.TAKES`` says it."""
 
