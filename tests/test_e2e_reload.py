@@ -144,7 +144,8 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
     ):
         make()
         assert trouble in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
-        assert trouble in place.cli("check", str(path), code=2)
+        if not path.is_fifo():  # a command that is typed may wait for a pipe, a running bench may not
+            assert trouble in place.cli("check", str(path), code=2)
         if path.is_dir():
             path.rmdir()
         else:
