@@ -10,7 +10,8 @@ import asyncio, logging, sys
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.command_line.cli import _say_started
+from hil.daemon.command_line.started import started as say_started
+from hil.daemon.service.log_writer import LogWriter
 from hil.daemon.daemon import Daemon
 from hil.vocab.firmware import ByteAvailable, Delay
 
@@ -57,7 +58,7 @@ class Broken:
 
 def started(daemon):
     daemon.bench.devices["m1"]._make_firmware = Broken
-    _say_started(daemon)
+    say_started(daemon, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
 path, runtime, state = map(Path, sys.argv[1:])

@@ -15,14 +15,15 @@ import asyncio, sys, time
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.command_line.cli import _say_started
+from hil.daemon.command_line.started import started as say_started
+from hil.daemon.service.log_writer import LogWriter
 from hil.daemon.daemon import Daemon
 
 def started(daemon):
     loop = asyncio.get_running_loop()
     for k in range(10):  # the event loop does not run for 200 ms
         loop.call_later(seconds * (k + 0.5) / 10, time.sleep, 0.2)
-    _say_started(daemon)
+    say_started(daemon, LogWriter(2))
 
 path, runtime, state, log = map(Path, sys.argv[1:5])
 seconds = float(sys.argv[5])

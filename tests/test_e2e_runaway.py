@@ -11,7 +11,8 @@ import asyncio, logging, re, sys, time
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.command_line.cli import _say_started
+from hil.daemon.command_line.started import started as say_started
+from hil.daemon.service.log_writer import LogWriter
 from hil.daemon.daemon import Daemon
 from hil.vocab.firmware import ByteAvailable, Delay
 
@@ -71,7 +72,7 @@ def started(daemon):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
         before(device)
     device.on_failed = failed
-    _say_started(daemon)
+    say_started(daemon, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
 path, runtime, state = map(Path, sys.argv[1:])
