@@ -61,6 +61,7 @@ test-system: $(VENV)/.dev
 	HIL_POWER_CUTS=$(or $(CUTS),60) $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/system/boot_*.py
 
 # hil in a venv of its own, and the systemd units. DESTDIR is for packages: nothing is started then.
+# Where homes are, ProtectHome= of the units shows nothing: systemd.exec(5).
 PREFIX ?= /usr/local
 install-service:
 	@case "$$($(PYTHON) -c 'import sys; print(sys.base_prefix)')" in /home/*|/root/*) \

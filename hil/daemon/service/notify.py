@@ -71,6 +71,11 @@ class Notifier:
         """All is well."""
         self._send("WATCHDOG=1")
 
+    def trigger(self) -> None:
+        """The core hangs, as long as the watchdog waits: it need not wait on, rounded up to a quarter of a
+        second (systemd's timers). systemd before 243 does not know this, and waits."""
+        self._send("WATCHDOG=trigger")
+
     def _send(self, *lines: str, wait_s: float = 0.0) -> None:
         if self._address is None or self._socket is None:
             return
@@ -93,12 +98,20 @@ class Heartbeat:
     that it asks."""
 
     ticks: int = -1
+    _still: int = 0
 
     def beats(self, ticks: int) -> bool:
         """``ticks``: the core's counter now."""
         moved = ticks != self.ticks
         self.ticks = ticks
+        self._still = 0 if moved else self._still + 1
         return moved
+
+    @property
+    def has_stopped(self) -> bool:
+        """The core has not moved in as many looks as the watchdog's time has. Looks, not seconds: a process
+        that was stopped as a whole makes none."""
+        return self._still >= _PINGS - 1
 
 
 @dataclass

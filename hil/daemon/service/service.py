@@ -71,6 +71,8 @@ class Service:
     def _ping(self) -> None:
         if self._heartbeat.beats(self._daemon.bench.core.native.rt_stats()["ticks"]):
             self._notifier.ping()
+        elif self._heartbeat.has_stopped:
+            self._notifier.trigger()
         self._timers["ping"] = asyncio.get_running_loop().call_later(self._notifier.ping_s, self._ping)
 
 

@@ -118,3 +118,11 @@ def test_priorities_for_the_journal(tmp_path: Path) -> None:
         assert not is_journal(file, {"JOURNAL_STREAM": f"{stat.st_dev}:{stat.st_ino + 1}"})
         assert not is_journal(file, {})
     assert not is_journal(file, {"JOURNAL_STREAM": "1:2"})  # closed
+
+
+def test_a_core_that_does_not_move_for_the_watchdogs_time_has_stopped() -> None:
+    heartbeat = Heartbeat()
+    looks = [(heartbeat.beats(7), heartbeat.has_stopped) for _ in range(17)]
+    assert looks == [(True, False)] + 14 * [(False, False)] + 2 * [(False, True)]
+    assert heartbeat.beats(8)
+    assert not heartbeat.has_stopped
