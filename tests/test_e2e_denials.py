@@ -28,18 +28,24 @@ MOUNT = "mount -t devpts -o newinstance,{} devpts /dev/pts && mount --bind /dev/
 
 
 def doctor(place: Place, prefix: tuple[str, ...] = (), *options: str, **popen: Any) -> Findings:
-    """Findings by name; of several with one name the first."""
+    """Findings by name; of several with one name the first. That this machine has other work is no finding."""
     command = [*prefix, HIL, "doctor", "--json", *place.folders(), *options]
     return findings(subprocess.run(command, capture_output=True, timeout=PATIENCE_S, check=False, **popen))
 
 
 def findings(done: "subprocess.CompletedProcess[bytes]") -> Findings:
     assert b"Traceback" not in done.stderr, done.stderr
+    rows = json.loads(done.stdout)
+    assert done.returncode == any(row["verdict"] == "problem" for row in rows)
     found: Findings = {}
-    for finding in json.loads(done.stdout):
-        found.setdefault(finding["name"], finding)
-    assert done.returncode == any(finding["verdict"] == "problem" for finding in found.values())
+    for row in sorted(rows, key=is_of_load):
+        found.setdefault(row["name"], {**row, "verdict": "ok"} if is_of_load(row) else row)
     return found
+
+
+def is_of_load(finding: dict[str, str]) -> bool:
+    """Whether it is true of any bench on a machine that has too much to do."""
+    return any(words in finding["found"] for words in ("of the wakes of the last minute", "answers were held up"))
 
 
 def status(place: Place, **launch: Any) -> dict[str, Any]:
