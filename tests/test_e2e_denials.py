@@ -28,7 +28,7 @@ MOUNT = "mount -t devpts -o newinstance,{} devpts /dev/pts && mount --bind /dev/
 
 
 def doctor(place: Place, prefix: tuple[str, ...] = (), *options: str, **popen: Any) -> Findings:
-    """Findings by name; of several with one name the first. That this machine has other work is no finding."""
+    """Findings by name; of several with one name the first. A busy machine is no finding."""
     command = [*prefix, HIL, "doctor", "--json", *place.folders(), *options]
     return findings(subprocess.run(command, capture_output=True, timeout=PATIENCE_S, check=False, **popen))
 
@@ -45,7 +45,8 @@ def findings(done: "subprocess.CompletedProcess[bytes]") -> Findings:
 
 def is_of_load(finding: dict[str, str]) -> bool:
     """Whether it is true of any bench on a machine that has too much to do."""
-    return any(words in finding["found"] for words in ("of the wakes of the last minute", "answers were held up"))
+    found = finding["found"]
+    return "of the wakes of the last minute" in found or "answers were held up" in found
 
 
 def status(place: Place, **launch: Any) -> dict[str, Any]:
