@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from e2e_support import Client, Place, Server, config, until
 
-from hil.daemon.control.server import ControlError
+from hil.daemon.control.client import ControlError
 
 TCP: dict[str, Any] = {"port": {"kind": "tcp", "port": 0}}
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}

@@ -7,9 +7,6 @@ import os
 import re
 import socket
 from collections.abc import Collection, Mapping
-from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -17,9 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
-from hil.vocab.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.vocab.bridges import BridgeError, BridgeHost
-from hil.vocab.limits import Limit
+from hil.vocab.visitors import Visit, Visitors
 
 __all__ = ["Options", "make", "reference"]
 
@@ -32,7 +28,6 @@ REQUEST_S = 10.0
 """A client that has not asked by then, or has not read its answer, is sent away."""
 REQUEST_BYTES = 16 * 1024
 _BACKLOG = 128
-_GONE_AFTER_S = 0.002  # a client that was let go has closed its file
 _AUTHORITY = re.compile(rb"https?://[^/?]*", re.I)
 """Of a target in absolute form, as proxies get it and each server has to take it (RFC 9112, 3.2.2)."""
 
@@ -97,35 +92,18 @@ def reference() -> str:
     )
 
 
-@dataclass(eq=False)
-class _Visit:
-    """A connection."""
-
-    since_s: float
-    """When it came, of the event loop's clock."""
-    has_asked: bool = False
-    """Its request is there: it is not let go."""
-    task: "asyncio.Task[None] | None" = None
-    has_begun: bool = False
-    """The task has the connection."""
-
-
 class MetricsBridge:
     """``hil.vocab.bridges.Bridge``."""
 
     def __init__(self, options: Options, host: BridgeHost) -> None:
         self._options = options
         self._host = host
-        self._acceptors: list[Acceptor[socket.socket]] = []
-        self._visits: set[_Visit] = set()
+        self._visitors: Visitors[socket.socket] | None = None
         self._addresses = [options.listen]
         self.scrapes = 0
-        self.rejected = 0
+        self._refused = 0
 
     async def open(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._full = Limit(log.warning, self._loop.call_later)
-        self._no_file = Limit(log.warning, self._loop.call_later)
         if not is_loopback(endpoint(self._options.listen)[0]):
             log.warning(
                 "bridges.metrics: insecure: whoever reaches %s may read all metrics", self._options.listen
@@ -140,12 +118,16 @@ class MetricsBridge:
             why = os.strerror(error.errno or 0)
             raise BridgeError(f"listen: {self._options.listen}: {why}; choose another") from None
         self._addresses = [_shown(*each.getsockname()[:2]) for each in listeners]
-        self._acceptors = [Acceptor(each, self._loop, self._came, self._wait) for each in listeners]
+        loop = asyncio.get_running_loop()
+        self._visitors = Visitors("metrics", CONNECTIONS, loop, self._stay, log.warning)
+        for listener in listeners:
+            self._visitors.listen(listener)
 
     async def _listeners(self) -> list[socket.socket]:
         """At each address that a name stands for, as ::1 and 127.0.0.1 for localhost. Raises OSError."""
         host, number = endpoint(self._options.listen)
-        found = await self._loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        loop = asyncio.get_running_loop()
+        found = await loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         listeners: list[socket.socket] = []
         for at, (family, _, _, _, address) in enumerate(found):
             try:
@@ -164,70 +146,30 @@ class MetricsBridge:
         return listeners
 
     async def close(self) -> None:
-        for acceptor in self._acceptors:
-            acceptor.close()
-        if self._acceptors:
-            self._full.close()
-            self._no_file.close()
-        for visit in list(self._visits):
-            if visit.task:
-                visit.task.cancel()
-                with suppress(asyncio.CancelledError):
-                    await visit.task
+        if self._visitors:
+            self._visitors.close()
+            await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
 
     async def devices_changed(self, names: Collection[str]) -> None:
         """Each scrape asks which there are."""
 
     def status(self) -> Mapping[str, Any]:
+        inside, turned_away = 0, 0
+        if self._visitors:
+            inside, turned_away = len(self._visitors.visits), self._visitors.turned_away
         return {
             "root": f"http://{self._addresses[0]}/metrics",
             "listen": list(self._addresses),
             "connect": [],
-            "links": len(self._visits),
+            "links": inside,
             "commands": self.scrapes,
-            "rejected": self.rejected,
+            "rejected": self._refused + turned_away,
             "dropped": 0,
             "insecure": not is_loopback(endpoint(self._options.listen)[0]),
             "risk": "whoever reaches it reads all metrics",
         }
 
-    def _came(self, connection: socket.socket) -> None:
-        if len(self._visits) >= CONNECTIONS:
-            self._full.reached(
-                f"metrics: {CONNECTIONS} clients are connected; who has said nothing longest is let go"
-            )
-            if not self._let_go():
-                self.rejected += 1
-                connection.close()
-                return
-        visit = _Visit(self._loop.time())
-        self._visits.add(visit)
-        visit.task = self._loop.create_task(self._stay(connection, visit))
-        visit.task.add_done_callback(partial(self._has_gone, connection, visit))
-
-    def _wait(self, why: str) -> float:
-        self._no_file.reached(f"metrics: new clients have to wait: {why}")
-        return _GONE_AFTER_S if self._let_go() else ACCEPT_AGAIN_S
-
-    def _let_go(self) -> bool:
-        """The one that has not asked for the longest time, if there is one."""
-        silent = [visit for visit in self._visits if not visit.has_asked]
-        if not silent:
-            return False
-        gone = min(silent, key=lambda visit: visit.since_s)
-        self._visits.discard(gone)
-        self.rejected += 1
-        if gone.task:
-            gone.task.cancel()
-        return True
-
-    def _has_gone(self, connection: socket.socket, visit: _Visit, task: "asyncio.Task[None]") -> None:
-        self._visits.discard(visit)
-        if not visit.has_begun:  # a task that is cancelled at once never runs
-            connection.close()
-
-    async def _stay(self, connection: socket.socket, visit: _Visit) -> None:
-        visit.has_begun = True
+    async def _stay(self, connection: socket.socket, visit: Visit) -> None:
         try:
             reader, writer = await asyncio.open_connection(sock=connection, limit=REQUEST_BYTES)
         except BaseException:
@@ -236,12 +178,12 @@ class MetricsBridge:
         try:
             async with asyncio.timeout(REQUEST_S):
                 request = await reader.readuntil(b"\r\n\r\n")
-                visit.has_asked = True
+                visit.is_busy = True
                 await self._answer(request, writer)
                 writer.close()
                 await writer.wait_closed()  # until the client has read it all
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
-            self.rejected += 1  # it left, is too slow, or asks for too much
+            self._refused += 1  # it left, is too slow, or asks for too much
         finally:
             writer.transport.abort()
 
@@ -258,7 +200,7 @@ class MetricsBridge:
         else:
             status, body = b"404 Not Found", b"The metrics are at /metrics.\n"
         if not status.startswith(b"200"):
-            self.rejected += 1
+            self._refused += 1
         head = f"Content-Type: {CONTENT_TYPE}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n"
         writer.write(b"HTTP/1.1 " + status + b"\r\n" + head.encode() + (b"" if method == b"HEAD" else body))
         await writer.drain()

@@ -26,7 +26,8 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.check import EMULATED_KEYS
 from hil.daemon.bridge_host import Host
 from hil.daemon.control.client import listener
-from hil.daemon.control.server import WATCH_IDLE_S, ControlServer, already_running
+from hil.daemon.control.server import ControlServer, already_running
+from hil.daemon.control.verbs import WATCH_IDLE_S
 from hil.daemon.control.watches import Watches
 from hil.daemon.daemon_store import DaemonStore
 from hil.daemon.faults import FaultRegistry

@@ -11,7 +11,7 @@ from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.command_line.surroundings import ENVIRONMENT, EXIT_CODES, FILES
-from hil.daemon.control.server import CONTROL_VERSION, VERBS
+from hil.daemon.control.verbs import CONTROL_VERSION, VERBS
 from hil.daemon.health.health import KINDS
 from hil.daemon.health.metrics import METRICS
 from hil.runs.reference import run_reference
