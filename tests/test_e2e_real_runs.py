@@ -156,7 +156,7 @@ def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
     assert (done["state"], done["axes"]["s2"]["commanded_deg"]) == ("cancelled", None)
     assert pair.shaft("s8")["motion_state"] == 0
     stopped_deg = done["axes"]["m2"]["commanded_deg"]
-    assert 40 < stopped_deg < 3000
+    assert 40 < stopped_deg < 3000, done
     assert pair.shaft("m8")["r"] == pytest.approx(stopped_deg, abs=0.001)
     assert pair.perform("b", {"move": {"m2": 0.0}}, axes={"m2": RULES})["state"] == "done"
     assert "`hil axis s2 reset` first" in pair.submit("c", {"move": {"s2": 0.0}})["problems"]

@@ -69,7 +69,8 @@ class Others:
         gone = BenchGone(f"the bench {bench} did not answer within {timeout_s:g} s")
         try:
             asked_ns = await loop.run_in_executor(None, get)
-            reply, heard_ns = await asyncio.wait_for(answer, timeout_s + _LIVE_S)
+            async with asyncio.timeout(timeout_s + _LIVE_S):
+                reply, heard_ns = await answer
         except (TimeoutError, zenoh.ZError):
             raise gone from None
         return Answered(_content(reply, gone), asked_ns, heard_ns)

@@ -6,6 +6,7 @@ so does a run that has the board as an axis, from its start to its end.
 """
 
 import asyncio
+from contextlib import suppress
 from typing import Literal
 
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
@@ -185,8 +186,11 @@ class PassThrough:
                 self.resume()
 
     async def _listen(self, heard: "asyncio.Queue[tuple[float, bytes]]", timeout_ns: int) -> Heard:
-        try:
-            at_s, data = await asyncio.wait_for(heard.get(), timeout_ns / 1e9)
-        except TimeoutError:
-            at_s, data = asyncio.get_running_loop().time(), b""
-        return Heard(SimTimeNs(round(at_s * 1e9)), data)
+        at_s, data = 0.0, b""
+        if timeout_ns > 0:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(timeout_ns / 1e9):
+                    at_s, data = await heard.get()
+        else:
+            await asyncio.sleep(0)
+        return Heard(SimTimeNs(round((at_s or asyncio.get_running_loop().time()) * 1e9)), data)

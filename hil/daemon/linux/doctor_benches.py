@@ -10,11 +10,9 @@ from typing import Any
 from hil.compose import NotRegularError, read_regular
 from hil.daemon.control.client import ControlError, ask, listener
 from hil.daemon.linux.doctor import NO_START, Finding
-from hil.daemon.paths import CONTROL_SOCKET
+from hil.daemon.paths import CONTROL_SOCKET, SERVICES
 from hil.firmware.nvm import NvmError, decode
 
-SERVICES = Path("/run/hil")
-"""Where the units' benches are."""
 PATIENCE_S = 3.0
 
 

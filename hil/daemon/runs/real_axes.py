@@ -126,7 +126,8 @@ class _Board:
             self.stop("grace", 600.0)
         if self._task:
             with suppress(TimeoutError):
-                await asyncio.wait_for(asyncio.shield(self._task), STOP_S)
+                async with asyncio.timeout(STOP_S):
+                    await asyncio.shield(self._task)
 
 
 class RealAxes:
