@@ -35,13 +35,13 @@ PIECES = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(PIECES)
 def test_any_bytes_do_no_harm_and_the_same_twice(pieces: list[tuple[float, bytes]]) -> None:
     assert play(pieces) == play(pieces)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(PIECES, st.sampled_from([300, 9600, 115200]))
 def test_any_bytes_on_a_paced_line(pieces: list[tuple[float, bytes]], baud: int) -> None:
     assert play(pieces, baud) == play(pieces, baud)

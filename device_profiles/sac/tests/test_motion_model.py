@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from motion_model import Command, Model, Setup, acceleration, deceleration, linear_steps, plan
 
@@ -230,11 +230,7 @@ MOST_PULSES = 200_000
 """Half a minute of 128 pulses a step would be millions, and minutes."""
 
 
-@settings(
-    max_examples=int(os.environ.get("HIL_FUZZ", 250)),
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=int(os.environ.get("HIL_FUZZ", 250)))
 @given(setups, st.lists(acts, min_size=4, max_size=14))
 def test_pulse_times_are_the_models_to_the_half_microsecond(setup: Setup, given_acts: list[Act]) -> None:
     """Nine commands and interventions an example; `make fuzz` has 10,000 and more."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.wire.packet import Malformed, PacketDecoder, encode
@@ -233,7 +233,6 @@ BURSTS = st.lists(
 )  # fmt: skip
 
 
-@settings(deadline=None)
 @given(BURSTS)
 def test_whatever_is_sent_every_byte_is_accounted_for_and_in_order(bursts):
     """Any traffic: characters ascend, the line's monitor sees what a tap does, nothing is left open."""
