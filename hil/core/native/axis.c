@@ -79,10 +79,11 @@ static int parity(unsigned v)
     return __builtin_parity(v & 0x7FFF);
 }
 
-/* The answer to the frame before, as the AS5047D's pipeline has it; the angle is that of now. */
+/* The answer to the frame before, as the AS5047D's pipeline has it; the angle is that of now. While the error
+   register holds anything every answer says so, the one that reads and clears it too. */
 static int spi_exchange(hil_axis *a, int command, int raw)
 {
-    int value = 0;
+    int value = 0, error = a->encoder.errfl ? SPI_EF : 0;
     switch (a->encoder.previous_command & 0x3FFF) {
     case SPI_ANGLE: value = raw; break;
     case SPI_DIAAGC: value = a->encoder.diaagc; break;
@@ -92,6 +93,7 @@ static int spi_exchange(hil_axis *a, int command, int raw)
         break;
     }
     a->encoder.previous_command = command;
+    value |= error;
     return value | parity((unsigned)value) << 15;
 }
 

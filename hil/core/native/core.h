@@ -15,8 +15,9 @@
 
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
-/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity (data sheet, SPI). */
-enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001 };
+/* AS5047D frames: a command's low 14 bits name a register; bit 15 is even parity, and bit 14 of an answer the
+   error flag EF (data sheet, SPI). */
+enum { SPI_ANGLE = 0x3FFF, SPI_DIAAGC = 0x3FFC, SPI_ERRFL = 0x0001, SPI_EF = 0x4000 };
 
 typedef struct encoder {
     int32_t previous_command, diaagc, errfl;

@@ -114,12 +114,13 @@ static void spi_answers_a_frame_late(void)
     hil_axis_script_encoder(c, 0, 3, at_ns, raw, 0);
     hil_axis_set(c, 0, HIL_FIELD_diaagc, 0x0105);
     hil_axis_set(c, 0, HIL_FIELD_errfl, 5);
-    CHECK_INT(hil_axis_spi(c, 0, 0xFFFC), 3);      /* power-up primes an angle: two ones, even */
-    CHECK_INT(hil_axis_spi(c, 0, 0x4001), 0x8105); /* DIAAGC: three ones, so parity */
+    CHECK_INT(hil_axis_spi(c, 0, 0xFFFC), 0xC003); /* power-up primes an angle; with the error flag three ones, so parity */
+    CHECK_INT(hil_axis_spi(c, 0, 0x4001), 0x4105); /* DIAAGC: four ones, even */
     CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_errfl), 5);
     CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_spi_previous_command), 0x4001);
-    CHECK_INT(hil_axis_spi(c, 0, 0x4001), 5); /* ERRFL, and cleared */
+    CHECK_INT(hil_axis_spi(c, 0, 0xFFFC), 0xC005); /* ERRFL, still flagged, and cleared */
     CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_errfl), 0);
+    CHECK_INT(hil_axis_spi(c, 0, 0x4001), 0x8105); /* DIAAGC: three ones without the flag */
     CHECK_INT(hil_axis_spi(c, 0, 0xC000), 0);
     CHECK_INT(hil_axis_spi(c, 0, 0xFFFF), 0); /* NOP answers 0 */
     hil_group_advance(c, 0, 100);
