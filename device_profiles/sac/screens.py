@@ -23,12 +23,10 @@ def queue(entries: Mapping[int, MotionEntry], at: int) -> Iterator[str]:
 
 
 def configuration(parameters: Parameters) -> Iterator[str]:
-    """Lines of the configure screen."""
+    """Lines of the configure screen. Row D has a value, 0, without a name; no command sets it."""
     yield "Config:"
     for left, right in zip(LEFT, RIGHT, strict=True):
-        line = "D" if left is None else ""
-        if left:
-            line = _column(line, 0, left, parameters)
+        line = _column("", 0, left, parameters) if left else _to("D", 16) + "0"
         if right:
             line = _column(_to(line, 24), 24, right, parameters)
         yield line
