@@ -184,6 +184,7 @@ static void turn_encoder(hil_core *c, hil_axis *a, int ena, int enb, int64_t at_
     int moved = (place[2 * ena + enb] - place[2 * s->ena + s->enb] + 4) % 4;
     s->ena = ena;
     s->enb = enb;
+    if (!s->is_set_up) return; /* nobody looks yet: where an encoder rests at power-up is no turn */
     if (moved == 1) s->quadrature++;
     else if (moved == 3) s->quadrature--;
     if (s->quadrature > -4 && s->quadrature < 4) return;
@@ -256,7 +257,7 @@ void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     m->clock_Hz = clock_Hz;
     m->sync_level = sync;
     m->estop_level = estop;
-    s->is_reported = 0;
+    s->is_reported = s->is_set_up = s->quadrature = 0;
     s->fall_ns = HIL_FOREVER;
     out(c, a, HIL_OUT_CLK, 0, now_ns);
     outputs(c, a, now_ns);
@@ -274,6 +275,7 @@ void hil_motion_setup(hil_core *c, int axis, const motion_setup *setup)
     counts was = counts_of(m);
     core_stir(c, axis);
     motion_configure(m, setup, half_us_after(now_ns));
+    a->stepper->is_set_up = 1;
     settle(c, a, was, now_ns);
 }
 

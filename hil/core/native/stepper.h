@@ -14,6 +14,7 @@ typedef struct stepper_wire {
 typedef struct stepper {
     motion motion;
     int driver, teeth, is_reported;
+    int is_set_up;   /* the firmware has got past its cold start */
     int32_t watched; /* outputs that somebody looks at, a bit each: recorded or wired */
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
