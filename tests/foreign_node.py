@@ -31,10 +31,13 @@ def packets(fd, seconds):
     while (left := end - time.monotonic()) > 0:
         if select.select([fd], [], [], left)[0]:
             held += os.read(fd, 4096)
-        while (start := held.find(STX)) >= 0 and 0 <= (stop := held.find(ETX, start + 3)) < len(held) - 2:
+        while (start := held.find(STX)) >= 0 and (stop := held.find(ETX, start + 3)) >= 0:
+            size = stop + (2 if held[stop + 1 : stop + 2] == b"\0" else 3)  # NUL, or a CRC and NUL
+            if len(held) < size:
+                break
             data, crc = held[start + 3 : stop], held[stop + 1]
             yield held[start + 1], held[start + 2], data, crc in (0, check(data))
-            held = held[stop + 3 :]
+            held = held[size:]
 
 
 def main(path, role, address, last):

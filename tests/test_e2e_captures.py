@@ -91,6 +91,30 @@ def test_a_capture_as_text_and_again_on_the_wire(place: Place, server: Any) -> N
     assert hil(place, "play", str(captured.path), "bus0.other", "--source", "x").returncode == 1
 
 
+def talk_without_crc(place: Place) -> None:
+    """m13, whose CRC is 0, ends with NUL twice, the others with one."""
+    with Client(str(place.runtime / "t" / "bus0.master")) as master:
+        for raw in (encode(85, 1, b"m13"), encode(85, 1, b"v150", crc=False)):
+            master.write(raw)
+            assert master.read_exactly(7) == encode(1, 85, b"\x06")
+        master.write(b"\2\x56\1v90\3\0\0" + encode(0, 1, b"y", crc=False))
+
+
+def test_packets_without_crc_in_a_capture(place: Place, server: Any) -> None:
+    with Captured(place, server) as captured:
+        talk_without_crc(place)
+        text = captured.wait_for("bus0 1 -> all y\n")
+    assert [
+        row.split(" ", 2)[2] for row in (row.strip() for row in text.splitlines()) if "ACK" not in row
+    ] == [
+        "1 -> 85 m13",
+        "1 -> 85 v150",
+        "1 -> 86 v90",
+        "1 -> all y",
+    ]
+    assert server.ask("segments")[0]["errors"] == {}
+
+
 def test_a_capture_that_is_cut_off_is_read_up_to_there(place: Place, server: Any) -> None:
     with Captured(place, server) as captured:
         talk(place)
@@ -140,6 +164,27 @@ def test_tshark_shows_the_packets(place: Place, server: Any) -> None:
     assert rows[0][4] == "1 -> 85 v150"
     assert "CRC is wrong" in rows[4][4]
     assert "malformed" in rows[6][4]
+
+
+@needs_tshark
+def test_tshark_shows_packets_without_crc(place: Place, server: Any) -> None:
+    with Captured(place, server) as captured:
+        talk_without_crc(place)
+        captured.wait_for("bus0 1 -> all y\n")
+    command = [
+        "tshark",
+        "-X",
+        f"lua_script:{LUA}",
+        "-r",
+        str(captured.path),
+        "-T",
+        "fields",
+        "-e",
+        "_ws.col.Info",
+    ]
+    shown = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S)
+    rows = [row for row in shown.stdout.splitlines() if "ACK" not in row]
+    assert rows == ["1 -> 85 m13", "1 -> 85 v150", "1 -> 86 v90, 1 -> all y"], shown
 
 
 @needs_tshark

@@ -15,9 +15,10 @@ sac.experts = { e_crc, e_malformed }
 
 local SIGNALS = { [0x06] = "ACK", [0x15] = "NAK", [0x11] = "DC1", [0x12] = "DC2" }
 
-local function crc8(tvb)
+-- Of the bytes from first to before stop.
+local function crc8(tvb, first, stop)
   local crc = 0
-  for i = 0, tvb:len() - 1 do
+  for i = first, stop - 1 do
     crc = bit.bxor(crc, tvb(i, 1):uint())
     for _ = 1, 8 do
       if bit.band(crc, 1) == 1 then
@@ -39,10 +40,16 @@ local function one(tvb, start, tree, said)
     end
     stop = stop + 1
   end
-  if stop + 2 >= tvb:len() or tvb(stop + 2, 1):uint() ~= 0 then
+  -- The byte after ETX decides: NUL ends a packet without CRC, anything else is a CRC and NUL comes behind it.
+  if stop + 1 >= tvb:len() then
     return nil
   end
-  local packet = tvb(start, stop + 3 - start)
+  local crc = tvb(stop + 1, 1):uint()
+  local last = crc == 0 and stop + 1 or stop + 2
+  if last >= tvb:len() or tvb(last, 1):uint() ~= 0 then
+    return nil
+  end
+  local packet = tvb(start, last + 1 - start)
   local branch = tree:add(sac, packet)
   local destination, origin = tvb(start + 1, 1):uint(), tvb(start + 2, 1):uint()
   branch:add(f_destination, tvb(start + 1, 1))
@@ -53,16 +60,18 @@ local function one(tvb, start, tree, said)
     text = data:len() == 1 and SIGNALS[data:uint()] or data:string()
     branch:add(f_data, data, text)
   end
-  local crc = tvb(stop + 1, 1):uint()
-  local good = crc == 0 or stop == start + 3 or crc == crc8(tvb(start + 3, stop - start - 3):tvb())
-  branch:add(f_crc, tvb(stop + 1, 1))
+  local good = crc == 0 or crc == crc8(tvb, start + 3, stop)
+  if crc ~= 0 then
+    branch:add(f_crc, tvb(stop + 1, 1))
+  end
   branch:add(f_good, tvb(stop + 1, 1), good)
   if not good then
     branch:add_proto_expert_info(e_crc)
     text = text .. " [CRC is wrong]"
   end
   said[#said + 1] = origin .. " -> " .. (destination == 0 and "all" or destination) .. " " .. text
-  return stop + 3
+  local is_idle_behind = crc == 0 and last + 1 < tvb:len() and tvb(last + 1, 1):uint() == 0
+  return is_idle_behind and last + 2 or last + 1
 end
 
 function sac.dissector(tvb, pinfo, tree)

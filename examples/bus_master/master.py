@@ -26,10 +26,14 @@ def packet(node: int, data: bytes) -> bytes:
 
 
 def answer(line: serial.Serial, node: int) -> str:
-    heard = line.read(7)
-    if len(heard) < 7:
-        return "silence" if not heard else "cut off"
-    if heard[0] != STX or heard[1:3] != bytes((1, node)) or heard[4] != ETX or crc8(heard[3:4]) != heard[5]:
+    heard = line.read(6)
+    if heard[5:] != b"\0":  # NUL in the CRC's place ends a packet that has none ($H0)
+        heard += line.read(1)
+        if len(heard) < 7:
+            return "silence" if not heard else "cut off"
+    if heard[0] != STX or heard[1:3] != bytes((1, node)) or heard[4] != ETX:
+        return "garbled"
+    if heard[5] not in (0, crc8(heard[3:4])):
         return "garbled"
     return {ACK: "ACK", NAK: "NAK"}.get(heard[3], "nonsense")
 

@@ -300,12 +300,18 @@ def _heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> _Flight | N
 
 @lru_cache(maxsize=4)
 def _wakes(flight: _Flight, byte: int, mark: int | None, before: bytes) -> tuple[int, ...]:
-    """When that byte is complete, each time; with a mark, unless another byte is known to stand two places
-    before it. ``before``: what stands before the flight."""
+    """When that byte is complete, each time; with a mark, unless it is known to be no end behind it
+    (``hil.vocab.firmware.Uart.wake_on``). ``before``: what stands before the flight."""
     stream = before + flight.data
     places = range(len(before), len(stream))
     return tuple(
         at_ns
         for at_ns, place in zip(flight.times_ns, places, strict=True)
-        if stream[place] == byte and (mark is None or place < 2 or stream[place - 2] == mark)
+        if stream[place] == byte
+        and (mark is None or place < 2 or _is_end(stream[place - 2 : place], byte, mark))
     )
+
+
+def _is_end(before: bytes, byte: int, mark: int) -> bool:
+    """Whether that byte ends what the mark has announced, two bytes standing before it."""
+    return before[1] == mark or (before[0] == mark and before[1] != byte)

@@ -83,7 +83,7 @@ class Uart(Protocol):
     def wake_on(self, byte: int | None, mark: int | None = None) -> None:
         """Only this byte meets a ``ByteAvailable``: the main loop polls what comes before it into a memory
         of its own. None, as after power-up: every byte does. ``mark``: it means nothing, and may be polled
-        too, unless this byte stands two places before it."""
+        too, unless this byte stands right before it, or with one other byte between."""
 
     def listen_for(self, address: int | None) -> None:
         """On a segment: packets to other addresses than this and 0 need not be brought. None, as after

@@ -14,6 +14,7 @@ cdef extern from "native/packet.h":
     ctypedef struct packet_item:
         int kind
         int len
+        uint8_t crc
         uint8_t *raw
     ctypedef struct packet_decoder:
         int state
@@ -21,7 +22,7 @@ cdef extern from "native/packet.h":
         uint8_t *raw
     uint8_t packet_crc8(const uint8_t *data, size_t len)
     bint packet_take(packet_decoder *d, const uint8_t *piece, size_t len, size_t *used, packet_item *item)
-    void packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc)
+    size_t packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc)
 
 DATA_MAX = PACKET_DATA_MAX
 FRAME_BYTES = PACKET_FRAME
@@ -42,7 +43,8 @@ cdef class Packet:
 
     @property
     def raw(self):
-        return b"\2%c%c%b\3%c\0" % (self.destination, self.origin, self.data, self.crc)
+        cdef bytes crc = bytes((self.crc,)) if self.crc else b""
+        return b"\2%c%c%b\3%b\0" % (self.destination, self.origin, self.data, crc)
 
     def _key(self):
         return (self.destination, self.origin, self.data, self.crc, self.end)
@@ -114,8 +116,8 @@ cdef class PacketDecoder:
                 packet = Packet.__new__(Packet)
                 packet.destination = item.raw[1]
                 packet.origin = item.raw[2]
-                packet.data = PyBytes_FromStringAndSize(<char *>item.raw + 3, item.len - PACKET_FRAME)
-                packet.crc = item.raw[item.len - 2]
+                packet.data = PyBytes_FromStringAndSize(<char *>item.raw + 3, item.len - PACKET_FRAME + (item.crc == 0))
+                packet.crc = item.crc
                 packet.end = self.fed
                 found.append(packet)
             else:
@@ -136,6 +138,6 @@ def frame(int destination, int origin, bytes data not None, bint crc):
     cdef Py_ssize_t size = len(data)
     if not 0 <= destination <= 255 or not 0 <= origin <= 255 or size > PACKET_DATA_MAX:
         raise ValueError("addresses are 0 to 255, data at most %d bytes" % PACKET_DATA_MAX)
-    out = PyBytes_FromStringAndSize(NULL, size + PACKET_FRAME)
+    out = PyBytes_FromStringAndSize(NULL, size + PACKET_FRAME - (not crc))
     packet_encode(<uint8_t *>PyBytes_AS_STRING(out), destination, origin, <const uint8_t *>PyBytes_AS_STRING(data), size, crc)
     return out

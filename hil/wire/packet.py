@@ -1,7 +1,9 @@
 """Packets of the SAC's network: to bytes and back. Source: SAC user manual, communications.
 
 A packet is STX (2), destination, origin, data, ETX (3), CRC, NUL. The CRC is Dallas/Maxim's over the data
-alone; 0 in its place means that there is none, so that one packet in 256 goes unchecked.
+alone. The byte after ETX decides: NUL ends the packet, which is not checked then, anything else is a CRC and
+NUL comes behind it. So a packet whose CRC happens to be 0, one in 256, ends with NUL twice and goes
+unchecked; the second NUL is an idle character of the line and part of nothing.
 
 Where the manual is silent, this is decided: data is at most ``DATA_MAX`` bytes and has no STX, ETX or NUL.
 An STX begins a packet wherever it comes, but in the CRC's place, which is read by position; if no NUL
@@ -14,10 +16,10 @@ follows there, that STX was the next packet's. Addresses 2 and 3 can therefore n
 - ``address``: address 3;
 - ``no ETX``: a NUL in the data;
 - ``too long``: more data than fits;
-- ``no NUL``: another byte where the last one, NUL, should be.
+- ``no NUL``: another byte behind the CRC than the last one, NUL.
 
-No byte is lost or counted twice: the ``raw`` of all that was given, and ``pending``, are the input. ``end``
-is the number of bytes of the stream up to and with an item's last.
+No other byte is lost, none is counted twice: the ``raw`` of all that was given, and ``pending``, are the
+input. ``end`` is the number of bytes of the stream up to and with an item's last.
 """
 
 from hil.wire._packet import DATA_MAX, FAULTS, FRAME_BYTES, Malformed, Packet, PacketDecoder, crc8, frame
@@ -38,7 +40,7 @@ UNUSABLE_ADDRESSES = (2, 3)
 
 
 def encode(destination: int, origin: int, data: bytes, *, crc: bool = True) -> bytes:
-    """A packet's bytes; without ``crc`` its place holds 0.
+    """A packet's bytes; without ``crc`` NUL follows ETX.
 
     Raises:
         ValueError: an address that is not 0, 1 or 4 to 255, data that is too long, or that has an STX, ETX

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from hil.wire.byte_faults import Chance
-from hil.wire.packet import Packet, PacketDecoder, frame
+from hil.wire.packet import Packet, PacketDecoder, crc8, frame
 
 ACK, NAK = b"\x06", b"\x15"
 Transform = Callable[[bytes], bytes]
@@ -22,14 +22,20 @@ def packet_fault(kind: str, rate: float, seed: int) -> Transform:
             return b""
         if kind == "packet_nak":
             return frame(packet.destination, packet.origin, NAK, packet.crc != 0)
-        wrong = packet.crc ^ (1 + chance.bits() % 255)
-        return packet.raw[:-2] + bytes((wrong or packet.crc ^ 0xFF or 1, 0))
+        right = crc8(packet.data)
+        wrong = right ^ (1 + chance.bits() % 255) or right ^ 0xFF or 1  # 0 is none
+        return Packet(packet.destination, packet.origin, packet.data, wrong, 0).raw
 
     def transform(burst: bytes) -> bytes:
-        decoder = PacketDecoder()
-        items = decoder.feed(burst)
-        out = [one(item) if isinstance(item, Packet) else item.raw for item in items]
-        return b"".join(out) + decoder.pending
+        out, at = b"", 0
+        for item in PacketDecoder().feed(burst):
+            if isinstance(item, Packet):
+                sent = one(item)
+                out += burst[at : item.end - len(item.raw)] + sent
+                at = item.end
+                if sent != item.raw and item.crc == 0 and burst[at : at + 1] == b"\0":
+                    at += 1  # idle behind what is not sent
+        return out + burst[at:]
 
     return transform
 

@@ -108,9 +108,69 @@ def test_a_wrong_crc_is_refused_and_nothing_runs(board):
     assert pulses(board) == 0
 
 
-def test_a_zero_in_the_crcs_place_is_not_checked(board):
-    assert board.packet(b"m10ad", crc=False, ms=1000) == [(1, 85, ACK)]
+UNCHECKED = [b"\2\x55\1m10ad\3\0", b"\2\x55\1m10ad\3\0\0"]
+
+
+@pytest.mark.parametrize("raw", UNCHECKED)
+@pytest.mark.parametrize("is_in_one", [True, False])
+def test_a_nul_behind_etx_ends_a_packet_that_is_not_checked(board, raw, is_in_one):
+    start_ns = board.bench.now_ns
+    count = raw.index(b"\3") + 2
+    if is_in_one:
+        board.network.write(raw)
+        heard_ns = start_ns + characters_ns(count)
+    else:
+        for byte in raw:
+            board.network.write(bytes((byte,)))
+        heard_ns = start_ns + count * characters_ns(1)  # each write begins at a whole nanosecond
+    board.bench.run(ms=1000)
+    assert board.network.read_timed() == [(heard_ns + characters_ns(2), encode(1, 85, ACK))]
     assert pulses(board) == 20
+
+
+def test_the_crc_of_m13_is_zero_and_it_runs_with_and_without_it(board):
+    with_crc = encode(85, 1, b"m13")
+    assert with_crc[-3:] == b"\3\0\0"
+    for count, raw in enumerate((with_crc, encode(85, 1, b"m13", crc=False)), start=1):
+        assert board.raw(raw, ms=5000) == [(1, 85, ACK)]
+        assert pulses(board) == count * 26
+
+
+def test_packets_without_crc_one_after_the_other_are_all_answered(board):
+    raw = b"".join(
+        encode(85, origin, b"y", crc=False) + idle for origin, idle in ((1, b""), (4, b"\0"), (5, b""))
+    )
+    assert board.raw(raw) == [(1, 85, ACK), (4, 85, ACK), (5, 85, ACK)]
+
+
+def test_packets_without_crc_that_come_while_the_board_is_busy_are_answered_after(board):
+    board.terminal.write(b"cc\r")
+    board.bench.run(ms=2)
+    for origin in (1, 4):
+        board.network.write(encode(85, origin, b"y", crc=False))
+    board.bench.run(ms=3000)
+    assert board.heard() == [(1, 85, ACK), (4, 85, ACK)]
+
+
+def test_a_nul_behind_the_end_costs_nothing():
+    """Neither an error of the line nor a wait: a segment counts none, and the next packet is heard."""
+    bench = Bench(
+        {
+            "bench": "one",
+            "devices": {"s1": {"profile": "sac"}},
+            "segments": {"bus0": {"stations": ["s1"], "taps": {"m": {"port": "memory"}}}},
+        }
+    )
+    bench.run(ms=1100)
+    tap = bench.tap("bus0.m")
+    for raw in UNCHECKED:
+        for piece in (raw, raw[:-1], raw[-1:]):  # in one burst, and cut before its last byte
+            tap.write(piece)
+            bench.run(ms=500)
+    assert packets(tap.read()) == [(1, 85, ACK)] * 4
+    assert bench.axis("s1").snapshot().pulses == 80
+    stats = bench.segment("bus0").stats
+    assert (stats.packets, stats.errors, stats.collisions) == (8, {}, 0)
 
 
 def test_a_wrong_crc_of_a_broadcast_is_silence(board):
@@ -145,12 +205,17 @@ def test_without_crc_packets_carry_none_and_are_still_checked(board):
     board.type("$H0")
     board.network.write(encode(85, 1, b"y"))
     board.bench.run(ms=100)
-    assert board.network.read() == b"\2\1\x55\x06\3\0\0"
+    assert board.network.read() == b"\2\1\x55\x06\3\0"
     raw = bytearray(encode(85, 1, b"y"))
     raw[-2] ^= 1
     board.network.write(bytes(raw))
     board.bench.run(ms=100)
-    assert board.network.read() == b"\2\1\x55\x15\3\0\0"
+    assert board.network.read() == b"\2\1\x55\x15\3\0"
+    board.type("86m13")
+    assert board.network.read() == b"\2\x56\x55m13\3\0"
+    board.type("$H1")
+    board.type("86m13")
+    assert board.network.read() == b"\2\x56\x55m13\3\0\0"
 
 
 def test_queries_are_acknowledged_and_print_nothing(board):
@@ -426,6 +491,14 @@ def test_a_command_over_the_wire_moves_the_other(pair):
     assert pair.type(pair.s1, "86m100v150ad", ms=3000) == (b"86m100v150ad\r\nSAC>", b"")
     assert [pair.bench.axis(name).snapshot().pulses for name in ("s1", "s2")] == [0, 200]
     assert [packets(wire.read()) for wire in pair.wires] == [[(86, 85, b"m100v150ad")], [(85, 86, ACK)]]
+
+
+def test_boards_without_crc_understand_each_other(pair):
+    for port in (pair.s1, pair.s2):
+        pair.type(port, "$H0")
+    assert pair.type(pair.s1, "86m100v150ad", ms=3000) == (b"86m100v150ad\r\nSAC>", b"")
+    assert [pair.bench.axis(name).snapshot().pulses for name in ("s1", "s2")] == [0, 200]
+    assert [wire.read() for wire in pair.wires] == [b"\2\x56\x55m100v150ad\3\0", b"\2\x55\x56\x06\3\0"]
 
 
 def test_two_people_chat(pair):

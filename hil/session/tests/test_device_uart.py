@@ -209,6 +209,13 @@ def test_only_a_byte_behind_its_mark_wakes_once_what_stands_before_is_known() ->
     assert line.read_all() == b"\2\0\5x\3\2\0\2\0x\0\0x\3c\0"
 
 
+def test_a_byte_right_behind_its_mark_wakes_and_one_behind_that_does_not() -> None:
+    line = marked()
+    line.hear(SimTimeNs(T0), b"xx\3\0\0\3\3\0\3", MS_BAUD)
+    line.hear(SimTimeNs(character_end_ns(9, MS_BAUD)), b"\0\0", MS_BAUD)
+    assert wakes(line) == [4, 8, 10]
+
+
 def test_every_such_byte_wakes_while_marks_are_ignored_and_after_an_overrun() -> None:
     line = marked()
     line.hear(SimTimeNs(T0), b"xxxx\0", MS_BAUD)

@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-enum { OUTSIDE, DESTINATION, ORIGIN, DATA, CRC, END };
+/* UNCHECKED: a packet without CRC has just ended. */
+enum { OUTSIDE, DESTINATION, ORIGIN, DATA, CRC, END, UNCHECKED };
 
 /* Dallas/Maxim: x^8 + x^5 + x^4 + 1, least significant bit first, from 0. Four bits at a time. */
 uint8_t packet_crc8(const uint8_t *data, size_t len)
@@ -22,6 +23,7 @@ static int give(packet_decoder *d, int kind, int n, packet_item *item)
 {
     item->kind = kind;
     item->len = n;
+    item->crc = 0;
     memcpy(item->raw, d->raw, (size_t)n);
     d->len = 0;
     d->state = OUTSIDE;
@@ -37,6 +39,10 @@ static void begin(packet_decoder *d)
 
 static int one(packet_decoder *d, uint8_t byte, packet_item *item)
 {
+    if (d->state == UNCHECKED) {
+        d->state = OUTSIDE;
+        if (byte == 0) return 0; /* idle: whoever sends the CRC's place whatever is in it ends with one more */
+    }
     /* Only the CRC is read by its place; anywhere else an STX begins a packet, whatever was before it. */
     if (byte == PACKET_STX && d->state != CRC) {
         int held = d->len, was = d->state;
@@ -62,10 +68,20 @@ static int one(packet_decoder *d, uint8_t byte, packet_item *item)
             return give(d, PACKET_TOO_LONG, d->len, item);
         return 0;
     case CRC:
+        if (byte == 0) {
+            give(d, PACKET_GOOD, d->len, item);
+            d->state = UNCHECKED;
+            return 1;
+        }
         d->state = END;
         return 0;
     default: /* END */
-        if (byte == 0) return give(d, PACKET_GOOD, d->len, item);
+        if (byte == 0) {
+            uint8_t crc = d->raw[d->len - 2];
+            give(d, PACKET_GOOD, d->len, item);
+            item->crc = crc;
+            return 1;
+        }
         /* If the next packet's STX stood in the CRC's place, this is its destination. */
         if (d->raw[d->len - 2] != PACKET_STX || byte == PACKET_ETX) return give(d, PACKET_NO_NUL, d->len, item);
         give(d, PACKET_NO_NUL, d->len - 2, item);
@@ -87,13 +103,15 @@ int packet_take(packet_decoder *d, const uint8_t *bytes, size_t len, size_t *use
     return 0;
 }
 
-void packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc)
+size_t packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc)
 {
+    uint8_t *end = out + 3 + len;
     out[0] = PACKET_STX;
     out[1] = destination;
     out[2] = origin;
     if (len) memcpy(out + 3, data, len);
-    out[3 + len] = PACKET_ETX;
-    out[4 + len] = has_crc ? packet_crc8(data, len) : 0;
-    out[5 + len] = 0;
+    *end++ = PACKET_ETX;
+    if (has_crc) *end++ = packet_crc8(data, len);
+    *end++ = 0;
+    return (size_t)(end - out);
 }

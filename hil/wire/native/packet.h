@@ -1,4 +1,4 @@
-/* Packets of the SAC's network: STX, destination, origin, data, ETX, CRC, NUL. No allocation, no I/O.
+/* Packets of the SAC's network: STX, destination, origin, data, ETX, a CRC or not, NUL. No allocation, no I/O.
    What the bytes mean, and what is malformed, is said in hil/wire/packet.py. */
 #ifndef HIL_WIRE_PACKET_H
 #define HIL_WIRE_PACKET_H
@@ -10,7 +10,7 @@ enum {
     PACKET_STX = 2,
     PACKET_ETX = 3,
     PACKET_DATA_MAX = 80,
-    PACKET_FRAME = 6, /* STX, two addresses, ETX, CRC, NUL */
+    PACKET_FRAME = 6, /* STX, two addresses, ETX, CRC, NUL; one less without a CRC */
     PACKET_RAW_MAX = PACKET_DATA_MAX + PACKET_FRAME,
 };
 
@@ -28,6 +28,7 @@ enum {
 typedef struct packet_item {
     int kind;
     int len; /* of raw */
+    uint8_t crc; /* of a packet; 0: it has none */
     uint8_t raw[PACKET_RAW_MAX];
 } packet_item;
 
@@ -44,7 +45,7 @@ uint8_t packet_crc8(const uint8_t *data, size_t len);
    whether there is an item. One byte completes one item at most. */
 int packet_take(packet_decoder *d, const uint8_t *bytes, size_t len, size_t *used, packet_item *item);
 
-/* Writes len + PACKET_FRAME bytes; len is at most PACKET_DATA_MAX. Without a CRC its byte is 0. */
-void packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc);
+/* Writes up to len + PACKET_FRAME bytes and answers how many; len is at most PACKET_DATA_MAX. */
+size_t packet_encode(uint8_t *out, uint8_t destination, uint8_t origin, const uint8_t *data, size_t len, int has_crc);
 
 #endif

@@ -25,8 +25,10 @@ def read(stream: bytes) -> tuple[list[tuple[str, bytes, int]], bytes]:
         if found is None:
             break
         kind, end = found
-        items.append((kind, stream[at:end], end))
-        at = end
+        raw = stream[at:end]
+        items.append((kind, raw, end))
+        is_unchecked = kind == "" and raw[-3:-2] != b"\3"  # of a checked one ETX is there
+        at = end + (is_unchecked and stream[end : end + 1] == b"\0")
     return items, stream[at:]
 
 
@@ -54,6 +56,8 @@ def _packet(stream: bytes, at: int) -> tuple[str, int] | None:
         return ("cut", body_end) if stop else None
     if stop == b"\0":
         return "no ETX", body_end + 1
+    if check == b"\0":
+        return "", body_end + 2
     if not last:
         return None
     if last == b"\0":

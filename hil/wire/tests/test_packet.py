@@ -60,7 +60,14 @@ Y = b"\2\x55\1y\3\x64\0"
     ("stream", "items"),
     [
         (Y, [("", Y)]),
-        (b"\2\x55\1\3\0\0", [("", b"\2\x55\1\3\0\0")]),
+        (b"\2\x55\1\3\0", [("", b"\2\x55\1\3\0")]),
+        (b"\2\x55\1\3\0\0", [("", b"\2\x55\1\3\0")]),
+        (b"\2\x55\1y\3\0" + Y, [("", b"\2\x55\1y\3\0"), ("", Y)]),
+        (b"\2\x55\1m13\3\0" * 2, [("", b"\2\x55\1m13\3\0")] * 2),
+        (b"\2\x55\1m13\3\0\0" * 2, [("", b"\2\x55\1m13\3\0")] * 2),
+        (b"\2\x55\1y\3\0\0\0" + Y, [("", b"\2\x55\1y\3\0"), ("noise", b"\0"), ("", Y)]),
+        (b"\2\x55\1y\3\0x\0" + Y, [("", b"\2\x55\1y\3\0"), ("noise", b"x\0"), ("", Y)]),
+        (Y + b"\0" + Y, [("", Y), ("noise", b"\0"), ("", Y)]),
         (b"hello" + Y, [("noise", b"hello"), ("", Y)]),
         (b"\2" + Y, [("cut", b"\2"), ("", Y)]),
         (b"\2\x55" + Y, [("cut", b"\2\x55"), ("", Y)]),
@@ -73,7 +80,8 @@ Y = b"\2\x55\1y\3\x64\0"
             b"\2\x55\1" + b"m" * 81 + b"\3\0\0" + Y,
             [("too long", b"\2\x55\1" + b"m" * 81), ("noise", b"\3\0\0"), ("", Y)],
         ),
-        (b"\2\x55\1" + b"m" * 80 + b"\3\0\0", [("", b"\2\x55\1" + b"m" * 80 + b"\3\0\0")]),
+        (b"\2\x55\1" + b"m" * 80 + b"\3\0", [("", b"\2\x55\1" + b"m" * 80 + b"\3\0")]),
+        (b"\2\x55\1" + b"m" * 80 + b"\3\x41\0", [("", b"\2\x55\1" + b"m" * 80 + b"\3\x41\0")]),
         (b"\2\x55\1y\3\x64" + Y, [("no NUL", b"\2\x55\1y\3\x64"), ("", Y)]),
         (b"\2\x55\1y\3" + Y, [("no NUL", b"\2\x55\1y\3"), ("", Y)]),
         (b"\2\x55\1y\3\x64." + Y, [("no NUL", b"\2\x55\1y\3\x64."), ("", Y)]),
@@ -91,7 +99,7 @@ def test_every_kind_of_input(stream, items):
 
 def test_a_wrong_crc_is_seen_and_a_zero_one_is_not_looked_at():
     for crc, is_good in ((0x64, True), (0x65, False), (2, False), (0, True)):
-        [packet], _ = read(b"\2\x55\1y\3" + bytes((crc, 0)))
+        [packet], _ = read(b"\2\x55\1y\3" + bytes((crc, 0)).removeprefix(b"\0"))
         assert isinstance(packet, Packet)
         assert (packet.crc, packet.is_good) == (crc, is_good)
 
@@ -101,9 +109,21 @@ def test_what_was_encoded_is_decoded(destination, origin, data, crc):
     raw = encode(destination, origin, data, crc=crc)
     [packet], pending = read(raw)
     assert pending == b""
-    assert packet == Packet(destination, origin, data, model.crc(data) if crc else 0, len(raw))
+    check = model.crc(data) if crc else 0
+    end = len(raw) - (crc and check == 0)  # of ETX NUL NUL the last is idle
+    assert packet == Packet(destination, origin, data, check, end)
     assert packet.is_good
-    assert packet.raw == raw
+    assert packet.raw == raw[:end]
+    assert raw[-2:] == b"\3\0" or crc
+
+
+@given(ADDRESSES, DATA, st.booleans())
+def test_a_packet_is_given_with_its_last_byte_and_no_later(origin, data, crc):
+    raw = encode(85, origin, data, crc=crc)
+    decoder = PacketDecoder()
+    given_at = [n for n, byte in enumerate(raw, start=1) for _ in decoder.feed(bytes((byte,)))]
+    assert given_at == [raw.index(b"\3") + (2 if not crc or crc8(data) == 0 else 3)]
+    assert [item.origin for item in decoder.feed(encode(85, 1, b"y"))] == [1]  # also right behind it
 
 
 @pytest.mark.parametrize(
@@ -117,9 +137,16 @@ def test_what_no_packet_can_carry_is_refused(destination, origin, data):
 
 
 @given(st.lists(st.sampled_from([b"\0", b"\2", b"\3", b"\x55", b"m", Y, b"z" * 40]), max_size=40))
-def test_no_byte_is_lost_in_what_it_gives(pieces):
+def test_no_byte_but_an_idle_one_is_lost_in_what_it_gives(pieces):
     items, pending = read(*pieces)
-    assert b"".join(item.raw for item in items) + pending == b"".join(pieces)
+    stream = b"".join(pieces)
+    at = 0
+    for item in items:
+        start = item.end - len(item.raw)
+        assert stream[start : item.end] == item.raw
+        assert stream[at:start] in (b"", b"\0")
+        at = item.end
+    assert stream[at:] in (pending, b"\0" + pending)
     assert len(pending) < 87
 
 
@@ -128,11 +155,11 @@ def garbled(rng: random.Random) -> bytes:
     stream = bytearray()
     for _ in range(rng.randrange(1, 4)):
         data = bytes(rng.choices(b"m30ys\x06\x11\x15", k=rng.choice((0, 1, 1, 3, 8, 79, 80, 81, 82))))
-        stream += b"\2%c%c%b\3%c\0" % (
+        stream += b"\2%c%c%b\3%b\0" % (
             rng.choice((0, 1, 2, 3, 85)),
             rng.choice((1, 2, 3, 86)),
             data,
-            rng.choice((0, 2, 3, model.crc(data[-4:]), crc8(data))),
+            rng.choice((b"", b"\0", b"\2", b"\3", bytes((model.crc(data[-4:]),)), bytes((crc8(data),)))),
         )
     for _ in range(rng.choice((0, 0, 1, 1, 2, 5))):
         at = rng.randrange(len(stream) + 1)

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.wire.packet import Malformed, PacketDecoder, encode
+from hil.wire.packet import Malformed, Packet, PacketDecoder, encode
+from virtual_ports.rs485.packet_faults import packet_fault
 from virtual_ports.rs485.segment import Segment, poll_cycle_ns
 from virtual_ports.rs485.waveform import Drive, low_line, low_times, read
 
@@ -254,3 +255,35 @@ def test_whatever_is_sent_every_byte_is_accounted_for_and_in_order(bursts):
     assert len(good) == wire.stats.packets
     assert wire._clean == []
     assert wire._cluster == []
+
+
+# ---- packets without CRC through what falsifies packets ----
+
+DATA = st.binary(max_size=8).map(lambda data: bytes(byte for byte in data if byte not in (0, 2, 3)))
+PIECES = st.one_of(
+    st.sampled_from([b"\0", b"noise", b"\2\x55", b"\2\x55\1m13\3\0\0"]),
+    st.builds(lambda data, crc: encode(85, 1, data, crc=crc), DATA, st.booleans()),
+)
+
+
+@given(st.lists(PIECES, max_size=5).map(b"".join), st.integers(0, 2**32))
+def test_a_burst_that_no_fault_concerns_goes_out_as_it_is(burst, seed):
+    for kind in ("packet_no_ack", "packet_nak"):
+        if b"\x06" not in burst:
+            assert packet_fault(kind, 1.0, seed)(burst) == burst
+    assert packet_fault("packet_bad_crc", 0.0, seed)(burst) == burst
+
+
+@given(DATA, st.booleans(), st.integers(0, 2**32))
+def test_a_spoilt_crc_is_there_and_wrong(data, crc, seed):
+    raw = encode(85, 1, data, crc=crc)
+    sent = packet_fault("packet_bad_crc", 1.0, seed)(raw)
+    [packet] = PacketDecoder().feed(sent)
+    assert isinstance(packet, Packet)
+    assert (packet.data, packet.is_good, packet.raw) == (data, False, sent)
+
+
+def test_an_ack_without_crc_becomes_a_nak_without_or_nothing():
+    ack = encode(1, 85, b"\x06", crc=False)
+    assert packet_fault("packet_nak", 1.0, 1)(ack) == encode(1, 85, b"\x15", crc=False)
+    assert packet_fault("packet_no_ack", 1.0, 1)(ack) == b""
