@@ -26,6 +26,8 @@ class Terminal:
         """Nothing is printed: a command from the network runs."""
         self.line_began_ns = SimTimeNs(0)
         """When the first byte of the last line came."""
+        self._line = bytearray()
+        """What has been typed of the next one."""
 
     def println(self, lines: Iterable[str]) -> None:
         """Lines, each with CR LF."""
@@ -36,8 +38,8 @@ class Terminal:
         self.uart.write(PROMPT.encode())
 
     def message(self, text: bytes) -> None:
-        """What came over the network, in the middle of whatever is typed."""
-        self.uart.write(b"\r\n" + text + b"\r\n" + PROMPT.encode())
+        """What came over the network; a line that is being typed stays in force and is drawn again."""
+        self.uart.write(b"\r\n" + text + b"\r\n" + PROMPT.encode() + self._line)
 
     def read_line(
         self, is_immediate: Callable[[int], bool], meanwhile: Callable[[], Steps]
@@ -48,7 +50,7 @@ class Terminal:
         ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read.
         BS and DEL erase (decision).
         """
-        line = bytearray()
+        line = self._line = bytearray()
         while True:
             yield _A_BYTE
             yield from meanwhile()
@@ -62,6 +64,7 @@ class Terminal:
                 self.line_began_ns = self._now()
             if byte in (_CR, _LF):
                 self.uart.write(b"\r\n")
+                self._line = bytearray()
                 return line.decode("latin-1")
             if byte in (_BS, _DEL):
                 if line:

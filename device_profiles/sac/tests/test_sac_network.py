@@ -289,12 +289,25 @@ def test_text_that_comes_is_shown_with_a_new_prompt(board):
     assert board.terminal.read() == b"\r\ndot\r\nSAC>"
 
 
-def test_text_does_not_disturb_a_line_that_is_being_typed(board):
-    board.terminal.write(b"vd")
+def test_a_line_that_is_being_typed_is_drawn_again_after_text(board):
+    board.terminal.write(b"vc\b")
     board.packet(b" hello")
+    board.terminal.write(b"d")
+    board.packet(NAK, origin=86)
     board.terminal.write(b"\r")
-    board.bench.run(ms=100)
-    assert board.terminal.read() == b"vd\r\nhello\r\nSAC>\r\n0\t0\r\nSAC>"
+    board.packet(b" you there")
+    assert board.terminal.read() == (
+        b"vc\b \b\r\nhello\r\nSAC>vd\r\nNAK 86\r\nSAC>vd\r\n0\t0\r\nSAC>\r\nyou there\r\nSAC>"
+    )
+
+
+def test_a_line_that_is_being_typed_in_a_program_mode_is_drawn_again_too(board):
+    board.type("xp")
+    board.terminal.write(b"0,")
+    board.packet(b" hello")
+    board.terminal.write(b"7\r")
+    board.bench.run(ms=300)
+    assert board.terminal.read() == b"0,\r\nhello\r\nSAC>0,7\r\nx_ 0 7\r\nx_ 1 0\r\nSAC>"
 
 
 @pytest.mark.parametrize("key", ["\\", "/"])
