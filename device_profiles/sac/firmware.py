@@ -58,6 +58,7 @@ class Sac:
         self._mode: Callable[[Text], Steps | None] | None = None
         self.is_started = False
         """The cold start is over."""
+        self._note_estop()
 
     def main(self) -> Main:
         yield from self._load()
@@ -78,10 +79,21 @@ class Sac:
             yield from self._execute(line) or ()
 
     def interrupt(self, event: CoreEvent) -> None:
-        """A command begins or ends, which soft_ops tells: a packet to all, and a byte to the terminal."""
+        """Estop has changed, or a command begins or ends, which soft_ops tells: a packet to all, and a byte to
+        the terminal."""
+        if event.kind == "estop":
+            self._note_estop()
+            return
         begins = event.kind == "command_begun"
         self._terminal.uart.write(DC1 if begins else DC2)
         self._network.operation(begins)
+
+    def _note_estop(self) -> None:
+        """Its falling edge has stopped all; the board obeys as ever while it stays low."""
+        is_low = self._motion.get("pin_estop") == 0
+        self._note(
+            "Estop", "Estop is low: it has stopped all when it fell, and holds nothing" if is_low else None
+        )
 
     @property
     def parameters(self) -> Parameters:

@@ -14,7 +14,7 @@ from hil.vocab.time import SimTimeNs
 
 FAULTS = ("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev")
 """HIL_FAULT_* of hil_core.h, in its order."""
-EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended"}
+EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
 """Names of ``hil_event_kind`` in ``native/hil_core.h``."""
 
 PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}

@@ -277,3 +277,41 @@ def test_each_cycle_of_the_encoder_is_a_pulse_wherever_it_rested_at_power_up(
     for cycles in range(1, 11):
         turn(sac, 1, first, levels)
         assert sac.axis.snapshot().pulses - before == leads * cycles
+
+
+# ---- Estop ----
+
+
+def test_the_operator_is_told_while_estop_is_low(sac: Terminal) -> None:
+    for _ in range(2):
+        sac.device.pin("Estop", 0)
+        assert sac.device.notes["Estop"].startswith("Estop is low")
+        sac.device.pin("Estop", 0)
+        sac.say("$R", ms=300)
+        assert "Estop" in sac.device.notes
+        sac.device.pin("Estop", 1)
+        assert "Estop" not in sac.device.notes
+
+
+def test_an_estop_that_is_low_at_power_up_is_told_too(sac: Terminal) -> None:
+    sac.device.pin("Estop", 0)
+    sac.device.reset()
+    sac.run(1100)
+    assert "Estop" in sac.device.notes
+    sac.device.reset()
+    sac.device.pin("Estop", 1)
+    sac.run(1100)
+    assert "Estop" not in sac.device.notes
+
+
+def test_estop_acts_when_it_falls_and_holds_nothing(sac: Terminal) -> None:
+    sac.say("m300v150ad", "m400v150ad")
+    sac.device.pin("Estop", 0)
+    stopped_at = sac.axis.snapshot().pulses
+    sac.run(3000)
+    assert 0 < sac.axis.snapshot().pulses == stopped_at  # the second is dropped with the first
+    sac.say("m100v150ad", ms=3000)
+    assert sac.axis.snapshot().pulses == stopped_at + 200
+    sac.say("m", ms=1000)
+    sac.device.pin("Estop", 1)
+    assert sac.axis.snapshot().speed_rpm > 0  # nor does it act when it rises

@@ -54,6 +54,7 @@ typedef enum hil_event_kind {
     HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
     HIL_EVENT_COMMAND_BEGUN = 3, /* of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot */
     HIL_EVENT_COMMAND_ENDED = 4, /* and fell */
+    HIL_EVENT_ESTOP = 5,         /* value: level of a stepper's Estop input after a change */
 } hil_event_kind;
 
 typedef struct hil_event {

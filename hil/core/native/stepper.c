@@ -210,8 +210,10 @@ void stepper_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
         m->sync_level = level;
         break;
     case HIL_IN_ESTOP:
-        if (m->estop_level && !level) motion_stop(m, now);
+        if (level == m->estop_level) break;
+        if (!level) motion_stop(m, now);
         m->estop_level = level;
+        core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_ESTOP, level);
         break;
     case HIL_IN_ENA: turn_encoder(c, a, level, s->enb, at_ns); break;
     case HIL_IN_ENB: turn_encoder(c, a, s->ena, level, at_ns); break;
