@@ -352,7 +352,6 @@ class Runs:
         try:
             for until_ns in execution.run():
                 each()
-                self._daemon.lines.flush()
                 if (progress.state, progress.step) != told or loop.time() - told_s >= TELL_S:
                     told, told_s = (progress.state, progress.step), loop.time()
                     self.tell(progress)
@@ -365,7 +364,6 @@ class Runs:
         finally:
             if together:
                 together.leave()
-            self._daemon.lines.flush()
             self._over(entry)
 
 
