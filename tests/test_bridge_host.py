@@ -194,19 +194,6 @@ def test_a_failed_board_says_so_to_every_verb_but_reset(using: Using) -> None:
     using(use)
 
 
-def test_what_firmware_sent_while_somebody_looked_goes_on_its_line(using: Using) -> None:
-    async def use(host: Host) -> None:
-        bench = host._daemon.bench
-        assert bench.looked == host._daemon.lines.flush
-        looks: list[None] = []
-        bench.looked = lambda: looks.append(None)
-        for look in (host.packed, host.state):
-            look("m1")
-        assert len(looks) == 2
-
-    using(use)
-
-
 def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
     """A scrape lets others run between any two values."""
 

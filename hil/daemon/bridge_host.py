@@ -163,23 +163,18 @@ class Host:
     def _do_twin(self, name: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
         bench = self._daemon.bench
         device = bench.devices[name]
-        try:
-            if verb.run or verb.types:
-                return Done(*bench.do(device, verb.name, parameters))
-            if verb.name == "reset":
-                return Done(bench.give(device, Reset()), {})
-            if device.failed:
-                raise VerbRefused("failed", f"{device.failed}; reset it")
-            if verb.name == "pin":
-                pin = str(parameters["pin"])
-                if pin not in device.axis.pins:
-                    raise VerbRefused(
-                        "bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}"
-                    )
-                return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
-            return Done(bench.give(device, Bytes(typed(str(parameters["text"])))), {})
-        finally:
-            self._daemon.lines.flush()
+        if verb.run or verb.types:
+            return Done(*bench.do(device, verb.name, parameters))
+        if verb.name == "reset":
+            return Done(bench.give(device, Reset()), {})
+        if device.failed:
+            raise VerbRefused("failed", f"{device.failed}; reset it")
+        if verb.name == "pin":
+            pin = str(parameters["pin"])
+            if pin not in device.axis.pins:
+                raise VerbRefused("bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}")
+            return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
+        return Done(bench.give(device, Bytes(typed(str(parameters["text"])))), {})
 
     def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
         self._twin(device)
@@ -191,7 +186,6 @@ class Host:
         if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
             raise VerbRefused("bad_parameter", f"{name}: write {low:g} to {high:g}")
         at_ns = self._daemon.bench.give(self._daemon.bench.devices[device], SetField(name, float(value)))
-        self._daemon.lines.flush()
         return Done(at_ns, {name: value})
 
     @staticmethod
@@ -230,8 +224,6 @@ class Host:
             return {"number": registry.inject(kind, at, parameters)}
         except FaultRefused as error:
             raise VerbRefused("bad_parameter", str(error)) from None
-        finally:
-            self._daemon.lines.flush()
 
     def sim_ns(self, wall_ns: int) -> int:
         """The simulated time at one of the wall, as ``wall_ns`` tells it."""

@@ -91,7 +91,7 @@ class Daemon:
         self.tap_sessions: dict[str, TapSession] = {}
         self.real: dict[str, PassThrough] = {}
         self.faults = FaultRegistry(self.real)
-        self.lines = Lines(self.release)
+        self.lines = Lines(self.release, lambda call: asyncio.get_running_loop().call_soon(call))
         self.bridges: dict[str, Bridge] = {}
         self.host: Host
         self.runs: Runs
@@ -209,11 +209,10 @@ class Daemon:
             log.error("%s: %s", hung, self.notes[hung])
         store = DaemonStore(files, counters)
         self.bench = bench_runtime(self.config, self.catalogue, memories, store)
-        self.bench.looked = self.lines.flush
+        self.bench.turn_over = self.lines.turn_over
         self.faults.bench = self.bench
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
         store.bench, store.loop, self.store = self.bench, loop, store
-        store.answered = self.lines.flush
         self.vitals = Vitals(self.bench)
         self.host = Host(self)
         self._guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
@@ -340,16 +339,11 @@ class Daemon:
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())
-        loop.add_reader(self.bench.core.event_fd, self._core_is_due)
+        loop.add_reader(self.bench.core.event_fd, self.bench.service)
         if self._log_file:
             loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
 
     # ---- work ----
-
-    def _core_is_due(self) -> None:
-        self.bench.service()
-        self.lines.refresh()
-        self.lines.flush()
 
     def release(self) -> None:
         """Give ports the bytes of paced lines that are due, and set the timer for the next."""

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -25,8 +25,6 @@ class DaemonStore:
         self.loop: asyncio.AbstractEventLoop | None = None
         self.failures: dict[str, str] = {}
         self.writes = {"ok": 0, "failed": 0}
-        self.answered: Callable[[], None] = lambda: None
-        """Called after a firmware has run on an answer: what it sent has to go on its line."""
 
     def begin(self, device: str, counter: int) -> None:
         """A device that comes later; ``counter``: of the commits that made its file."""
@@ -53,7 +51,6 @@ class DaemonStore:
             log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
         if self.bench:
             self.bench.give(device, CommitDone(durable))
-            self.answered()
 
 
 def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:

@@ -42,8 +42,9 @@ class BenchRuntime:
         self.log: InputLogWriter | None = None
         self.on_refused: Callable[[Device, Do, VerbRefused], None] = lambda device, given, why: None
         """Called when a verb that was to be done later could not be."""
-        self.looked: Callable[[], None] = lambda: None
-        """Called when firmware may have run because somebody looked at an axis: what it sent has to go on."""
+        self.turn_over: Callable[[], None] = lambda: None
+        """Real time: called when firmware may have run, for whatever reason, and its group was given back:
+        what it sent has to go on, and what it took has made room."""
         self.turn: Callable[[], Callable[[], bool] | None] = lambda: None
         """Real time: a group's turn begins; what it answers says when it is over. A group that is late goes
         on in its next turn, and others have theirs between. One whose firmware takes more time than there is
@@ -89,6 +90,7 @@ class BenchRuntime:
         group.advance(now_ns)
         if self.real_time:
             self.core.native.release(group.id)
+            self.turn_over()
 
     def remove(self, name: str) -> None:
         """Take a device away that has a group of its own, with its faults."""
@@ -255,7 +257,7 @@ class BenchRuntime:
 
     def watch(self, device: str, interval_ns: int, capacity: int) -> None:
         """Sample a device's axis from now on; ``CoreAxis.watch``."""
-        with self._owning(self._group_of[device]):
+        with self._looking_at(self._group_of[device]):
             self.devices[device].axis.watch(interval_ns, capacity)
 
     def snapshot(self, device: str) -> Snapshot:
@@ -263,14 +265,12 @@ class BenchRuntime:
         group = self._group_of[device]
         with self._owning(group):
             group.advance(self.now_ns)
-            state = self.devices[device].axis.snapshot()
-        self.looked()
-        return state
+            return self.devices[device].axis.snapshot()
 
     def take_samples(self, device: str) -> tuple[list[bytes], int]:
         """A device's samples since the last call, in the binary layout, and how many were lost since
         ``watch``."""
-        with self._owning(self._group_of[device]):
+        with self._looking_at(self._group_of[device]):
             axis = self.devices[device].axis
             return axis.take_samples(), axis.lost_samples()
 
@@ -295,18 +295,20 @@ class BenchRuntime:
         for group in self._groups.values():
             group.advance(SimTimeNs(0))
             self.core.native.release(group.id)
+        self.turn_over()
 
     def service(self) -> None:
         """Real time: run the firmware of every group that the core has parked or has events of."""
         for group_id in self.core.native.take_due():
             group = self._groups[group_id]
-            with self._owning(group):
+            with group:
                 now_ns = self.now_ns
                 due_ns = group.due_ns
                 if due_ns <= now_ns:
                     self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
                     self.lag_total_ns += now_ns - due_ns
                 group.advance(now_ns, self.turn())
+        self.turn_over()
 
     def stop(self) -> None:
         """End the real-time thread; the groups are the caller's again."""
@@ -316,4 +318,26 @@ class BenchRuntime:
             self.real_time = False
 
     def _owning(self, group: Group) -> AbstractContextManager[object]:
+        """Its firmwares may run for as long as the block lasts."""
+        return _Turn(group, self.turn_over) if self.real_time else _NOTHING
+
+    def _looking_at(self, group: Group) -> AbstractContextManager[object]:
+        """The same for a block in which none of its firmwares runs."""
         return group if self.real_time else _NOTHING
+
+
+class _Turn:
+    """A group is owned, in real time; ``over`` is called when it is given back."""
+
+    __slots__ = ("_group", "_over")
+
+    def __init__(self, group: Group, over: Callable[[], None]) -> None:
+        self._group = group
+        self._over = over
+
+    def __enter__(self) -> None:
+        self._group.__enter__()
+
+    def __exit__(self, *error: object) -> None:
+        self._group.__exit__(*error)
+        self._over()

@@ -41,10 +41,13 @@ class HasLine(Protocol):
 
 class Lines:
     """The paced lines of a bench: of hundreds, only those with something on them are looked at. ``scheduled``
-    is called when bytes were put on one, for ``release`` to be called in time."""
+    is called when bytes were put on one, for ``release`` to be called in time; ``soon`` calls what it is
+    given when the present turns of groups are over."""
 
-    def __init__(self, scheduled: Callable[[], None]) -> None:
+    def __init__(self, scheduled: Callable[[], None], soon: Callable[[Callable[[], None]], object]) -> None:
         self._scheduled = scheduled
+        self._soon = soon
+        self._is_handing_on = False
         self.fresh: list[HasLine] = []
         """Those whose device has sent something since the last ``flush``."""
         self._busy: dict[HasLine, None] = {}
@@ -62,8 +65,20 @@ class Lines:
         else:
             self._held.pop(session, None)
 
+    def turn_over(self) -> None:
+        """Firmware may have run (``BenchRuntime.turn_over``): soon, once for all turns until then, what it
+        sent goes on, and ports read what it has room for."""
+        if (self.fresh or self._held) and not self._is_handing_on:
+            self._is_handing_on = True
+            self._soon(self._hand_on)
+
+    def _hand_on(self) -> None:
+        self._is_handing_on = False
+        self.flush()
+        self.refresh()
+
     def flush(self) -> None:
-        """Put what devices have sent on their lines; called after firmware has run."""
+        """Put what devices have sent on their lines."""
         if self.fresh:
             fresh, self.fresh = self.fresh, []
             for session in fresh:
@@ -140,7 +155,6 @@ class Session:
             tap("board", data)
         client_baud = self.port.client_baud() if self._uart.baud else None
         self._bench.give(self.device, Bytes(data, client_baud, self._name))
-        self._lines.flush()
 
     def room(self) -> int:
         """What the port may read from its clients now."""
@@ -160,7 +174,6 @@ class Session:
             return
         if self._native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self._bench.give(self.device, Reset())
-            self._lines.flush()
 
     def port_failed(self, reason: str) -> None:
         self.port_failure = reason
@@ -170,7 +183,7 @@ class Session:
             self.port.resume_reading()
 
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends; ``Lines.flush`` comes after its firmware has run."""
+        """The device sends; ``Lines.flush`` comes when its group's turn is over."""
         if self._uart.baud is None:
             self._hand_over(data)
             return

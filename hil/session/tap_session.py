@@ -27,7 +27,6 @@ class TapSession:
         for listener in self.taps:
             listener("board", data)
         self._bench.give_tap(self.tap, Bytes(data, self.port.client_baud()))
-        self._lines.flush()
 
     def room(self) -> int:
         is_full = self.port.backlog() > BACKLOG_HOLD_BYTES

@@ -13,6 +13,8 @@ _TCGETS2 = 0x802C542A
 _TCSETS2 = 0x402C542B
 _TCFLSH = 0x540B
 _TIOCGEXCL = 0x80045440
+_TIOCGLCKTRMIOS = 0x5456
+_N_TTY = 0
 _CBAUD = 0o010017
 
 
@@ -46,6 +48,17 @@ def discard_unread(slave: int) -> None:
     """Drop what was written to the clients and not read. What they wrote stays."""
     # Not termios.tcflush, whose termios.error is no OSError.
     fcntl.ioctl(slave, _TCFLSH, termios.TCIFLUSH)
+
+
+def let_go_on(slave: int) -> None:
+    """End a stop (tcflow) and a line discipline that a client has left: both stay for the next."""
+    fcntl.ioctl(slave, termios.TIOCSETD, struct.pack("i", _N_TTY))
+    fcntl.ioctl(slave, termios.TCXONC, termios.TCOON)
+
+
+def is_locked(slave: int) -> bool:
+    """Whether root has locked settings (TIOCSLCKTRMIOS), which only root could undo."""
+    return any(fcntl.ioctl(slave, _TIOCGLCKTRMIOS, bytes(_TERMIOS2.size)))
 
 
 def is_exclusive(slave: int) -> bool:

@@ -1,6 +1,7 @@
 """The pty port: see ``PtyPort._clients_changed`` and ``write`` for what makes it more than a pair of fds."""
 
 import asyncio
+import errno
 import grp
 import os
 import select
@@ -64,6 +65,7 @@ class PtyPort:
         self._name = context.runtime_dir / (options.path or context.device)
         self._pts = Path()
         self._master = self._slave = -1
+        self._connects_before = -1
         self._clients = self._connects = 0
         self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
         self._queue = bytearray()
@@ -71,7 +73,6 @@ class PtyPort:
         self._baud_of_departed: int | None = None
         self._own_steps: list[int] = []
         self._resting = b""
-        self._input = select.poll()
         self._watch: ClientWatch | None = None
         self._audit_twice = False
         self._audit_timer: asyncio.TimerHandle | None = None
@@ -84,20 +85,29 @@ class PtyPort:
         self._host = host
         self._loop = asyncio.get_running_loop()
         try:
+            self._open_pty()
+        except PortError:
+            await self.close()
+            raise
+
+    def _open_pty(self) -> None:
+        """Make a pty, point the name at it and read.
+
+        Raises:
+            PortError: it cannot be made, or not be named; what was made of it is for ``_close_pty``.
+        """
+        try:
             self._master, self._slave = os.openpty()
             self._pts = Path(os.ttyname(self._slave))
             os.set_blocking(self._master, False)
+            self._input = select.poll()
             self._input.register(self._master, select.POLLIN)
             self._resting = line.resting(self._slave)
             line.apply(self._slave, self._resting)
             self._set_access()
             self._watch = ClientWatch(self._pts, self._clients_changed)
             stable_name.publish(self._title, self._name, self._pts)
-        except PortError:
-            await self.close()
-            raise
         except OSError as error:
-            await self.close()
             raise PortError(
                 f"{self._title}: no pty, or no watch on it: {error.strerror}; see the limits kernel.pty.max, "
                 "fs.inotify.max_user_instances and RLIMIT_NOFILE"
@@ -243,16 +253,21 @@ class PtyPort:
             emptied |= self._clients == 0
         if emptied:
             self._last_client_left()
+        with self._failing_loudly():
+            line.baud(self._slave)  # after a hang-up nothing else would tell
         if doubtful:
             self._audit_in(_AUDIT_AFTER_S)
 
     def _last_client_left(self) -> None:
         # A next client may be there already, but all that was written so far was for those before it.
         self._discard_queue()
+        baud = None
         with self._failing_loudly():
+            line.let_go_on(self._slave)  # also if the next is there: it would be held up for ever
             line.discard_unread(self._slave)
-            # Later, because the host may answer with a write, and this may be in the middle of one.
-            self._loop.call_soon(self._tell_client_left, line.baud(self._master))
+            baud = line.baud(self._master)
+        # Later, because the host may answer with a write, and this may be in the middle of one.
+        self._loop.call_soon(self._tell_client_left, baud)
         self._reset_line()
 
     def _tell_client_left(self, baud: int | None) -> None:
@@ -268,6 +283,8 @@ class PtyPort:
             if self._watch.pending():  # perhaps the next client, whose settings must stay
                 self._loop.call_soon(self._reset_line_later)
                 return
+            if line.is_locked(self._slave):
+                raise OSError(errno.EPERM, "its settings are locked")
             line.apply(self._slave, self._resting)
             line.end_exclusive(self._slave)
 
@@ -324,25 +341,51 @@ class PtyPort:
             self._fail(error)
 
     def _fail(self, error: OSError) -> None:
+        """The terminal is dead, as after root's vhangup: soon another is behind the name."""
         if not self._failed:
             self._failed = True
             self._stop_reading()
             self._discard_queue()
-            self._host.port_failed(f"{self._title}: {self._pts} is dead: {error}")
+            # Later, because this may be in the middle of what the watch tells.
+            self._loop.call_soon(self._replace_pty, f"{self._title}: {self._pts} is dead: {error}")
+
+    def _replace_pty(self, why: str) -> None:
+        if self._master < 0:
+            return  # closed meanwhile
+        if self._connects == self._connects_before:  # nobody was there since the last: another is no help
+            self._host.port_failed(why)
+            return
+        self._connects_before = self._connects
+        dead, had_clients = (self._master, self._slave, self._pts, self._watch), self._clients > 0
+        self._clients, self._baud_of_departed, self._own_steps = 0, None, []
+        self._master = self._slave = -1
+        self._watch, self._failed = None, False
+        try:
+            self._open_pty()
+        except PortError as error:
+            self._failed = True
+            self._host.port_failed(f"{why}; {error}")
+        self._close_pty(*dead)
+        if had_clients:
+            self._host.client_left(None)
+
+    def _close_pty(self, master: int, slave: int, pts: Path, watch: ClientWatch | None) -> None:
+        stable_name.withdraw(self._name, pts)
+        if watch is not None:
+            watch.close()
+        for fd in (master, slave):
+            if fd >= 0:
+                os.close(fd)
 
     async def close(self) -> None:
         if self._audit_timer is not None:
             self._audit_timer.cancel()
             self._audit_timer = None
         if self._watch is not None:
-            stable_name.withdraw(self._name, self._pts)
             self._stop_reading()
             self._discard_queue()
-            self._watch.close()
-            self._watch = None
         self._clients = 0
         self._baud_of_departed = None
-        for fd in (self._master, self._slave):
-            if fd >= 0:
-                os.close(fd)
+        self._close_pty(self._master, self._slave, self._pts, self._watch)
         self._master = self._slave = -1
+        self._watch = None

@@ -117,9 +117,7 @@ def _device(daemon: "Daemon", name: str) -> Device:
 
 
 def _give(daemon: "Daemon", name: str, given: Input) -> dict[str, int]:
-    at_ns = daemon.bench.give(_device(daemon, name), given)
-    daemon.lines.flush()
-    return {"effective_at_ns": at_ns}
+    return {"effective_at_ns": daemon.bench.give(_device(daemon, name), given)}
 
 
 def _reset(daemon: "Daemon", device: str) -> Any:
@@ -189,9 +187,7 @@ def _unwatch(daemon: "Daemon", watch: int) -> dict[str, Any]:
 
 
 def _inject(daemon: "Daemon", fault: str, target: str, parameters: dict[str, Any]) -> dict[str, int]:
-    number = daemon.faults.inject(fault, target, parameters)
-    daemon.lines.flush()
-    return {"number": number}
+    return {"number": daemon.faults.inject(fault, target, parameters)}
 
 
 def _clear(daemon: "Daemon", number: int) -> dict[str, Any]:

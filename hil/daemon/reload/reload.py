@@ -331,7 +331,6 @@ class Reloader:
         daemon.host.refresh(plan.named("restart", "add"))
         for name in staged.twins:
             daemon.watches.sampler.exchanged(name)
-        daemon.lines.flush()
         return gone
 
     def _take_away(self, plan: Plan, staged: Staged, name: str) -> list[Port]:

@@ -41,6 +41,7 @@ WAITING_CHARACTERS = 32 << 20
 """Of all runs that wait or move."""
 LEAD_WALL_NS = 20_000_000
 """Between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
+ERROR_OF_OURS = "an error of hil; its log has more"
 TELL_S = 0.1
 """Between two tellings of a run whose state and step are as they were."""
 
@@ -77,6 +78,7 @@ class Runs:
         self.parts = Parts(daemon, self)
         self._entries: dict[str, Entry] = {}
         self._is_closed = False
+        self._starts_soon = False
         self._releasing: set[asyncio.Task[None]] = set()
         self.progress: dict[str, Progress] = {}
         """Of all runs that are remembered, by name, in the order of their submission."""
@@ -182,7 +184,9 @@ class Runs:
             del self.progress[name]
         if entry.name in self.progress:
             self.tell(self.progress[entry.name])
-        self.start_what_can()
+        if not self._starts_soon:  # not here: of hundreds that wait each may fail as it starts
+            self._starts_soon = True
+            asyncio.get_running_loop().call_soon(self._start_what_can)
 
     def tell(self, progress: Progress) -> None:
         for listener in self.listeners:
@@ -257,21 +261,21 @@ class Runs:
         ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
         self._entries[name] = Entry(name, text, file, source, names, ends_deg, is_shared)
         self.progress[name] = progress = Progress(name, steps=plan.steps)
-        self.start_what_can()
+        self._start_what_can()
         return self.progress.get(name, progress)
 
     # ---- carrying out ----
 
-    def start_what_can(self) -> None:
-        """Those whose axes have become free."""
+    def _start_what_can(self) -> None:
+        """Those whose axes have become free. Where one fails at once, those behind it have their turn soon."""
         if self._is_closed:
             return
+        self._starts_soon = False
         taken: set[str] = set()
-        for name, entry in list(self._entries.items()):
-            if name in self._entries and entry.task is None and not taken & entry.devices:
+        for entry in list(self._entries.values()):
+            if entry.task is None and not taken & entry.devices:
                 self._start(entry)
-            if name in self._entries:
-                taken |= entry.devices
+            taken |= entry.devices
 
     def _start(self, entry: Entry) -> None:
         if entry.is_shared or len(entry.text) > SHORT:
@@ -283,6 +287,9 @@ class Runs:
             plan = plan_run(run, document, self._by_name(entry.names, self.axes.axes()))
         except ConfigError as error:
             self._end(entry, "failed", f"it cannot be done any more: {error}")
+            return
+        except Exception:  # ours: those behind it must not wait for ever
+            self._failed_by_us(entry)
             return
         self._enter(entry, self._execution(entry, plan), _nothing)
 
@@ -306,9 +313,12 @@ class Runs:
         try:
             await begin
         except Exception:  # ours, before it moved: as in _carry_out
-            log.exception("run %s", entry.name)
-            if entry.name in self._entries:
-                self._end(entry, "failed", "an error of hil; its log has more")
+            self._failed_by_us(entry)
+
+    def _failed_by_us(self, entry: Entry) -> None:
+        log.exception("run %s", entry.name)
+        if entry.name in self._entries:
+            self._end(entry, "failed", ERROR_OF_OURS)
 
     def _refuse_moved(self, entry: Entry, plan: Plan) -> None:
         """Axes have to be where they were when the plan was made."""
@@ -352,7 +362,6 @@ class Runs:
         try:
             for until_ns in execution.run():
                 each()
-                self._daemon.lines.flush()
                 if (progress.state, progress.step) != told or loop.time() - told_s >= TELL_S:
                     told, told_s = (progress.state, progress.step), loop.time()
                     self.tell(progress)
@@ -361,11 +370,10 @@ class Runs:
                 await together.finish()
         except Exception:  # ours: this run has failed and says so, all else goes on
             log.exception("run %s", entry.name)
-            progress.state, progress.why = "failed", "an error of hil; its log has more"
+            progress.state, progress.why = "failed", ERROR_OF_OURS
         finally:
             if together:
                 together.leave()
-            self._daemon.lines.flush()
             self._over(entry)
 
 

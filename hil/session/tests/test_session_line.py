@@ -1,121 +1,23 @@
 """A port joined to a device over a paced line, and devices whose firmware is broken."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import pytest
+from session_bench import Bench, Echo, MemoryPort
 
-from hil.core import AxisPlan, Core
-from hil.session.bench import BenchRuntime
-from hil.session.device import Device
 from hil.session.inputs import Bytes, Reset
 from hil.session.session import BACKLOG_HOLD_BYTES, Lines, Session
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
-from hil.vocab.ports import PortHost, PortStats
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
-
-PARAMETERS = {
-    "inertia_kg_m2": 5.4e-6,
-    "viscous_Nm_s_per_rad": 0.004,
-    "torque_constant_Nm_per_A": 0.225,
-    "sense_resistor_ohm": 0.15,
-    "start_deg": 0.0,
-    "load_torque_Nm": 0.0,
-    "rotor_teeth": 50,
-}
-
-
-class MemoryPort:
-    """A port in memory: what the session writes is kept; the client's side is set by the test."""
-
-    address = "memory"
-
-    def __init__(self, baud: int | None = None) -> None:
-        self.baud = baud
-        self.unread = 0
-        self.got = bytearray()
-        self.resumed = 0
-
-    async def open(self, host: PortHost) -> None:
-        return
-
-    async def close(self) -> None:
-        return
-
-    def write(self, data: bytes) -> None:
-        self.got += data
-
-    def resume_reading(self) -> None:
-        self.resumed += 1
-
-    def backlog(self) -> int:
-        return self.unread
-
-    def client_baud(self) -> int | None:
-        return self.baud
-
-    def stats(self) -> PortStats:
-        return PortStats(1, 1, 0, len(self.got), 0, 0)
-
-
-class NoStore:
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        device.commit_done(True)
-
-
-class Echo:
-    """Sends every byte back."""
-
-    def __init__(self, board: Board) -> None:
-        self.uart = board.uart
-
-    def main(self) -> Main:
-        while True:
-            yield ByteAvailable()
-            self.uart.write(bytes([self.uart.read()]))
-
-    def interrupt(self, event: CoreEvent) -> None:
-        return
-
-
-class Bench:
-    """Devices with a firmware of the test's own, on the virtual clock; ``heard``: all that they sent."""
-
-    def __init__(self) -> None:
-        self.runtime = BenchRuntime("test", Core(8))
-        self.heard: list[tuple[str, int, bytes]] = []
-        self.runtime.listeners.append(
-            lambda device, port, at_ns, data: self.heard.append((device.name, at_ns, data))
-        )
-
-    def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
-        group, axis = self.runtime.open_group(AxisPlan(PARAMETERS))
-        device = Device(
-            name,
-            "test",
-            axis,
-            firmware,
-            baud=baud,
-            network_baud=None,
-            nvm={},
-            power_up={},
-            facts={},
-            store=NoStore(),
-            sent=self.runtime.sent,
-        )  # fmt: skip
-        self.runtime.add(group, device)
-        return device
-
-    def until(self, at_ns: int) -> None:
-        self.runtime.advance(SimTimeNs(at_ns))
 
 
 def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, MemoryPort]:
     bench = Bench()
     device = bench.add("m1", Echo, device_baud)
     port = MemoryPort(client_baud)
-    session = Session(bench.runtime, device, port, Lines(lambda: None))
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
     bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     return bench, session, port
 
@@ -181,7 +83,7 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort()
-    session = Session(bench.runtime, device, port, Lines(lambda: None))
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
     assert session.room() > 0
     port.unread = BACKLOG_HOLD_BYTES + 1
     assert session.room() == 0
@@ -211,7 +113,7 @@ class Counted(Session):
 
 def test_only_lines_that_hold_something_are_looked_at() -> None:
     bench = Bench()
-    lines = Lines(lambda: None)
+    lines = Lines(lambda: None, lambda call: call())
     devices = [bench.add(f"m{i}", Echo, 9600) for i in range(3)]
     sessions = [Counted(bench.runtime, device, MemoryPort(9600), lines) for device in devices]
     assert lines.release(SimTimeNs(0)) == FOREVER
@@ -238,7 +140,7 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort(9600)  # a USB client's baud means nothing
-    session = Session(bench.runtime, device, port, Lines(lambda: None))
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
     bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     session.received(b"hello")
     assert port.got == b"hello"
@@ -267,7 +169,9 @@ def test_the_touch_resets_a_board_with_native_usb(
 ) -> None:
     bench = Bench()
     device = bench.add("m1", Greeter, device_baud)
-    session = Session(bench.runtime, device, MemoryPort(), Lines(lambda: None), native_usb=native_usb)
+    session = Session(
+        bench.runtime, device, MemoryPort(), Lines(lambda: None, lambda call: call()), native_usb=native_usb
+    )
     bench.until(1_000_000)
     session.client_left(client_baud)
     bench.until(2_000_000)

@@ -4,6 +4,7 @@ import asyncio
 import errno
 import fcntl
 import os
+import resource
 import signal
 import sys
 import termios
@@ -319,8 +320,8 @@ def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
     asyncio.run(main())
 
 
-def test_a_terminal_that_root_hangs_up_is_reported_once(tmp_path: Path) -> None:
-    """What agetty does when it is started on one."""
+def test_a_terminal_that_is_hung_up_when_there_is_no_other_is_reported_once(tmp_path: Path) -> None:
+    """What agetty does when it is started on one; a new one needs file descriptors."""
     if os.geteuid() != 0:
         pytest.skip("needs CAP_SYS_ADMIN")
 
@@ -332,13 +333,19 @@ def test_a_terminal_that_root_hangs_up_is_reported_once(tmp_path: Path) -> None:
         fd = client(port)
         port.write(b"")
         fcntl.ioctl(fd, 0x5437)  # TIOCVHANGUP
+        limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (fd, limits[1]))
         os.close(fd)
-        await until(lambda: bool(board.failures))
+        try:
+            await until(lambda: bool(board.failures))
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, limits)
         for _ in range(100):
             port.write(b"lost")
             await asyncio.sleep(0)
         assert len(board.failures) == 1
         assert "pty port of m1" in board.failures[0]
+        assert "see the limits" in board.failures[0]
         assert accounted(port) == 400
         await port.close()
         assert os.listdir(tmp_path) == []
