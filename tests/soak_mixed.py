@@ -19,6 +19,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
@@ -34,6 +35,8 @@ SEED_S = 25.0
 AT_ONCE = 2
 REPLAY_S = 600.0
 LOG = "inputs.log"
+KINDS = ("asker", "typist", "looker", "subscriber", "recorder", "watcher")
+"""Of clients. A difference that goes with one of them is its doing."""
 
 
 @dataclasses.dataclass
@@ -54,8 +57,8 @@ class Outcome:
     kept: str = ""
 
 
-def run_seed(seed: int, seconds: float, place: Place, watcher: bool = True) -> Outcome:
-    """One bench with all its clients for so long, and its replay."""
+def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] = ()) -> Outcome:
+    """One bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
     chance = Random(seed)
     name = f"soak{seed}"
     metrics_port, zenoh_port = free_port(), free_port()
@@ -70,8 +73,8 @@ def run_seed(seed: int, seconds: float, place: Place, watcher: bool = True) -> O
         f"tcp/127.0.0.1:{zenoh_port}",
         f"http://127.0.0.1:{metrics_port}/metrics",
     )
-    every = actors(scene)
-    screen = Watcher(place.runtime) if watcher else None
+    every = [actor for actor in actors(scene) if type(actor).__name__.lower() not in without]
+    screen = None if "watcher" in without else Watcher(place.runtime)
     for actor in every:
         actor.start()
     scene.over.wait(seconds)
@@ -145,11 +148,11 @@ def keep(place: Place, seed: int) -> str:
     return str(kept)
 
 
-def one(seed: int, seconds: float) -> Outcome:
+def one(seed: int, seconds: float, without: Collection[str]) -> Outcome:
     """A seed, and its folder if it went wrong."""
     with Place() as place:
         try:
-            outcome = run_seed(seed, seconds, place)
+            outcome = run_seed(seed, seconds, place, without)
         except Exception as error:  # of this program: the others are still worth running
             outcome = Outcome(seed, troubles=[f"the soak itself: {error!r}"])
         if outcome.troubles:
@@ -171,9 +174,10 @@ def row(outcome: Outcome) -> str:
     return "\n".join([line, *rest])
 
 
-def in_process_of_its_own(seed: int, seconds: float) -> Outcome:
+def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -> Outcome:
     """So that what one seed leaves behind does not touch the next."""
     command = [sys.executable, __file__, "--seed", str(seed), "--each", str(seconds), "--json"]
+    command += ["--without", *without] if without else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     try:
         return Outcome(**json.loads(done.stdout.splitlines()[-1]))
@@ -181,7 +185,7 @@ def in_process_of_its_own(seed: int, seconds: float) -> Outcome:
         return Outcome(seed, troubles=[f"the soak itself: {done.stdout}{done.stderr}"])
 
 
-def soak(first: int, seconds: float, each_s: float, at_once: int) -> list[Outcome]:
+def soak(first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]) -> list[Outcome]:
     """Seeds from ``first`` on until the time is over."""
     outcomes: list[Outcome] = []
     until_s = time.monotonic() + seconds
@@ -192,7 +196,7 @@ def soak(first: int, seconds: float, each_s: float, at_once: int) -> list[Outcom
         while time.monotonic() < until_s:
             with lock:
                 seed = next(seeds)
-            outcome = in_process_of_its_own(seed, each_s)
+            outcome = in_process_of_its_own(seed, each_s, without)
             with lock:
                 outcomes.append(outcome)
                 print(row(outcome), flush=True)
@@ -212,13 +216,16 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1, help="the first seed")
     parser.add_argument("--each", type=float, default=SEED_S, help="seconds of each seed")
     parser.add_argument("--at-once", type=int, default=AT_ONCE)
+    parser.add_argument(
+        "--without", nargs="+", default=[], metavar="KIND", help="leave out " + ", ".join(KINDS)
+    )
     parser.add_argument("--json", action="store_true", help="of --seed, for programs")
     given = parser.parse_args()
     if given.seed is not None:
-        outcomes = [one(given.seed, given.each)]
+        outcomes = [one(given.seed, given.each, given.without)]
         print(json.dumps(dataclasses.asdict(outcomes[0])) if given.json else f"{HEAD}\n{row(outcomes[0])}")
     else:
-        outcomes = soak(given.first, given.seconds, given.each, given.at_once)
+        outcomes = soak(given.first, given.seconds, given.each, given.at_once, given.without)
         wrong = [str(outcome.seed) for outcome in outcomes if outcome.troubles]
         print(
             f"{len(outcomes)} seeds, {sum(o.inputs for o in outcomes)} inputs, "
