@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
 
-.PHONY: demo test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load kills fuzz bench clean install-service uninstall-service
+.PHONY: demo test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -85,6 +85,10 @@ soak: $(VENV)/.dev
 # SOAK_S=3600 for an hour.
 soak-load: $(VENV)/.dev
 	$(BIN)/python benchmarks/soak.py $(or $(SOAK_S),300)
+
+# Everything at once and at random, seed after seed, each with its replay: five minutes. SOAK_S=3600 for an hour.
+soak-mixed: $(VENV)/.dev
+	$(BIN)/python tests/soak_mixed.py $(or $(SOAK_S),300)
 
 # Two thousand kills of a store, and two hundred of daemons, each in the middle of a write: half an hour.
 kills: $(VENV)/.dev

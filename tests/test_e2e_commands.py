@@ -189,6 +189,17 @@ def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
     assert "Invalid value" in place.cli("set", "m1", "diaagc", "much", code=2)
 
 
+def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(place: Place) -> None:
+    log = place.folder / "inputs.log"
+    server = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}}), "--log", str(log))
+    for field in ("diaagc", "errfl"):
+        said = place.cli("set", "s1", field, "1", code=1)
+        assert said == "hil: fields of s1 that can be set are load_torque_Nm\n"
+    place.cli("set", "s1", "load_torque_Nm", "0.01")
+    server.stop()
+    assert place.cli("replay", str(log)).startswith("identical: ")
+
+
 def test_unknown_device_and_no_daemon(place: Place) -> None:
     for command in (["status"], ["monitor", "m1"], ["reset", "m1"], ["pin", "m1", "D0", "1"]):
         assert "no bench is running here" in place.cli(*command, code=1)

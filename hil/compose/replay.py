@@ -1,5 +1,6 @@
 """Runs an input log again on the virtual clock, and compares with what the devices sent then."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -12,9 +13,10 @@ from hil.compose.find import find_catalogue
 from hil.config import from_dict
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
+from hil.session.group import Group
 from hil.session.input_log import InputLog, Sent, read_input_log, sent_now
 from hil.session.inputs import Clear, Inject
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import FOREVER, SimTimeNs
 
 
 class MemoryOptions(BaseModel):
@@ -82,11 +84,19 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
     catalogue = find_catalogue({"memory": MemoryOptions})
     runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
-    runtime.listeners.append(
-        lambda device, port, at_ns, data: replayed.sent[device.name].append(
-            sent_now(device, port, at_ns, data)
-        )
-    )
+    missing = Counter(runtime.group_of(sent.device) for sent in read.sent)
+    ends: dict[Group, SimTimeNs] = {}
+
+    def heard(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
+        group = runtime.group_of(device.name)
+        if group.now_ns <= ends.get(group, FOREVER):
+            replayed.sent[device.name].append(sent_now(device, port, at_ns, data))
+            missing[group] -= 1
+            if going_on and missing[group] == 0:
+                ends[group] = group.now_ns
+
+    going_on = False
+    runtime.listeners.append(heard)
     for logged in read.inputs:
         if isinstance(logged.input, Inject | Clear):
             runtime.give_fault(logged.device, logged.input, logged.at_ns)
@@ -94,7 +104,12 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
             runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)
         else:
             runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)
+    # What was sent is logged with its time on the line, which a paced line reaches later than its group: the
+    # run ended when the last piece was printed, and not when its last byte would have been on the line.
+    going_on = True
+    ends |= {group: group.now_ns for group, count in missing.items() if count <= 0}
     for name, device in runtime.devices.items():
         last_ns = max((sent.at_ns for sent in read.sent if sent.device == name), default=SimTimeNs(0))
-        runtime.take_to(device, last_ns)
+        if runtime.group_of(name) not in ends:
+            runtime.take_to(device, last_ns)
     return replayed

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hil import __version__
 from hil.config import ConfigError
 from hil.core.core import octaves
-from hil.core.fields import FIELDS
+from hil.core.fields import FIELDS, OF_KIND
 from hil.daemon import real_boards, segments
 from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
@@ -134,8 +134,9 @@ def _pin(daemon: "Daemon", device: str, pin: str, level: int) -> dict[str, int]:
 
 
 def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, int]:
-    if field not in SET_FIELDS:
-        raise ControlError(f"fields that can be set are {', '.join(SET_FIELDS)}")
+    fields = [name for name in SET_FIELDS if name in OF_KIND[_device(daemon, device).axis.kind]]
+    if field not in fields:
+        raise ControlError(f"fields of {device} that can be set are {', '.join(fields)}")
     number = float(value)
     if not abs(number) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= number <= 0x7FFF):
         raise ControlError(f"{value} is not a value that {field} can have")

@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from time import perf_counter
+from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -228,6 +230,32 @@ def test_a_run_is_replayed_from_its_log(tmp_path: Path) -> None:
     assert again.runtime.devices["m1"].axis.snapshot() == device.axis.snapshot()
     assert again.runtime.devices["m1"].nvm == device.nvm
     assert f"{len(again.logged.inputs)} inputs, " in again.summary()
+
+
+@pytest.mark.parametrize("stop_ms", [4600, 5500, 20_000])
+def test_a_run_that_was_ended_in_a_long_answer_replays_identically(tmp_path: Path, stop_ms: int) -> None:
+    """At 57600 baud q takes 22 s on the line, and the board then does what was typed behind it."""
+    config: dict[str, Any] = {
+        "bench": "t",
+        "devices": {
+            "m1": {"profile": "mechaduino", "baud": 57600, "flash": {"table": "identity"}},
+            "s1": {"profile": "sac"},
+        },
+        "wires": [{"from": "s1.clk", "to": "m1.step"}],
+    }
+    with Bench(config) as bench:
+        memories = {name: dict(bench.device(name).nvm) for name in config["devices"]}
+    catalogue = find_catalogue({"memory": MemoryOptions})
+    runtime = bench_runtime(from_dict(config, catalogue), catalogue, memories, LateStore())
+    with (tmp_path / "log").open("w") as file:
+        runtime.log = InputLogWriter(file, "test", config, memories)
+        runtime.listeners.append(runtime.log.sent)
+        runtime.advance(ms(4500))
+        runtime.give(runtime.devices["m1"], Bytes(b"qm"))
+        runtime.give(runtime.devices["s1"], Bytes(b"m100v1\r"))
+        runtime.advance(ms(stop_ms))
+    again = replay(tmp_path / "log")
+    assert again.difference() is None
 
 
 def test_a_log_does_not_tell_how_the_run_was_cut(tmp_path: Path) -> None:
