@@ -2,8 +2,10 @@
 
 import asyncio
 import json
+import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from fractions import Fraction
 from functools import partial
 from struct import Struct
 from typing import Any
@@ -15,6 +17,8 @@ from bridges.zenoh.keys import SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
 from hil.vocab.bridges import AxisField, BridgeHost, Samples
 from hil.vocab.segment import SegmentEvent
+from hil.vocab.time import NS_PER_S
+from hil.vocab.verbs import VerbRefused
 
 LOOK_S = 0.5
 """How often it is looked whether somebody listens."""
@@ -24,6 +28,14 @@ TAKES_PER_S = 4000
 """Of samples from the core; with many axes each take brings several."""
 SHORTEST_S = 0.005
 _CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
+
+
+log = logging.getLogger("hil")
+
+
+def _interval_ns(rate_hz: float) -> Fraction:
+    """Exact: at 30 Hz sample k is at k * 10^9 / 30 ns, rounded down."""
+    return NS_PER_S / Fraction(str(rate_hz)).limit_denominator(10**6)
 
 
 def is_heard(publisher: Any) -> bool:
@@ -79,15 +91,26 @@ class _Stream:
         self._begin = begin
         self._made = made
         self._samples: Samples | None = None
+        self._is_refused = False
         self.lost = 0
 
     def look(self) -> None:
         """Begin, or end."""
         is_wanted = is_heard(self._publisher)
         if is_wanted and self._samples is None:
-            self._samples = self._begin()
-        elif not is_wanted and self._samples is not None:
+            self._try()
+        elif not is_wanted:
+            self._is_refused = False
             self._end()
+
+    def _try(self) -> None:
+        """What is too much now may not be later."""
+        try:
+            self._samples = self._begin()
+        except VerbRefused as refusal:
+            if not self._is_refused:
+                log.warning("zenoh: %s is not told: %s", self._publisher.key_expr, refusal)
+            self._is_refused = True
 
     @property
     def is_on(self) -> bool:
@@ -257,7 +280,7 @@ class Publications:
 
     def _state(self, name: str) -> _Stream:
         publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
-        interval_ns = round(1e9 / self._options.state_hz)
+        interval_ns = _interval_ns(self._options.state_hz)
         fields = self._host.devices[name].fields.values()
         text, wall_ns = StateText([field for field in fields if field.is_state]), self._host.wall_ns
         at_ns = Struct("<q").unpack_from
@@ -269,7 +292,7 @@ class Publications:
 
     def _packed_state(self, name: str) -> _Stream:
         publisher = self._publisher(f"axis/{name}/state/packed", "hil.snapshot.v1", is_json=False)
-        interval_ns = round(1e9 / self._options.packed_hz)
+        interval_ns = _interval_ns(self._options.packed_hz)
         return _Stream(publisher, partial(self._host.sample, name, interval_ns), lambda packed: packed)
 
     def _packets(self, name: str) -> _Watch:

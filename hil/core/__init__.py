@@ -4,6 +4,7 @@ Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session 
 native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
 """
 
+from hil.core._native import WATCHES
 from hil.core.core import (
     AXIS_PARAMETERS,
     AXIS_PINS,
@@ -29,6 +30,7 @@ __all__ = [
     "FIELDS",
     "FULL_PARAMETERS",
     "MAX_WIRES",
+    "WATCHES",
     "AxisPlan",
     "Core",
     "CoreAxis",

@@ -10,6 +10,7 @@ from libc.string cimport memcpy, memset
 from hil.core.hil_core cimport *
 
 TABLE_LEN = HIL_TABLE_LEN
+WATCHES = HIL_WATCHES
 
 FIELDS = tuple(
     (hil_field_table[i].name.decode(), hil_field_table[i].type.decode(), hil_field_table[i].unit.decode(),
@@ -239,19 +240,27 @@ cdef class NativeCore:
         if failed:
             raise MemoryError("no memory for the path")
 
-    def watch(self, int axis, int64_t interval_ns, int capacity):
-        if hil_axis_watch(self.core, axis, interval_ns, capacity):
+    def watch(self, int axis, int slot, int64_t num_ns, int64_t den, int capacity):
+        if not 0 <= slot < HIL_WATCHES or capacity < 1:
+            raise ValueError(f"slot {slot} of {HIL_WATCHES}, for {capacity} samples")
+        if not (num_ns == 0 or 1 <= den <= num_ns < 1 << 62):
+            raise ValueError(f"an interval of {num_ns} / {den} ns")
+        if hil_axis_watch(self.core, axis, slot, num_ns, den, capacity):
             raise MemoryError("no memory for the axis's samples")
 
-    def take_samples(self, int axis):
+    def take_samples(self, int axis, int slot):
+        if not 0 <= slot < HIL_WATCHES:
+            raise ValueError(f"slot {slot} of {HIL_WATCHES}")
         cdef hil_snapshot s
         samples = []
-        while hil_axis_take_samples(self.core, axis, &s, 1):
+        while hil_axis_take_samples(self.core, axis, slot, &s, 1):
             samples.append(PyBytes_FromStringAndSize(<const char *>&s, sizeof(s)))
         return samples
 
-    def lost_samples(self, int axis):
-        return hil_axis_lost_samples(self.core, axis)
+    def lost_samples(self, int axis, int slot):
+        if not 0 <= slot < HIL_WATCHES:
+            raise ValueError(f"slot {slot} of {HIL_WATCHES}")
+        return hil_axis_lost_samples(self.core, axis, slot)
 
     def snapshot(self, int axis):
         cdef hil_snapshot s

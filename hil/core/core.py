@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from fractions import Fraction
 from typing import Literal, NamedTuple
 
 from hil.core._native import NativeCore
@@ -223,18 +224,23 @@ class CoreAxis:
             self.id, start_ns, [(p.duration_ns, p.r, p.per_s, p.per_s2, p.per_s3) for p in path]
         )
 
-    def watch(self, interval_ns: int, capacity: int) -> None:
-        """Sample the axis at every multiple of ``interval_ns``; 0 ends it. Up to ``capacity`` samples
-        wait to be taken, later ones are lost."""
-        self._native.watch(self.id, interval_ns, capacity)
+    def watch(self, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
+        """Sample the axis at the multiples of ``interval_ns``, rounded down to whole nanoseconds; 0 ends it.
+        There are ``WATCHES`` slots, each with a grid of its own. Up to ``capacity`` samples wait to be taken,
+        later ones are lost.
 
-    def take_samples(self) -> list[bytes]:
+        Raises:
+            ValueError: there is no such slot, or the interval is below 1 ns, or 146 years.
+        """
+        self._native.watch(self.id, slot, *interval_ns.as_integer_ratio(), capacity)
+
+    def take_samples(self, slot: int) -> list[bytes]:
         """The samples since the last call, each in the binary layout (``hil.core.fields.OFFSETS``)."""
-        return self._native.take_samples(self.id)
+        return self._native.take_samples(self.id, slot)
 
-    def lost_samples(self) -> int:
+    def lost_samples(self, slot: int) -> int:
         """How many samples found no room since ``watch``."""
-        return self._native.lost_samples(self.id)
+        return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:
         """The state now."""

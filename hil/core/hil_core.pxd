@@ -150,9 +150,10 @@ cdef extern from "native/hil_core.h" nogil:
         double per_s2
         double per_s3
     int hil_axis_follow(hil_core *, int, int64_t, int, const hil_path_piece *)
-    int hil_axis_watch(hil_core *, int, int64_t, int)
-    int hil_axis_take_samples(hil_core *, int, hil_snapshot *, int)
-    int64_t hil_axis_lost_samples(const hil_core *, int)
+    int HIL_WATCHES
+    int hil_axis_watch(hil_core *, int, int, int64_t, int64_t, int)
+    int hil_axis_take_samples(hil_core *, int, int, hil_snapshot *, int)
+    int64_t hil_axis_lost_samples(const hil_core *, int, int)
     void hil_axis_snapshot(hil_core *, int, hil_snapshot *)
     void hil_axis_published(const hil_core *, int, hil_snapshot *)
     int hil_rt_start(hil_core *, const hil_rt_options *)

@@ -3,6 +3,7 @@
 import asyncio
 import re
 from collections.abc import Callable, Collection, Coroutine, Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from hil.compose.find import load_dialogues, load_verbs
@@ -127,9 +128,12 @@ class Host:
         self._twin(device)
         return self._daemon.bench.snapshot(device).as_dict()
 
-    def sample(self, device: str, interval_ns: int) -> "Sampling":
+    def sample(self, device: str, interval_ns: int | Fraction) -> "Sampling":
         self._twin(device)
-        return Sampling(self._daemon.watches.sampler, device, interval_ns)
+        try:
+            return Sampling(self._daemon.watches.sampler, device, interval_ns)
+        except ValueError as error:
+            raise VerbRefused("bad_parameter", str(error)) from None
 
     async def do(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done:
         done = self.do_now(source, device, verb, given)
@@ -310,7 +314,7 @@ class Host:
 class Sampling:
     """``hil.vocab.bridges.Samples``."""
 
-    def __init__(self, sampler: Sampler, device: str, interval_ns: int) -> None:
+    def __init__(self, sampler: Sampler, device: str, interval_ns: int | Fraction) -> None:
         self._sampler = sampler
         self._subscription = sampler.subscribe(device, (), interval_ns)
 

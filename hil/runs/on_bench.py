@@ -65,7 +65,7 @@ class BenchAxes:
         return self._refused.pop(axis, [])
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
-        return _Rows(self._sampler, self._sampler.subscribe(axis, signals, interval_ns))
+        return _Rows(self._sampler, self._sampler.subscribe(axis, signals, interval_ns, is_limited=False))
 
 
 class Named:

@@ -5,6 +5,7 @@ Every input goes through ``give``, which fixes its effective time once and logs 
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from fractions import Fraction
 
 from hil.core import AxisPlan, Core, CoreAxis, Snapshot
 from hil.session.device import Device
@@ -180,7 +181,7 @@ class BenchRuntime:
         """A fault's input takes effect, as ``give``."""
         group = self.group_of(target.partition(".")[0] if target not in self.taps else target)
         with self._owning(group):
-            group.advance(self.now_ns if arrival_ns is None else arrival_ns)
+            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.turn())
             at_ns = group.now_ns
             if self.log:
                 self.log.write(Logged(at_ns, target, given))
@@ -255,24 +256,24 @@ class BenchRuntime:
             group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
         return at_ns
 
-    def watch(self, device: str, interval_ns: int, capacity: int) -> None:
+    def watch(self, device: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
         """Sample a device's axis from now on; ``CoreAxis.watch``."""
         with self._looking_at(self._group_of[device]):
-            self.devices[device].axis.watch(interval_ns, capacity)
+            self.devices[device].axis.watch(slot, interval_ns, capacity)
 
     def snapshot(self, device: str) -> Snapshot:
         """A device's axis now."""
         group = self._group_of[device]
         with self._owning(group):
-            group.advance(self.now_ns)
+            group.advance(self.now_ns, self.turn())
             return self.devices[device].axis.snapshot()
 
-    def take_samples(self, device: str) -> tuple[list[bytes], int]:
+    def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
         """A device's samples since the last call, in the binary layout, and how many were lost since
         ``watch``."""
         with self._looking_at(self._group_of[device]):
             axis = self.devices[device].axis
-            return axis.take_samples(), axis.lost_samples()
+            return axis.take_samples(slot), axis.lost_samples(slot)
 
     def advance(self, until_ns: SimTimeNs) -> None:
         """Virtual time: take every group to ``until_ns``."""

@@ -78,7 +78,8 @@ class Group:
 
     def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
         """Run axes and firmwares up to and at ``until_ns``; never back. Where ``is_over`` says so, which is
-        asked now and then, it stops before."""
+        asked now and then, it stops before. The core does some milliseconds' work in one call, so that Ctrl-C
+        is heard however far it has to go."""
         steps = 0
         while True:
             horizon_ns = self.due_ns
@@ -88,10 +89,13 @@ class Group:
             if now_ns >= horizon_ns:
                 self._step(SimTimeNs(now_ns))
                 steps += 1
-                if is_over and steps % _ASK_EVERY == 0 and self.due_ns > now_ns and is_over():
-                    return  # all of this time has happened: an input that comes now comes after it
+                asks = steps % _ASK_EVERY == 0
             elif now_ns >= until_ns:
                 return
+            else:
+                asks = True
+            if is_over and asks and self.due_ns > now_ns and is_over():
+                return  # all of this time has happened: an input that comes now comes after it
 
     def _step(self, now_ns: SimTimeNs) -> None:
         """Run the firmwares that are due, in the order of their devices."""

@@ -1,35 +1,51 @@
-"""Hands the samples of watched axes to any number of watchers, each with its own signals and interval."""
+"""Hands the samples of watched axes to any number of watchers, each with its own signals and interval.
+
+Watchers of an axis with the same interval share a grid in the core; what one asks for changes nothing for the
+others, nor how often the core has to look.
+"""
 
 from collections import deque
-from math import gcd
+from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Protocol
 
+from hil.core import WATCHES
 from hil.core.fields import reader
+from hil.vocab.time import NS_PER_S
 
 MIN_INTERVAL_NS = 50_000
 """Three samples for each control step of a Mechaduino."""
+MAX_INTERVAL_NS = 3600 * NS_PER_S
+MAX_DENOMINATOR = 10**12
+"""Of an interval that is no whole number of nanoseconds."""
+MAX_GRIDS = WATCHES - 1
+"""Different intervals of one axis; one is kept for runs, which all record at the same."""
+MAX_SAMPLES_PER_S = 400_000
+"""Of all watchers of a bench together, by simulated time: some tenths of a CPU."""
 RING_SAMPLES = 8192
-"""In the core, for each watched axis: 1.2 s at the control rate. 3.3 MB."""
+"""In the core, for each grid: 1.2 s at the control rate. 3.3 MB."""
 QUEUE_SAMPLES = 200_000
 """Of a watcher; it loses the oldest when it does not take them."""
 
-
 _AT_NS = reader("at_ns")
+
+Interval = int | Fraction
+"""Nanoseconds; samples are at its multiples, rounded down to whole ones."""
 
 
 class WatchedBench(Protocol):
-    """What a sampler needs of a bench. Devices by name."""
+    """What a sampler needs of a bench. Devices by name; ``slot``: which of the ``WATCHES`` of its axis."""
 
-    def watch(self, device: str, interval_ns: int, capacity: int) -> None: ...
+    def watch(self, device: str, slot: int, interval_ns: Interval, capacity: int) -> None: ...
 
-    def take_samples(self, device: str) -> tuple[list[bytes], int]:
+    def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
         """Samples since the last call, and how many were lost since ``watch``."""
 
 
 class Subscription:
     """One watcher of one device."""
 
-    def __init__(self, device: str, signals: tuple[str, ...], interval_ns: int) -> None:
+    def __init__(self, device: str, signals: tuple[str, ...], interval_ns: Interval) -> None:
         self.device = device
         self.signals = signals
         self.interval_ns = interval_ns
@@ -37,13 +53,10 @@ class Subscription:
         self._queue: deque[bytes] = deque()
         self._readers = tuple(reader(name) for name in signals)
 
-    def put(self, samples: list[bytes], lost: int, interval_ns: int) -> None:
-        """Samples came, ``interval_ns`` apart; ``lost`` were lost before them."""
+    def put(self, samples: list[bytes], lost: int) -> None:
+        """Samples came; ``lost`` were lost before them."""
         self.lost += lost
-        if interval_ns == self.interval_ns:
-            self._queue.extend(samples)
-        else:
-            self._queue.extend(each for each in samples if _AT_NS(each) % self.interval_ns == 0)
+        self._queue.extend(samples)
         while len(self._queue) > QUEUE_SAMPLES:
             self._queue.popleft()
             self.lost += 1
@@ -59,68 +72,118 @@ class Subscription:
         return [self._queue.popleft() for _ in range(n)]
 
 
+@dataclass
+class _Grid:
+    """An interval at which an axis is watched."""
+
+    slot: int
+    lost: int = 0
+    watchers: list[Subscription] = field(default_factory=list)
+
+
 class Sampler:
-    """Watches each axis at the common divisor of its watchers' intervals."""
+    """Watches each axis at each interval that somebody wants."""
 
     def __init__(self, bench: WatchedBench) -> None:
         self._bench = bench
-        self._subscriptions: dict[str, list[Subscription]] = {}
-        self._lost: dict[str, int] = {}
+        self._grids: dict[str, dict[Interval, _Grid]] = {}
+        """By device and interval; each has a watcher."""
 
-    def subscribe(self, device: str, signals: tuple[str, ...], interval_ns: int) -> Subscription:
-        """Watch a device from now on: a sample at every multiple of ``interval_ns``."""
-        if interval_ns < MIN_INTERVAL_NS:
-            raise ValueError(f"an interval of {interval_ns} ns; write {MIN_INTERVAL_NS} or more")
+    def subscribe(
+        self, device: str, signals: tuple[str, ...], interval_ns: Interval, *, is_limited: bool = True
+    ) -> Subscription:
+        """Watch a device from now on: a sample at every multiple of ``interval_ns``. A run's record is not
+        limited by what others watch; there is one interval for all of those.
+
+        Raises:
+            ValueError: such an interval cannot be, or too much is watched already.
+        """
+        problem = _interval_problem(interval_ns) or (
+            self._excess(device, interval_ns) if is_limited else None
+        )
+        if problem:
+            raise ValueError(problem)
+        grids = self._grids.get(device, {})
+        if interval_ns in grids:
+            self._poll_grid(device, grids[interval_ns])  # what was before is the others'
+        else:
+            taken = {grid.slot for grid in grids.values()}
+            grid = _Grid(next(slot for slot in range(WATCHES) if slot not in taken))
+            self._bench.watch(device, grid.slot, interval_ns, RING_SAMPLES)
+            self._grids.setdefault(device, grids)[interval_ns] = grid
         subscription = Subscription(device, signals, interval_ns)
-        self.poll()
-        self._subscriptions.setdefault(device, []).append(subscription)
-        self._rewatch(device)
+        grids[interval_ns].watchers.append(subscription)
         return subscription
+
+    def _excess(self, device: str, interval_ns: Interval) -> str | None:
+        """Why one more watcher would be too much."""
+        grids = self._grids.get(device, {})
+        if interval_ns not in grids and len(grids) >= MAX_GRIDS:
+            known = ", ".join(map(str, sorted(grids)))
+            return f"{device} is watched at {MAX_GRIDS} different intervals already; write one of {known} ns"
+        rate = NS_PER_S / interval_ns + sum(
+            len(grid.watchers) * NS_PER_S / each for of in self._grids.values() for each, grid in of.items()
+        )
+        if rate > MAX_SAMPLES_PER_S:
+            return (
+                f"all watchers of a bench together get up to {MAX_SAMPLES_PER_S:,} samples a second, and this"
+                " would be more; write a longer interval, or end other watches"
+            )
+        return None
 
     def unsubscribe(self, subscription: Subscription) -> None:
         """End it; what it has not taken stays there."""
-        self.poll()
-        watchers = self._subscriptions.get(subscription.device, [])
-        if subscription not in watchers:
+        device, interval_ns = subscription.device, subscription.interval_ns
+        grid = self._grids.get(device, {}).get(interval_ns)
+        if grid is None or subscription not in grid.watchers:
             return  # its device has gone
-        watchers.remove(subscription)
-        if not watchers:
-            del self._subscriptions[subscription.device]
-        self._rewatch(subscription.device)
+        self._poll_grid(device, grid)
+        grid.watchers.remove(subscription)
+        if grid.watchers:
+            return
+        self._bench.watch(device, grid.slot, 0, 1)
+        del self._grids[device][interval_ns]
+        if not self._grids[device]:
+            del self._grids[device]
 
     def exchanged(self, device: str) -> None:
         """Another axis has this device's name now."""
-        if device in self._subscriptions:
-            self._rewatch(device)
+        for interval_ns, grid in self._grids.get(device, {}).items():
+            grid.lost = 0
+            self._bench.watch(device, grid.slot, interval_ns, RING_SAMPLES)
 
     def gone(self, device: str) -> None:
         """The device is no more; its watchers get nothing further."""
-        self._subscriptions.pop(device, None)
+        self._grids.pop(device, None)
 
     def poll(self) -> None:
         """Bring what the core has; at least every ``period_ns`` of simulated time."""
-        for device in self._subscriptions:
+        for device in self._grids:
             self.poll_device(device)
 
     def poll_device(self, device: str) -> None:
         """The same, of one device."""
-        if device not in self._subscriptions:
-            return
-        samples, lost = self._bench.take_samples(device)
-        new, self._lost[device] = lost - self._lost[device], lost
-        interval_ns = self._interval_ns(device)
-        for subscription in self._subscriptions[device]:
-            subscription.put(samples, new, interval_ns)
+        for grid in self._grids.get(device, {}).values():
+            self._poll_grid(device, grid)
+
+    def _poll_grid(self, device: str, grid: _Grid) -> None:
+        samples, lost = self._bench.take_samples(device, grid.slot)
+        new, grid.lost = lost - grid.lost, lost
+        for subscription in grid.watchers:
+            subscription.put(samples, new)
 
     @property
     def period_ns(self) -> int | None:
         """How long until a core's ring is half full; None: nobody watches."""
-        intervals = [self._interval_ns(device) for device in self._subscriptions]
-        return min(intervals) * RING_SAMPLES // 2 if intervals else None
+        intervals = [each for grids in self._grids.values() for each in grids]
+        return int(min(intervals) * (RING_SAMPLES // 2)) if intervals else None
 
-    def _interval_ns(self, device: str) -> int:
-        return gcd(*(s.interval_ns for s in self._subscriptions.get(device, [])))
 
-    def _rewatch(self, device: str) -> None:
-        self._lost[device] = 0
-        self._bench.watch(device, self._interval_ns(device), RING_SAMPLES)
+def _interval_problem(interval_ns: Interval) -> str | None:
+    if interval_ns.denominator > MAX_DENOMINATOR:
+        return f"an interval of {interval_ns} ns; write a fraction with at most {MAX_DENOMINATOR} below"
+    if interval_ns < MIN_INTERVAL_NS:
+        return f"an interval of {str(interval_ns)[:40]} ns; write {MIN_INTERVAL_NS} or more"
+    if interval_ns > MAX_INTERVAL_NS:
+        return f"an interval of {str(interval_ns)[:40]} ns; write at most {MAX_INTERVAL_NS}, an hour"
+    return None

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Coroutine, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Protocol
 
 from hil.vocab.metrics import Reading
@@ -100,8 +101,12 @@ class BridgeHost(Protocol):
     def state(self, device: str) -> Mapping[str, float]:
         """All fields of an axis, now. Raises VerbRefused: a real board."""
 
-    def sample(self, device: str, interval_ns: int) -> Samples:
-        """Sample an axis from now on."""
+    def sample(self, device: str, interval_ns: int | Fraction) -> Samples:
+        """Sample an axis from now on, at the multiples of the interval, rounded down to whole nanoseconds.
+
+        Raises:
+            VerbRefused: a real board, or such an interval, or so much, cannot be watched.
+        """
 
     def do(
         self, source: Source, device: str, verb: str, given: Mapping[str, object]

@@ -7,8 +7,11 @@ from decimal import Decimal, InvalidOperation
 from math import isqrt
 
 MAX_RATE_HZ = 200_000
-"""The fastest train that is generated: a Mechaduino's interrupts follow no faster one."""
+"""Of a run of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles for each step)."""
 MAX_STEPS = 100_000_000
+"""Of one run."""
+MAX_RAMP_STEPS = 150_000
+"""Each is a row of its own, and what the control socket takes in one request is some 400,000 rows."""
 MAX_NS = 1 << 60
 MAX_FILE_VALUE = 1_000_000_000
 _NS_PER_S = 1_000_000_000
@@ -50,10 +53,24 @@ def train_problem(train: Sequence[Edges]) -> str | None:
     for i, e in enumerate(train, start=1):
         if e.pin not in LEVEL_COLUMNS or e.level not in (0, 1) or e.steps < 0:
             return f"row {i}: pins are {', '.join(LEVEL_COLUMNS)}; levels are 0 and 1; steps are 0 or more"
-        if not end_ns <= e.at_ns <= MAX_NS or (e.steps and not 2 * e.steps <= e.duration_ns <= MAX_NS):
-            return f"row {i}: it begins before the row above has ended, or its steps do not fit"
+        if not end_ns <= e.at_ns <= MAX_NS:
+            return f"row {i}: it begins before the row above has ended, or too late"
+        if e.steps and (problem := _run_problem(e.steps, e.duration_ns)):
+            return f"row {i}: {problem}"
         end_ns = e.end_ns
     return None
+
+
+def _run_problem(steps: int, duration_ns: int) -> str | None:
+    """Why a run of so many steps cannot be."""
+    if steps > MAX_STEPS:
+        return f"{steps} steps; write at most {MAX_STEPS:,} in a row"
+    shortest_ns = steps * _NS_PER_S // MAX_RATE_HZ
+    if duration_ns < shortest_ns - 1:  # a ramp's single steps are rounded down
+        return (
+            f"{steps} steps do not fit in {duration_ns} ns; at {MAX_RATE_HZ:,} Hz they take {shortest_ns} ns"
+        )
+    return f"{duration_ns} ns are too long" if duration_ns > MAX_NS else None
 
 
 def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = None) -> Train:
@@ -79,6 +96,10 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
     if acceleration_hz_per_s is None:
         return direction, Edges(0, steps=count, duration_ns=round(count * _NS_PER_S / rate_hz))
     ramp = min(int(rate_hz * rate_hz / (2 * acceleration_hz_per_s)), count // 2)
+    if ramp > MAX_RAMP_STEPS:
+        raise TrainError(
+            f"ramps of {ramp:,} steps; write an acceleration that reaches the rate in {MAX_RAMP_STEPS:,}"
+        )
     # The k-th step of the ramp ends when k steps are done under constant acceleration: t = sqrt(2 k / a).
     scale = int(2 * _NS_PER_S * _NS_PER_S / acceleration_hz_per_s)
     ends = [isqrt(scale * k) for k in range(ramp + 1)]
@@ -167,8 +188,8 @@ def _run(row: dict[str, Decimal], levels: dict[str, int]) -> list[Edges]:
     at_ns, duration_ns, steps = _ns(row["at_s"]), _ns(row["duration_s"]), int(row["steps"])
     if steps != row["steps"] or steps == 0:
         raise ValueError(f"{row['steps']} steps; write a whole number other than 0")
-    if duration_ns < 2 * abs(steps):
-        raise ValueError(f"{steps} steps do not fit in {duration_ns} ns; write a longer duration_s")
+    if problem := _run_problem(abs(steps), duration_ns):
+        raise ValueError(problem)
     turned = levels["dir"] != int(steps < 0)
     levels["dir"] = int(steps < 0)
     direction = [Edges(at_ns, pin="dir", level=levels["dir"])] if turned else []

@@ -134,24 +134,26 @@ int64_t axis_next_ns(const hil_axis *a)
 {
     int64_t next_ns = a->loop_on ? a->next_step_ns : HIL_FOREVER;
     if (a->source.next_ns < next_ns) next_ns = a->source.next_ns;
-    if (a->watch.next_ns < next_ns) next_ns = a->watch.next_ns;
+    if (a->watch_next_ns < next_ns) next_ns = a->watch_next_ns;
     int64_t stepper_ns = a->stepper ? stepper_next_ns(a) : HIL_FOREVER;
     return stepper_ns < next_ns ? stepper_ns : next_ns;
 }
 
-void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
+int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 {
-    for (int64_t next_ns; (next_ns = axis_next_ns(a)) <= t_ns && next_ns < HIL_FOREVER;) {
+    int64_t work = 0;
+    for (int64_t next_ns; (next_ns = axis_next_ns(a)) <= t_ns && next_ns < HIL_FOREVER; work++) {
         if (a->source.next_ns == next_ns) source_edge(c, a, axis);
         else if (a->loop_on && a->next_step_ns == next_ns) control_step(c, a, axis);
         else if (a->stepper && stepper_next_ns(a) == next_ns) {
             int64_t until_ns = a->source.next_ns <= t_ns ? a->source.next_ns - 1 : t_ns;
-            stepper_event(c, a, a->watch.next_ns < until_ns ? a->watch.next_ns : until_ns);
+            work += stepper_event(c, a, a->watch_next_ns < until_ns ? a->watch_next_ns : until_ns);
         } else watch_sample(a);
     }
-    if (a->loop_on) return; /* the plant's next node is the next control step's: who looks before steps a copy */
+    if (a->loop_on) return work; /* the plant's next node is the next control step's: who looks before steps a copy */
     if (a->stepper) stepper_plant(a, t_ns);
     else axis_run_plant(a, t_ns);
+    return work;
 }
 
 int axis_is_idle(const hil_axis *a)
@@ -204,7 +206,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     c->groups[group].first_axis = axis;
     a->amps_per_count = amps_per_count;
     a->encoder.previous_command = 0xFFFF;
-    a->source.next_ns = a->watch.next_ns = HIL_FOREVER;
+    a->source.next_ns = a->watch_next_ns = HIL_FOREVER;
     if (params->law == HIL_LAW_SAC && stepper_open(a, params)) {
         a->open = 0;
         return -1;

@@ -65,7 +65,7 @@ void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         if (g->first_axis < 0) continue;
         hil_axis *a = &c->axes[g->first_axis];
         int64_t end_ns = least(until_ns, g->horizon_ns);
-        end_ns = least(end_ns, least(a->source.next_ns, a->watch.next_ns) - 1); /* what else happens comes in its turn */
+        end_ns = least(end_ns, least(a->source.next_ns, a->watch_next_ns) - 1); /* what else happens comes in its turn */
         if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
         int kind = a->is_full != 0;
         /* As many as are due, or one less. */

@@ -9,6 +9,11 @@
 
 #include "core.h"
 
+/* What one call of hil_group_advance does at the most: events and plant steps, each some 50 ns. It is looked at
+   after each slice of simulated time, in which a board can do only so much. */
+#define CALL_WORK 100000
+#define SLICE_NS 4000000
+
 static size_t round_up(size_t n) { return (n + 63) & ~(size_t)63; }
 
 hil_core *hil_core_new(int max_axes, int *event_fd)
@@ -44,7 +49,7 @@ void hil_core_free(hil_core *c)
         free(c->axes[i].encoder.script_ns);
         free(c->axes[i].source.rows);
         free(c->axes[i].follow.pieces);
-        free(c->axes[i].watch.ring);
+        watch_end(&c->axes[i]);
         stepper_close(&c->axes[i]);
     }
     close(c->event_fd);
@@ -82,7 +87,7 @@ void hil_group_close(hil_core *c, int group)
         hil_axis_script_encoder(c, i, 0, NULL, NULL, 0);
         hil_axis_drive(c, i, 0, NULL);
         hil_axis_follow(c, i, 0, 0, NULL);
-        hil_axis_watch(c, i, 0, 0);
+        watch_end(&c->axes[i]);
         stepper_close(&c->axes[i]);
         c->axes[i].open = 0;
     }
@@ -113,15 +118,26 @@ void core_stir(hil_core *c, int axis)
     g->first_active = axis;
 }
 
-static void run_active(hil_core *c, hil_group *g, int64_t until_ns)
+/* How many steps the plant makes in so much time, about. */
+static int64_t plant_work(const hil_axis *a, int64_t span_ns)
 {
+    if (a->is_full) return a->full.at_rest ? 0 : span_ns / a->full.step_ns;
+    return a->plant.at_rest ? 0 : span_ns / a->plant.step_ns;
+}
+
+/* Answers how much that was. */
+static int64_t run_active(hil_core *c, hil_group *g, int64_t span_ns, int64_t until_ns)
+{
+    int64_t work = 0;
     for (int *link = &g->first_active; *link >= 0;) {
         hil_axis *a = &c->axes[*link];
-        axis_advance(c, a, *link, until_ns);
+        work += 1 + plant_work(a, span_ns);
+        work += axis_advance(c, a, *link, until_ns);
         a->is_active = !axis_is_idle(a);
         if (a->is_active) link = &a->next_active;
         else *link = a->next_active;
     }
+    return work;
 }
 
 /* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
@@ -149,6 +165,24 @@ static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
     return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
 }
 
+/* Whether events are waiting that time does not go past. */
+static int has_to_wait(const hil_group *g) { return g->stops || ring_used(&g->events) >= RING_LEN / 2; }
+
+/* Less far where events are waiting. */
+static int64_t advance_slice(hil_core *c, int group, int64_t now_ns, int64_t until_ns, int64_t *work)
+{
+    hil_group *g = &c->groups[group];
+    int64_t at_ns, span_ns = until_ns - now_ns;
+    for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
+        *work += axis_advance(c, &c->axes[axis], axis, at_ns);
+        if (has_to_wait(g)) until_ns = at_ns; /* what happens to the others at this time happens too */
+    }
+    *work += run_active(c, g, span_ns, until_ns);
+    atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
+    return until_ns;
+}
+
+/* Whoever asks for years gets them in parts: between two calls signals are heard, and others have their turn. */
 int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
 {
     hil_group *g = &c->groups[group];
@@ -156,14 +190,11 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
     if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : RING_LEN / 2)) return now_ns;
     g->stops = 0;
-    int64_t at_ns;
-    for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
-        axis_advance(c, &c->axes[axis], axis, at_ns);
-        if (g->stops || ring_used(&g->events) >= RING_LEN / 2) until_ns = at_ns; /* what happens to the others at this time happens too */
+    for (int64_t work = 0; now_ns < until_ns && work < CALL_WORK && !has_to_wait(g);) {
+        int is_short = until_ns - now_ns <= SLICE_NS || g->first_active < 0; /* nothing happens to idle axes */
+        now_ns = advance_slice(c, group, now_ns, is_short ? until_ns : now_ns + SLICE_NS, &work);
     }
-    run_active(c, g, until_ns);
-    atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
-    return until_ns;
+    return now_ns;
 }
 
 int64_t hil_group_now(const hil_core *c, int group)

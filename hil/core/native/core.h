@@ -44,9 +44,10 @@ typedef struct source {
 
 /* Samples of an axis that is watched: watch.c. */
 typedef struct watch {
-    hil_snapshot *ring;
+    hil_snapshot *ring; /* NULL: nobody watches here */
     int capacity, first, len;
-    int64_t interval_ns, next_ns, lost; /* next_ns: of the sample to come, HIL_FOREVER: none */
+    int64_t whole_ns, part, den, rest; /* interval = whole + part / den; rest / den: what the floor of next_ns left out */
+    int64_t next_ns, lost;
 } watch;
 
 /* A path that the set-point follows: follow.c. */
@@ -77,13 +78,14 @@ typedef struct hil_axis {
     int64_t control_steps;
     source source;
     follow follow;
-    watch watch;
+    int64_t watch_next_ns; /* of the sample to come, HIL_FOREVER: none */
     stepper *stepper; /* NULL: a servo */
     struct {
         double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
         full_energy energy;
         int32_t raw;
     } view; /* filled for a snapshot */
+    watch watches[HIL_WATCHES];
     float table[HIL_TABLE_LEN];
 } hil_axis;
 
@@ -149,14 +151,15 @@ static inline void axis_currents(const hil_axis *a, double *a_A, double *b_A)
     *b_A = p->vref2 * a->amps_per_count * (p->in4 - p->in3);
 }
 
-void axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* all that happens up to and at t_ns */
+int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns); /* all that happens up to and at t_ns; how much that was */
 int64_t axis_next_ns(const hil_axis *a); /* when something happens next; HIL_FOREVER: never */
 int axis_is_idle(const hil_axis *a);     /* at rest, and nothing will happen by itself */
 void core_stir(hil_core *c, int axis);   /* before anything is done to it: it may be idle no more */
 void axis_pin(hil_core *c, int axis, int pin, int level, int64_t at_ns);
 void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out);
 void source_edge(hil_core *c, hil_axis *a, int axis); /* the edge at next_ns */
-void watch_sample(hil_axis *a);                       /* the sample at next_ns */
+void watch_sample(hil_axis *a);                       /* the samples at watch_next_ns */
+void watch_end(hil_axis *a);                          /* all of them */
 
 /* axis.c, for stepper.c */
 void axis_make_node(hil_axis *a, int64_t t_ns);
@@ -171,7 +174,7 @@ int stepper_open(hil_axis *a, const hil_axis_params *params); /* -1: no memory *
 void stepper_close(hil_axis *a);
 void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns);
 int64_t stepper_next_ns(const hil_axis *a);
-void stepper_event(hil_core *c, hil_axis *a, int64_t until_ns); /* all that its engine does up to and at until_ns */
+int64_t stepper_event(hil_core *c, hil_axis *a, int64_t until_ns); /* all that its engine does up to and at until_ns; how much */
 void stepper_plant(hil_axis *a, int64_t t_ns); /* the plant's whole steps up to t_ns */
 void stepper_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns);
 double stepper_commanded_deg(const hil_axis *a);

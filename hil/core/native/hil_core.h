@@ -131,8 +131,8 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params);
 void hil_axis_power_up(hil_core *c, int axis); /* cold start; shaft, table, inputs and registers stay */
 
 /* Simulated time. advance: runs every control step up to and at min(until_ns, horizon) and returns the
-   time reached; earlier than that only when the event ring is half full (drain it and call again: until then
-   time stands still). */
+   time reached; earlier than that when the event ring is half full (drain it and call again: until then
+   time stands still), and when it has done as much as one call does, some milliseconds' work (call again). */
 int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
 int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
 void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
@@ -228,11 +228,13 @@ int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
    output's level, its edges at the same ns. -1: too many, or an axis without outputs. */
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
 
-/* Samples: a snapshot at every multiple of interval_ns, after all that happens at that time. The ring keeps the
-   first `capacity` that nobody has taken and counts the others as lost. interval_ns = 0 ends it. -1: no memory. */
-int hil_axis_watch(hil_core *c, int axis, int64_t interval_ns, int capacity);
-int hil_axis_take_samples(hil_core *c, int axis, hil_snapshot *out, int max); /* how many */
-int64_t hil_axis_lost_samples(const hil_core *c, int axis);
+/* Samples: watch `slot` of HIL_WATCHES takes a snapshot at each floor(k * num_ns / den), after all that happens at
+   that time. Its ring keeps the first `capacity` that nobody has taken and counts the others as lost. num_ns at
+   least den, both below 2^62; num_ns = 0 ends the watch. -1: no memory. */
+enum { HIL_WATCHES = 17 };
+int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity);
+int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max); /* how many */
+int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
 void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any thread: as of the last release, or in real time of the last 20 ms */
 

@@ -149,13 +149,13 @@ int64_t stepper_next_ns(const hil_axis *a)
     return a->stepper->fall_ns < next_ns ? a->stepper->fall_ns : next_ns;
 }
 
-void stepper_event(hil_core *c, hil_axis *a, int64_t until_ns)
+int64_t stepper_event(hil_core *c, hil_axis *a, int64_t until_ns)
 {
     stepper *s = a->stepper;
     motion *m = &s->motion;
-    for (;;) {
+    for (int64_t work = 0;; work++) {
         int64_t next_ns = to_ns(motion_next(m)), at_ns = s->fall_ns <= next_ns ? s->fall_ns : next_ns;
-        if (at_ns > until_ns || at_ns == HIL_FOREVER) return;
+        if (at_ns > until_ns || at_ns == HIL_FOREVER) return work;
         if (s->fall_ns <= next_ns) {
             s->fall_ns = HIL_FOREVER;
             out(c, a, HIL_OUT_CLK, 0, at_ns);

@@ -38,11 +38,11 @@ def test_each_field_is_where_the_table_says(profile: str, verbs: list[tuple[str,
     bench.advance(ms(4500))
     for verb, given in verbs:
         bench.do(device, verb, device.verbs[verb].filled(given))
-    bench.watch("d", 1_000_000, 1000)
+    bench.watch("d", 0, 1_000_000, 1000)
     seen: dict[str, set[float]] = {name: set() for name in OF_KIND[device.axis.kind]}
     for _ in range(200):
         bench.advance(ms(bench.now_ns / 1e6 + 1))
-        (packed,), lost = bench.take_samples("d")
+        (packed,), lost = bench.take_samples("d", 0)
         now = bench.devices["d"].axis.snapshot().as_dict()
         assert (len(packed), lost) == (PACKED_BYTES, 0)
         assert reader("at_ns")(packed) == bench.now_ns

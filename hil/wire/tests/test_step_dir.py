@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.wire.step_dir import Edges, TrainError, generate, parse_train, train_length_ns
+from hil.wire.step_dir import (
+    MAX_NS,
+    MAX_STEPS,
+    Edges,
+    TrainError,
+    generate,
+    parse_train,
+    train_length_ns,
+    train_problem,
+)
 
 
 def rises(train: tuple[Edges, ...]) -> list[int]:
@@ -116,3 +125,42 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     except TrainError as error:
         refusal = str(error)
     assert all(line.startswith("t.csv:") for line in refusal.split("\n") if line)
+
+
+@pytest.mark.parametrize(
+    ("steps", "duration_s", "why"),
+    [
+        (1_000_000_000, "2", "write at most 100,000,000 in a row"),
+        (-1_000_000_000, "5000", "write at most 100,000,000 in a row"),
+        (100_000_000, "499", "at 200,000 Hz they take 500000000000 ns"),
+        (1000, "0.000002", "at 200,000 Hz they take 5000000 ns"),
+        (1, "0.0000049", "at 200,000 Hz they take 5000 ns"),
+    ],
+)
+def test_a_run_is_no_faster_and_no_longer_than_a_board_sees(steps: int, duration_s: str, why: str) -> None:
+    with pytest.raises(TrainError, match=why):
+        parse_train(f"at_s,steps,duration_s\n0,{steps},{duration_s}\n", "t.csv")
+    problem = train_problem([Edges(0, steps=abs(steps), duration_ns=int(Decimal(duration_s) * 10**9))])
+    assert problem
+    assert why in problem
+
+
+def test_the_fastest_and_longest_run_is_taken() -> None:
+    fastest = Edges(0, steps=MAX_STEPS, duration_ns=MAX_STEPS * 5000)
+    assert parse_train(f"at_s,steps,duration_s\n0,{MAX_STEPS},500\n", "t.csv")[1] == fastest
+    assert train_problem([fastest, Edges(fastest.end_ns, steps=1, duration_ns=MAX_NS)]) is None
+    assert train_problem([Edges(0, steps=1, duration_ns=MAX_NS + 1)])
+
+
+@given(
+    st.integers(1, 100_000),
+    st.integers(1, 200_000),
+    st.none() | st.integers(3, 12).map(lambda power: 10.0**power),
+)
+def test_what_is_generated_is_no_problem(steps: int, rate_hz: float, acceleration: float | None) -> None:
+    assert train_problem(generate(steps, rate_hz, acceleration)) is None
+
+
+def test_a_ramp_has_so_many_rows() -> None:
+    with pytest.raises(TrainError, match="write an acceleration that reaches the rate in 150,000"):
+        generate(MAX_STEPS, 200_000, 0.001)

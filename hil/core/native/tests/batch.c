@@ -56,7 +56,7 @@ static void disturb(hil_core *c, int axis, uint64_t *seed)
     case 8: hil_axis_set(c, axis, HIL_FIELD_uMAX, random_below(seed, 3) ? 115 : 2e9); break;
     case 9: hil_axis_power_up(c, axis); break;
     case 10: CHECK_INT(hil_axis_drive(c, axis, 1, &edges), 0); break;
-    case 11: CHECK_INT(hil_axis_watch(c, axis, random_below(seed, 3) * 333333, 64), 0); break;
+    case 11: CHECK_INT(hil_axis_watch(c, axis, 0, random_below(seed, 3) * 333333, 1, 64), 0); break;
     default: hil_axis_set(c, axis, HIL_FIELD_r, number); break;
     }
     if (random_below(seed, 3)) hil_axis_loop(c, axis, 1);
@@ -76,11 +76,11 @@ static void check_same(hil_core *batched, hil_core *alone)
             CHECK(one.at_ns == other.at_ns && one.value == other.value);
         }
         CHECK_INT(hil_group_take_event(batched, i, &other), 0);
-        while (hil_axis_take_samples(alone, i, &a, 1)) {
-            CHECK_INT(hil_axis_take_samples(batched, i, &b, 1), 1);
+        while (hil_axis_take_samples(alone, i, 0, &a, 1)) {
+            CHECK_INT(hil_axis_take_samples(batched, i, 0, &b, 1), 1);
             CHECK(!memcmp(&a, &b, sizeof a));
         }
-        CHECK_INT(hil_axis_take_samples(batched, i, &b, 1), 0);
+        CHECK_INT(hil_axis_take_samples(batched, i, 0, &b, 1), 0);
     }
 }
 

@@ -100,7 +100,7 @@ static void control_steps_do_not_drift(void)
     hil_group_advance(c, 0, SINCE_NS);
     hil_axis_loop(c, 0, 1);
     for (int64_t k = 1; k <= 10000000; k = k < 1000 ? k + 1 : k * 10) {
-        CHECK_INT(hil_group_advance(c, 0, SINCE_NS + step_ns(k) - 1), SINCE_NS + step_ns(k) - 1);
+        CHECK_INT(advance_to(c, 0, SINCE_NS + step_ns(k) - 1), SINCE_NS + step_ns(k) - 1);
         CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), k - 1);
         hil_group_advance(c, 0, SINCE_NS + step_ns(k));
         CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), k);

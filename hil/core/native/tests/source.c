@@ -84,7 +84,7 @@ static void cuts_and_watchers_change_nothing(void)
                             {.at_ns = 50000000, .steps = 400, .duration_ns = 100000003}};
         hil_axis_drive(c, 0, 4, rows);
         if (way) {
-            hil_axis_watch(c, 0, 99991, 16);
+            hil_axis_watch(c, 0, 0, 99991, 1, 16);
             for (int64_t t = 0; t < 200000000; t += 1 + random_below(&random, 900000)) hil_group_advance(c, 0, t);
         }
         hil_group_advance(c, 0, 200000000);
@@ -101,22 +101,99 @@ static void samples_stand_on_the_grid_and_lost_ones_are_counted(void)
     hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
     hil_axis_loop(c, 0, 1);
     hil_group_advance(c, 0, 1234567);
-    hil_axis_watch(c, 0, 1000000, 100);
+    hil_axis_watch(c, 0, 0, 1000000, 1, 100);
     hil_group_advance(c, 0, 11500000);
-    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 10);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 200), 10);
     for (int i = 0; i < 10; i++) CHECK_INT(s[i].at_ns, (i + 2) * 1000000);
     hil_group_advance(c, 0, 12000000);
     hil_axis_snapshot(c, 0, &now);
-    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 1);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 200), 1);
     CHECK(!memcmp(&now, &s[0], sizeof now));
     hil_group_advance(c, 0, 162000000);
-    CHECK_INT(hil_axis_lost_samples(c, 0), 50);
-    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 100);
+    CHECK_INT(hil_axis_lost_samples(c, 0, 0), 50);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 200), 100);
     CHECK_INT(s[0].at_ns, 13000000);
     CHECK_INT(s[99].at_ns, 112000000);
-    hil_axis_watch(c, 0, 0, 0);
+    hil_axis_watch(c, 0, 0, 0, 1, 1);
     hil_group_advance(c, 0, 200000000);
-    CHECK_INT(hil_axis_take_samples(c, 0, s, 200), 0);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 200), 0);
+    hil_core_free(c);
+}
+
+/* 30 samples a second do not stand a whole number of ns apart; 1 ms and 1.000001 ms have hardly one time in common. */
+static void each_watch_has_its_own_grid(void)
+{
+    hil_core *c = new_bench();
+    hil_snapshot s[2000];
+    hil_group_advance(c, 0, 1234567);
+    hil_axis_watch(c, 0, 0, 1000000, 1, 2000);
+    hil_axis_watch(c, 0, 16, 1000001, 1, 2000);
+    hil_axis_watch(c, 0, 3, 1000000000, 30, 2000);
+    hil_group_advance(c, 0, 1000000000);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 2000), 999);
+    for (int i = 0; i < 999; i++) CHECK_INT(s[i].at_ns, (i + 2) * INT64_C(1000000));
+    CHECK_INT(hil_axis_take_samples(c, 0, 16, s, 2000), 998);
+    for (int i = 0; i < 998; i++) CHECK_INT(s[i].at_ns, (i + 2) * INT64_C(1000001));
+    CHECK_INT(hil_axis_take_samples(c, 0, 3, s, 2000), 30);
+    for (int i = 0; i < 30; i++) CHECK_INT(s[i].at_ns, (i + 1) * INT64_C(1000000000) / 30);
+    hil_axis_watch(c, 0, 16, 0, 1, 1);
+    hil_group_advance(c, 0, 1002000000);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 2000), 2);
+    CHECK_INT(hil_axis_take_samples(c, 0, 16, s, 2000), 0);
+    hil_core_free(c);
+}
+
+static void a_grid_that_begins_late_stands_where_it_would(void)
+{
+    hil_core *c = new_bench();
+    hil_snapshot s[10];
+    int64_t later_ns = INT64_C(1) << 61;
+    hil_group_advance(c, 0, later_ns);
+    hil_axis_watch(c, 0, 0, 1000000000, 7, 10);
+    hil_group_advance(c, 0, later_ns + 1000000000);
+    CHECK_INT(hil_axis_take_samples(c, 0, 0, s, 10), 7);
+    for (int i = 0; i < 7; i++) { /* by the definition */
+        __int128 k = ((__int128)later_ns + 1) * 7 / 1000000000 + 1 + i;
+        CHECK_INT(s[i].at_ns, (int64_t)(k * 1000000000 / 7));
+    }
+    hil_core_free(c);
+}
+
+/* Whoever asks for 146 years gets them in parts, and the parts are what the whole would be. */
+static void one_call_does_only_so_much(void)
+{
+    hil_core *c = new_bench(), *other = new_bench();
+    int64_t years_ns = INT64_C(1) << 62, now_ns = 0;
+    CHECK_INT(hil_group_advance(c, 0, 1000000000), 1000000000);
+    CHECK_INT(hil_group_advance(other, 0, 1000000000), 1000000000);
+    const hil_edges fast = {.pin = 1, .steps = 1000000000, .duration_ns = INT64_C(5000000000000)};
+    hil_core *both[] = {c, other};
+    for (int i = 0; i < 2; i++) {
+        hil_axis_set(both[i], 0, HIL_FIELD_mode, 'x');
+        hil_axis_loop(both[i], 0, 1);
+        CHECK_INT(hil_axis_drive(both[i], 0, 1, &fast), 0);
+    }
+    for (int i = 0; i < 3; i++) {
+        int64_t before_ns = hil_group_now(c, 0);
+        now_ns = hil_group_advance(c, 0, years_ns);
+        CHECK(now_ns > before_ns + 100000000 && now_ns < before_ns + INT64_C(2000000000));
+    }
+    for (int64_t t = 1000000000; t < now_ns; t += 777777) hil_group_advance(other, 0, t);
+    advance_to(other, 0, now_ns);
+    hil_snapshot parts, whole;
+    hil_axis_snapshot(c, 0, &parts);
+    hil_axis_snapshot(other, 0, &whole);
+    CHECK(!memcmp(&parts, &whole, sizeof parts));
+    hil_core_free(c);
+    hil_core_free(other);
+}
+
+/* Nothing happens to an idle axis, however long: one call takes it there. */
+static void idle_axes_cost_no_time(void)
+{
+    hil_core *c = new_bench();
+    hil_group_advance(c, 0, 1000000000);
+    CHECK_INT(hil_group_advance(c, 0, INT64_C(1) << 62), INT64_C(1) << 62);
     hil_core_free(c);
 }
 
@@ -128,4 +205,8 @@ void source_tests(void)
     RUN(a_new_source_ends_the_old_one);
     RUN(cuts_and_watchers_change_nothing);
     RUN(samples_stand_on_the_grid_and_lost_ones_are_counted);
+    RUN(each_watch_has_its_own_grid);
+    RUN(a_grid_that_begins_late_stands_where_it_would);
+    RUN(one_call_does_only_so_much);
+    RUN(idle_axes_cost_no_time);
 }

@@ -108,7 +108,7 @@ static void looking_changes_nothing(void)
     c = new_sac(&MOVE);
     start(c);
     uint64_t random = 5;
-    hil_axis_watch(c, 0, 777777, 4);
+    hil_axis_watch(c, 0, 0, 777777, 1, 4);
     for (int64_t at_ns = 0; at_ns < 700000123;) {
         at_ns += 1 + random_below(&random, 300000);
         hil_group_advance(c, 0, at_ns < 700000123 ? at_ns : 700000123);
@@ -135,15 +135,15 @@ static void company_changes_nothing(void)
     for (int axis = 0; axis < 2 * AXES; axis++) {
         hil_motion_setup(c, axis, &SETUP);
         hil_motion_write(c, axis, 1, &MOVE);
-        if (axis >= AXES) hil_axis_watch(c, axis, 1000000, 1);
+        if (axis >= AXES) hil_axis_watch(c, axis, 0, 1000000, 1, 1);
     }
     uint64_t random = 9;
     hil_snapshot shared, alone;
     for (int64_t k = 0, now_ns = 0; k < ACTIONS; k++) {
         now_ns += random_below(&random, k % 9 ? 3000000 : 3000000000);
-        CHECK_INT(hil_group_advance(c, group, now_ns), now_ns);
+        CHECK_INT(advance_to(c, group, now_ns), now_ns);
         int axis = (int)random_below(&random, AXES), what = (int)random_below(&random, 8), level = (int)random_below(&random, 2);
-        hil_group_advance(c, c->axes[AXES + axis].group, now_ns);
+        advance_to(c, c->axes[AXES + axis].group, now_ns);
         resting += !c->axes[axis].is_active;
         CHECK(c->axes[AXES + axis].is_active);
         for (int i = axis; i < 2 * AXES; i += AXES) {

@@ -1,0 +1,87 @@
+"""Reading JSON that comes from outside: the one place where it is decided what is let in.
+
+Beside what JSON forbids, nothing comes in that the rest of the program would have to fear: text that is no
+UTF-8, ``NaN`` and ``Infinity``, numbers that no float or 64-bit integer holds, nesting without end, halves
+of surrogate pairs.
+"""
+
+import json
+import re
+from itertools import islice
+from math import isfinite
+from typing import Any, NoReturn
+
+DEEPEST = 32
+"""Objects and arrays in each other; the deepest of the program's own is a log's header, with 10."""
+LEAST, MOST = -(1 << 63), (1 << 64) - 1
+"""Integers. Seeds have all 64 bits."""
+_LONGEST_INTEGER = len(str(LEAST))
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_OPENS = re.compile(r"[\[{]")
+_LONG_NUMBER = re.compile(r"\d{19}|[eE]\+?\d{3}")
+"""Other numbers need no look."""
+_CONTAINERS = (dict, list)
+_TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
+
+
+class JsonError(ValueError):
+    """A text is no JSON that is let in: ``str(error)`` says why."""
+
+
+def read_json(text: str | bytes) -> Any:
+    """The value of a JSON text. The caller bounds its length.
+
+    Raises:
+        JsonError: it is none.
+    """
+    try:
+        decoded = text.decode("utf-8") if isinstance(text, bytes) else text
+        if _LONG_NUMBER.search(decoded):
+            value = json.loads(decoded, parse_constant=_no_constant, parse_int=_integer, parse_float=_finite)
+        else:
+            value = json.loads(decoded, parse_constant=_no_constant)
+        if _SURROGATE.search(decoded):
+            json.dumps(value, ensure_ascii=False).encode()
+    except RecursionError:
+        raise JsonError(_TOO_DEEP) from None
+    except UnicodeDecodeError as error:
+        raise JsonError(f"byte {error.start} is no UTF-8") from None
+    except UnicodeEncodeError:
+        raise JsonError("half of a surrogate pair is no character") from None
+    except json.JSONDecodeError as error:
+        raise JsonError(f"{error.msg}, at character {error.pos + 1}") from None
+    _check_depth(value, decoded)
+    return value
+
+
+_TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
+
+
+def _check_depth(value: Any, text: str) -> None:
+    """A level at a time, for which nesting is no recursion."""
+    opened = sum(1 for _ in islice(_OPENS.finditer(text), DEEPEST + 1))
+    if opened <= DEEPEST or not isinstance(value, _CONTAINERS):
+        return
+    level: list[Any] = [value]
+    for _ in range(DEEPEST):
+        children = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [child for some in children for child in some if isinstance(child, _CONTAINERS)]
+    if level:
+        raise JsonError(_TOO_DEEP)
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise JsonError(f"{name} is no number")
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > _LONGEST_INTEGER or not LEAST <= int(digits) <= MOST:
+        raise JsonError(f"{digits[:24]}{'...' * (len(digits) > 24)} is no number of 64 bits")
+    return int(digits)
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if not isfinite(number):
+        raise JsonError(f"{digits[:24]} is more than a float holds")
+    return number
