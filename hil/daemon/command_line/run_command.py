@@ -35,7 +35,8 @@ def run(
 ) -> None:
     """Carry out a multi-axis run.
 
-    Its problems are listed before anything moves. Ctrl-C ends it with grace. Exits with 1 if it fails.
+    Its problems are listed before anything moves. Ctrl-C ends it with grace. Exits with 1 if it fails. A run
+    that has ended is carried out again.
     """
     from hil.runs.document import DOCUMENT_BYTES
 
@@ -54,7 +55,7 @@ def run(
         return
     progress = answer
     if progress["submissions"] > 1:
-        typer.echo(f"{progress['run']}: submitted before; this is how that run does", err=True)
+        typer.echo(f"{progress['run']}: it is under way already; this is how that run does", err=True)
     name = progress["run"]
     step = -1
     while not detach and progress["state"] in ("queued", "running"):
