@@ -6,7 +6,6 @@ A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that a
 
 import inspect
 import os
-import signal
 import termios
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.daemon.command_line.signals import noted
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
 from hil.vocab.time import SimTimeNs
 
@@ -143,7 +143,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
 
 
 class Interrupted(Exception):
-    """Ctrl-C: ``str(error)`` says what the dialogue has to say of it."""
+    """Ctrl-C or SIGTERM: ``str(error)`` says what the dialogue has to say of it."""
 
 
 class SerialTalk:
@@ -176,12 +176,10 @@ class SerialTalk:
 
         Raises:
             DialogueError: as the dialogue says.
-            Interrupted: Ctrl-C, noticed between two steps.
+            Interrupted: Ctrl-C or SIGTERM, noticed between two steps.
         """
-        interrupts: list[int] = []
-        before = signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
         try:
-            with _Bar() as bar:
+            with noted() as interrupts, _Bar() as bar:
                 answer: Heard | None = None
                 step = next(dialogue)
                 while True:
@@ -196,8 +194,6 @@ class SerialTalk:
         except StopIteration as done:
             result: Result = done.value
             return result
-        finally:
-            signal.signal(signal.SIGINT, before)
 
     def _do(self, step: Send | Listen | Progress, bar: "_Bar") -> Heard | None:
         if isinstance(step, Send):

@@ -110,7 +110,7 @@ def step(
         raise fail(f"hil: {device}: {error}") from None
     _show(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
-        typer.echo(f"The shaft did not follow: is {device} calibrated (c at its main menu)?", err=True)
+        raise fail(f"hil: the shaft did not follow: is {device} calibrated (c at its main menu)?")
 
 
 def drive(

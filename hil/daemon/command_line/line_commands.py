@@ -1,12 +1,14 @@
 """``hil fault`` and ``hil capture``: what happens on lines."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, control_path, fail
+from hil.daemon.command_line.signals import ended_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
@@ -106,10 +108,19 @@ def capture(
         if not answer["ok"]:
             raise fail(f"hil: {answer['error']}")
         try:
-            with suppress(KeyboardInterrupt, BrokenPipeError):
+            with suppress(KeyboardInterrupt, BrokenPipeError), ended_by(partial(_hang_up, client)):
                 _copy(client, write, round((rotate_mb or 0) * 1e6), files)
         except OSError as error:
             raise fail(f"hil: {write}: {error.strerror}") from None
+
+
+def _hang_up(client: Any) -> None:
+    """What has come already can still be read."""
+    import socket
+    from contextlib import suppress
+
+    with suppress(OSError):  # it has gone by itself
+        client.shutdown(socket.SHUT_RDWR)
 
 
 def _line(client: Any) -> bytes:

@@ -3,10 +3,10 @@
 The rule: a run is checked as a whole when it is submitted, from where its axes will be after the runs before
 it. It starts when none of its axes is in a run that was accepted earlier and has not ended, so runs of other
 axes go on beside it; it is then planned anew from where the axes are. At most ``WAITING`` runs wait, later
-ones are refused. A run is its name and its text. The same of both, submitted again, is the same run: its state
-is answered, nothing is done twice; after its end a person who asks for it anew gets it anew, where a client
-that was cut off gets its end. One name with two texts is refused while the first is under way. Axes of other benches are not waited for: they have to be free when a
-run is submitted and when it starts.
+ones are refused. A run is its name and its text. The same of both, submitted again, is the same run: its
+state is answered, nothing is done twice; after its end a person who asks for it anew gets it anew, where a
+client that was cut off gets its end. One name with two texts is refused while the first is under way. Axes of
+other benches are not waited for: they have to be free when a run is submitted and when it starts.
 """
 
 import asyncio
@@ -94,8 +94,8 @@ class Runs:
         self, source: Source, text: str, file: str = "<run>", *, anew: bool = False
     ) -> Progress | Coroutine[Any, Any, Progress]:
         """Accept a run, or tell how the one of this name and text does; a long one, and one that has axes of
-        other benches, have to be awaited. ``anew``: one that has ended is carried out again, with whatever text
-        it has now.
+        other benches, have to be awaited. ``anew``: one that has ended is carried out again, with whatever
+        text it has now.
 
         Raises:
             ConfigError: it cannot be done, with all problems.
