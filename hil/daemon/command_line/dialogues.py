@@ -18,6 +18,7 @@ import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail
 from hil.daemon.command_line.signals import noted
+from hil.daemon.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
 from hil.vocab.time import SimTimeNs
 
@@ -115,11 +116,21 @@ def _carry_out(
         raise Refusal("choose --device or --port, not both")
     with SerialTalk(port, baud or usual_baud, speed) as talk:
         try:
-            typer.echo(task.report(talk.run(task.dialogue)))
+            result = talk.run(task.dialogue)
+            if task.file and task.content:
+                _write(task.file, task.content(result))
+            typer.echo(task.report(result))
         except Interrupted as error:
             if task.after_interrupt:
                 talk.run(task.after_interrupt())
             raise fail(f"hil: {error}", 130) from None
+
+
+def _write(file: Path, data: bytes) -> None:
+    try:
+        write_file(file, data)
+    except OSError as error:
+        raise Refusal(f"{file}: {error.strerror}") from None
 
 
 def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:

@@ -135,9 +135,10 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
     """Whole blocks, each file with the header at its beginning."""
     import sys
 
+    from hil.daemon.new_file import begin_file
     from hil.wire.pcapng import header_length, whole_blocks
 
-    out = sys.stdout.buffer if write == "-" else open(write, "wb")  # noqa: SIM115
+    out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
     head, held, written, number = b"", b"", 0, 0
     while data := client.recv(65536):
         held += data
@@ -147,12 +148,8 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
         if rotate_bytes and head and written and written + size > rotate_bytes:
             number += 1
             out.close()
-            # Whole from its first moment on, whenever this is ended.
-            name = _rotated(write, number)
-            part = Path(f"{name}.part")
-            part.write_bytes(head)
-            part.replace(name)
-            out = open(name, "ab")  # noqa: SIM115
+            # With its header from its first moment on, whenever this is ended.
+            out = begin_file(Path(_rotated(write, number)), head)
             written = len(head)
             if number >= files:
                 Path(_rotated(write, number - files)).unlink(missing_ok=True)
