@@ -50,6 +50,22 @@ def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: 
     )
 
 
+def test_a_queue_is_saved_into_what_has_the_name(place: Place, queue: Path) -> None:
+    place.serve(config(speed=20, devices={"s1": SAC}))
+    assert sac(place, "load", str(queue)).returncode == 0
+    full = sac(place, "save", "/dev/full")
+    assert (full.returncode, full.stderr) == (2, "/dev/full: No space left on device\n")
+    assert Path("/dev/full").is_char_device()
+    victim, link = place.folder / "victim", place.folder / "link.txt"
+    victim.write_bytes(b"mine")
+    (place.folder / "link.txt.part").symlink_to(victim)
+    link.symlink_to("saved.txt")
+    assert sac(place, "save", str(link)).returncode == 0
+    assert (place.folder / "saved.txt").read_bytes() == queue.read_bytes()
+    assert link.is_symlink()
+    assert victim.read_bytes() == b"mine"
+
+
 def test_a_bad_file_is_told_and_nothing_is_sent(place: Place, queue: Path) -> None:
     server = place.serve(config(speed=5, devices={"s1": SAC}))
     queue.write_bytes(QUEUE.replace(" 107 ", " x ").replace(" 9 ,", " 8 ,").encode())

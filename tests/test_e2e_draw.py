@@ -64,7 +64,7 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     train.write_text("at_s,steps,duration_s\n1,1,1\n1.5,1,1\n2,0.5,1\n")
     text = place.hil("drive", "m1", "--file", str(train), code=2)
     assert [line.split(": ")[0] for line in text.splitlines()] == [f"{train}:3", f"{train}:4"]
-    assert "is m1 calibrated" in place.hil("step", "m1", "90")
+    assert "hil: the shaft did not follow: is m1 calibrated" in place.hil("step", "m1", "90", code=1)
 
 
 def test_the_control_socket_refuses_bad_trains_and_watches(place: Place) -> None:

@@ -4,6 +4,7 @@ import json
 import socket
 import threading
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,43 @@ def test_the_same_name_is_the_same_run(place: Place) -> None:
         before = ended(server, "once")
         assert client.submit(run("once", {"move_by": {"m1": 30.0}}))["state"] == "done"
         assert client.run_state("once")["axes"] == before["axes"]
+
+
+def test_a_file_that_is_run_again_is_carried_out_as_it_is_now(place: Place) -> None:
+    server, endpoint = serve(place)
+    where = ("--runtime-dir", str(place.runtime))
+    planned_deg = []
+    for by_deg in (30.0, 30.0, 10.0):
+        file = place.write(run("again", {"move_by": {"m1": by_deg}}), "again.yaml")
+        report = json.loads(place.cli("run", str(file), "--json", *where))
+        planned_deg.append(report["axes"]["m1"]["target_deg"])
+    assert [b - a for a, b in pairwise(planned_deg)] == pytest.approx([30.0, 10.0], abs=1.0)
+    text = run("again", {"move": {"m1": 7200.0}})
+    with connect_sync("t", endpoint) as client:  # over zenoh it may be a repetition that came late
+        with pytest.raises(CommandError, match="another text, and is done: give this one another name"):
+            client.submit(text)
+        assert client.submit(run("again", {"move_by": {"m1": 10.0}}))["state"] == "done"
+    file = place.write(text, "again.yaml")
+    place.cli("run", str(file), "--detach", *where)
+    server.ask("cancel_run", name="again", how="prejudice")
+    assert ended(server, "again")["state"] == "cancelled"
+    file = place.write(run("again", {"move": {"m1": 5.0}}), "again.yaml")
+    assert "again: done" in place.cli("run", str(file), *where)
+    assert [row["run"] for row in server.ask("runs", name="")] == ["again"]
+
+
+def test_another_text_under_the_name_of_a_run_under_way_is_refused(place: Place) -> None:
+    server, _ = serve(place)
+    where = ("--runtime-dir", str(place.runtime))
+    first = place.write(run("taken", {"move": {"m1": 36000.0}}), "first.yaml")
+    other = place.write(run("taken", {"move": {"m1": 1.0}}), "other.yaml")
+    place.cli("run", str(first), "--detach", *where)
+    until(lambda: server.ask("runs", name="taken")[0]["state"] == "running", "the start")
+    said = place.cli("run", str(other), *where, code=1)
+    assert "the run taken has another text, and is running: wait for its end, or cancel it, or give" in said
+    assert "it is under way already" in place.cli("run", str(first), "--detach", *where)
+    server.ask("cancel_run", name="taken", how="prejudice")
+    assert ended(server, "taken")["submissions"] == 2
 
 
 def test_the_client_performs_and_hears_how_it_goes(place: Place) -> None:

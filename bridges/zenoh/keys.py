@@ -166,7 +166,8 @@ KEYS = (
         (COMMAND,),
         "YAML or JSON",
         "hil.run.v1",
-        "submit a multi-axis run; the same name again answers how it does, and does nothing twice",
+        "submit a multi-axis run; the same text again answers how it does, and does nothing twice; another"
+        " text under its name is refused",
         Role.OPERATOR,
         '{"run":"r1","axes":{"m1":{}},"steps":[{"move":{"m1":90}}]}'
         ' answers {"v":1,"run":"r1","state":"queued"}',

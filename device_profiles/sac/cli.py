@@ -9,7 +9,6 @@ from device_profiles.sac import companion
 from device_profiles.sac.companion_files import (
     LINE_BYTES,
     FileError,
-    Row,
     read_one_shot,
     read_queue,
     write_queue,
@@ -47,16 +46,7 @@ def save(file: QueuePath) -> Task:
     if not file.parent.is_dir():
         raise Refusal(f"{file}: there is no folder {file.parent}")
 
-    def write(rows: list[Row]) -> str:
-        part = file.with_name(f"{file.name}.part")
-        try:
-            part.write_bytes(write_queue(rows))
-            part.replace(file)
-        except OSError as error:
-            raise Refusal(f"{file}: {error.strerror}") from None
-        return f"{file}: {len(rows)} rows"
-
-    return Task(companion.save(), write)
+    return Task(companion.save(), lambda rows: f"{file}: {len(rows)} rows", file=file, content=write_queue)
 
 
 def oneshot(

@@ -1,7 +1,10 @@
 """The file of ``hil serve --log``, whose troubles must not become the boards'."""
 
 import logging
+from io import TextIOWrapper
 from pathlib import Path
+
+from hil.daemon.new_file import begin_file
 
 _log = logging.getLogger("hil")
 
@@ -13,7 +16,7 @@ class LogFile:
     def __init__(self, path: Path) -> None:
         """Raises OSError: the file cannot be made."""
         self._path = path
-        self._file = path.open("w")
+        self._file = TextIOWrapper(begin_file(path), encoding="utf-8")
         self._ended = False
 
     def write(self, text: str) -> None:

@@ -135,7 +135,7 @@ Step = Annotated[_Step, AfterValidator(_one_action)]
 class RunDocument(_Model):
     """A run."""
 
-    run: Name = Field(description="Its name; the same name submitted twice is one run.")
+    run: Name = Field(description="Its name; the same text submitted twice while it is under way is one run.")
     axes: dict[AxisName, AxisRules] = Field(
         min_length=1,
         max_length=AXES,

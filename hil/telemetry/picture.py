@@ -1,5 +1,6 @@
 """Recordings drawn as a picture: needs the extra ``plot`` (matplotlib)."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,22 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
     Raises:
         PictureError: matplotlib is not installed, the suffix is none of ``FORMATS``, or it cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
         raise PictureError(f"{path}: write a name that ends in {', '.join(FORMATS)}")
+    data = drawn(recordings, suffix, title, notes)
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise PictureError(f"{path}: {error.strerror}") from error
+
+
+def drawn(recordings: dict[str, Recording], suffix: str, title: str = "", notes: str = "") -> bytes:
+    """As ``draw``, for who has another way to write files; ``suffix`` is one of ``FORMATS``.
+
+    Raises:
+        PictureError: matplotlib is not installed.
+    """
     try:
         from matplotlib.figure import Figure
     except ImportError:
@@ -50,7 +65,6 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
         figure.suptitle(title)
     if notes:
         axes[0].set_title(notes, fontsize="small")
-    try:
-        figure.savefig(path, dpi=120)
-    except OSError as error:
-        raise PictureError(f"{path}: {error.strerror}") from error
+    data = BytesIO()
+    figure.savefig(data, format=suffix.removeprefix("."), dpi=120)
+    return data.getvalue()

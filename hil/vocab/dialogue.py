@@ -6,6 +6,7 @@ virtual clock, and answers each ``Listen`` with what came.
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from hil.vocab.time import SimTimeNs
@@ -64,3 +65,6 @@ class Task:
     report: Callable[[Any], str]
     after_interrupt: Callable[[], Dialogue[Any]] | None = None
     """What leaves the board as it should be after Ctrl-C in the middle."""
+    file: Path | None = None
+    """Where ``content`` of the result goes, before it is reported."""
+    content: Callable[[Any], bytes] | None = None

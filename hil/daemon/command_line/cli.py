@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -205,9 +206,11 @@ def status(
 
     from rich.live import Live
 
+    from hil.daemon.command_line import signals
+
     try:
         with Live(status_view(ask_bench(bench, runtime_dir, "status")), console=console, screen=True) as live:
-            while True:
+            while not signals.came:
                 time.sleep(0.5)
                 live.update(status_view(ask_bench(bench, runtime_dir, "status")))
     except KeyboardInterrupt:
@@ -225,7 +228,8 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     if device not in rows:
         raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
     try:
-        run(rows[device]["address"])
+        with suppress(KeyboardInterrupt):
+            run(rows[device]["address"])
     except MonitorError as error:
         raise fail(f"hil: {error}") from None
 

@@ -6,7 +6,6 @@ A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that a
 
 import inspect
 import os
-import signal
 import termios
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +17,8 @@ from typing import Annotated, Any
 import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.daemon.command_line.signals import noted
+from hil.daemon.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
 from hil.vocab.time import SimTimeNs
 
@@ -115,11 +116,21 @@ def _carry_out(
         raise Refusal("choose --device or --port, not both")
     with SerialTalk(port, baud or usual_baud, speed) as talk:
         try:
-            typer.echo(task.report(talk.run(task.dialogue)))
+            result = talk.run(task.dialogue)
+            if task.file and task.content:
+                _write(task.file, task.content(result))
+            typer.echo(task.report(result))
         except Interrupted as error:
             if task.after_interrupt:
                 talk.run(task.after_interrupt())
             raise fail(f"hil: {error}", 130) from None
+
+
+def _write(file: Path, data: bytes) -> None:
+    try:
+        write_file(file, data)
+    except OSError as error:
+        raise Refusal(f"{file}: {error.strerror}") from None
 
 
 def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
@@ -143,7 +154,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
 
 
 class Interrupted(Exception):
-    """Ctrl-C: ``str(error)`` says what the dialogue has to say of it."""
+    """Ctrl-C or SIGTERM: ``str(error)`` says what the dialogue has to say of it."""
 
 
 class SerialTalk:
@@ -176,12 +187,10 @@ class SerialTalk:
 
         Raises:
             DialogueError: as the dialogue says.
-            Interrupted: Ctrl-C, noticed between two steps.
+            Interrupted: Ctrl-C or SIGTERM, noticed between two steps.
         """
-        interrupts: list[int] = []
-        before = signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
         try:
-            with _Bar() as bar:
+            with noted() as interrupts, _Bar() as bar:
                 answer: Heard | None = None
                 step = next(dialogue)
                 while True:
@@ -196,8 +205,6 @@ class SerialTalk:
         except StopIteration as done:
             result: Result = done.value
             return result
-        finally:
-            signal.signal(signal.SIGINT, before)
 
     def _do(self, step: Send | Listen | Progress, bar: "_Bar") -> Heard | None:
         if isinstance(step, Send):

@@ -110,7 +110,7 @@ def step(
         raise fail(f"hil: {device}: {error}") from None
     _show(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
-        typer.echo(f"The shaft did not follow: is {device} calibrated (c at its main menu)?", err=True)
+        raise fail(f"hil: the shaft did not follow: is {device} calibrated (c at its main menu)?")
 
 
 def drive(
@@ -242,20 +242,23 @@ def _check_output(output: Path | None) -> None:
 
 
 def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> None:
+    from hil.daemon.new_file import write_file
     from hil.telemetry import picture, terminal
 
     if not recording.rows:
         raise fail("hil: no sample came")
-    if output and output.suffix.lower() == ".csv":
+    if output:
+        suffix = output.suffix.lower()
         try:
-            output.write_text("".join(recording.csv()))
-        except OSError as error:
-            raise fail(f"hil: {output}: {error.strerror}") from None
-    elif output:
-        try:
-            picture.draw({"": recording}, output, title, notes)
+            if suffix == ".csv":
+                data = "".join(recording.csv()).encode()
+            else:
+                data = picture.drawn({"": recording}, suffix, title, notes)
+            write_file(output, data)
         except picture.PictureError as error:
             raise fail(f"hil: {error}") from None
+        except OSError as error:
+            raise fail(f"hil: {output}: {error.strerror}") from None
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 160)
         typer.echo(terminal.draw({"": recording}, width, colour=sys.stdout.isatty(), title=title))

@@ -4,6 +4,8 @@ import gc
 import signal
 import sys
 
+INTERRUPTED = 130
+
 
 def main() -> None:
     """The entry point."""
@@ -19,6 +21,13 @@ def main() -> None:
     if sys.argv[1:2] == ["serve"]:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
-    from hil.daemon.command_line.cli import app
+    if sys.argv[1:2] != ["serve"]:  # which has its own way
+        from hil.daemon.command_line.signals import end_by_signals
 
-    app()
+        end_by_signals()
+    try:
+        from hil.daemon.command_line.cli import app
+
+        app()
+    except KeyboardInterrupt:  # outside of any command
+        sys.exit(INTERRUPTED)

@@ -1,12 +1,14 @@
 """``hil fault`` and ``hil capture``: what happens on lines."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, control_path, fail
+from hil.daemon.command_line.signals import ended_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
@@ -106,10 +108,19 @@ def capture(
         if not answer["ok"]:
             raise fail(f"hil: {answer['error']}")
         try:
-            with suppress(KeyboardInterrupt, BrokenPipeError):
+            with suppress(KeyboardInterrupt, BrokenPipeError), ended_by(partial(_hang_up, client)):
                 _copy(client, write, round((rotate_mb or 0) * 1e6), files)
         except OSError as error:
             raise fail(f"hil: {write}: {error.strerror}") from None
+
+
+def _hang_up(client: Any) -> None:
+    """What has come already can still be read."""
+    import socket
+    from contextlib import suppress
+
+    with suppress(OSError):  # it has gone by itself
+        client.shutdown(socket.SHUT_RDWR)
 
 
 def _line(client: Any) -> bytes:
@@ -124,9 +135,10 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
     """Whole blocks, each file with the header at its beginning."""
     import sys
 
+    from hil.daemon.new_file import begin_file
     from hil.wire.pcapng import header_length, whole_blocks
 
-    out = sys.stdout.buffer if write == "-" else open(write, "wb")  # noqa: SIM115
+    out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
     head, held, written, number = b"", b"", 0, 0
     while data := client.recv(65536):
         held += data
@@ -136,12 +148,8 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
         if rotate_bytes and head and written and written + size > rotate_bytes:
             number += 1
             out.close()
-            # Whole from its first moment on, whenever this is ended.
-            name = _rotated(write, number)
-            part = Path(f"{name}.part")
-            part.write_bytes(head)
-            part.replace(name)
-            out = open(name, "ab")  # noqa: SIM115
+            # With its header from its first moment on, whenever this is ended.
+            out = begin_file(Path(_rotated(write, number)), head)
             written = len(head)
             if number >= files:
                 Path(_rotated(write, number - files)).unlink(missing_ok=True)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.daemon.command_line.signals import noted
 
 POLL_S = 0.1
 BAD_DOCUMENT = 2
@@ -35,7 +36,8 @@ def run(
 ) -> None:
     """Carry out a multi-axis run.
 
-    Its problems are listed before anything moves. Ctrl-C ends it with grace. Exits with 1 if it fails.
+    Its problems are listed before anything moves. Ctrl-C and SIGTERM end it with grace. Exits with 1 if it
+    fails. A run that has ended is carried out again.
     """
     from hil.runs.document import DOCUMENT_BYTES
 
@@ -54,19 +56,20 @@ def run(
         return
     progress = answer
     if progress["submissions"] > 1:
-        typer.echo(f"{progress['run']}: submitted before; this is how that run does", err=True)
+        typer.echo(f"{progress['run']}: it is under way already; this is how that run does", err=True)
     name = progress["run"]
     step = -1
-    while not detach and progress["state"] in ("queued", "running"):
-        if progress["step"] != step and not as_json:
-            step = progress["step"]
-            said = f"step {step} of {progress['steps']}" if step else progress["state"]
-            typer.echo(f"{name}: {said}", err=True)
-        try:
+    with noted() as interrupts:
+        while not detach and progress["state"] in ("queued", "running"):
+            if progress["step"] != step and not as_json:
+                step = progress["step"]
+                said = f"step {step} of {progress['steps']}" if step else progress["state"]
+                typer.echo(f"{name}: {said}", err=True)
             time.sleep(POLL_S)
-        except KeyboardInterrupt:
-            ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
-        progress = ask_bench(bench, runtime_dir, "runs", name=name)[0]
+            if interrupts:
+                interrupts.clear()
+                ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
+            progress = ask_bench(bench, runtime_dir, "runs", name=name)[0]
     typer.echo(json.dumps(progress) if as_json else _report(progress))
     if progress["state"] in ("failed", "cancelled"):
         raise typer.Exit(1)

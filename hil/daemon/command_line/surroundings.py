@@ -7,7 +7,7 @@ EXIT_CODES = {
     " with problems, which are listed;"
     " of `hil serve`: what it needs is refused or taken",
     70: "of `hil serve`: a firmware could not be interrupted; the next start says whose it was",
-    130: "a dialogue with a board was ended by Ctrl-C",
+    130: "Ctrl-C or SIGTERM ended it before it was done",
 }
 ENVIRONMENT = {
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"

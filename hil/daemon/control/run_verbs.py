@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 async def submit(daemon: "Daemon", text: str, file: str, check: bool) -> dict[str, Any]:
-    """Its progress, or its problems."""
+    """Its progress, or its problems. Nobody here asks twice for what he has asked once."""
     try:
         if check:
             return await daemon.runs.check(LOCAL, text, file)
-        progress = daemon.runs.submit(LOCAL, text, file)
+        progress = daemon.runs.submit(LOCAL, text, file, anew=True)
         return (progress if isinstance(progress, Progress) else await progress).as_dict()
     except ConfigError as error:
         return {"problems": str(error)}

@@ -137,7 +137,7 @@ class Parts:
         return {"phrases": len(plan.phrases)}
 
     def _refuse_name(self, name: str) -> None:
-        if name in self.runs.progress:
+        if self.runs.is_under_way(name):
             raise VerbRefused("not_now", f"this bench has a run {name!r} already; give it another name")
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:

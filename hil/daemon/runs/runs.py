@@ -3,11 +3,14 @@
 The rule: a run is checked as a whole when it is submitted, from where its axes will be after the runs before
 it. It starts when none of its axes is in a run that was accepted earlier and has not ended, so runs of other
 axes go on beside it; it is then planned anew from where the axes are. At most ``WAITING`` runs wait, later
-ones are refused. The same name submitted again is the same run: its state is answered, nothing is done twice.
-Axes of other benches are not waited for: they have to be free when a run is submitted and when it starts.
+ones are refused. A run is its name and its text. The same of both, submitted again, is the same run: its
+state is answered, nothing is done twice; after its end a person who asks for it anew gets it anew, where a
+client that was cut off gets its end. One name with two texts is refused while the first is under way. Axes of
+other benches are not waited for: they have to be free when a run is submitted and when it starts.
 """
 
 import asyncio
+import hashlib
 import logging
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, replace
@@ -82,16 +85,19 @@ class Runs:
         self._releasing: set[asyncio.Task[None]] = set()
         self.progress: dict[str, Progress] = {}
         """Of all runs that are remembered, by name, in the order of their submission."""
+        self._digests: dict[str, bytes] = {}
+        """Of their texts."""
         self.listeners: list[Callable[[Progress], None]] = []
         """Called when a run's state or step changes, and ten times a second while it moves."""
 
     # ---- what others ask for ----
 
     def submit(
-        self, source: Source, text: str, file: str = "<run>"
+        self, source: Source, text: str, file: str = "<run>", *, anew: bool = False
     ) -> Progress | Coroutine[Any, Any, Progress]:
-        """Accept a run, or tell how the one of this name does; a long one, and one that has axes of other
-        benches, have to be awaited.
+        """Accept a run, or tell how the one of this name and text does; a long one, and one that has axes of
+        other benches, have to be awaited. ``anew``: one that has ended is carried out again, with whatever
+        text it has now.
 
         Raises:
             ConfigError: it cannot be done, with all problems.
@@ -99,11 +105,11 @@ class Runs:
         """
         self._refuse(source, text)
         if len(text) > SHORT:
-            return self._submit_later(source, text, file)
+            return self._submit_later(source, text, file, anew)
         run, document = self._parsed(text, file)
         if other_benches(run, self._daemon.config.bench):
-            return self._submit_later(source, text, file)
-        if known := self._known(run.run):
+            return self._submit_later(source, text, file, anew)
+        if known := self._known(run.run, text, anew):
             return known
         plan = plan_run(run, document, self._by_name(self._names(run), self._expected()))
         return self._accept(source, text, file, plan, is_shared=False)
@@ -147,6 +153,10 @@ class Runs:
 
     # ---- for parts of runs that another bench leads ----
 
+    def is_under_way(self, name: str) -> bool:
+        """It waits, moves, or is just ending: nothing else can have its name."""
+        return name in self._entries
+
     def taken(self) -> dict[str, str]:
         """Devices that are in a run or will be, and in which."""
         return {device: name for name, entry in self._entries.items() for device in entry.devices}
@@ -166,7 +176,7 @@ class Runs:
 
     def _enter(self, entry: Entry, execution: Execution, each: Callable[[], None]) -> None:
         entry.execution = execution
-        self._entries[entry.name], self.progress[entry.name] = entry, execution.progress
+        self._remember(entry, execution.progress)
         entry.task = asyncio.get_running_loop().create_task(self._carry_out(entry, execution, each))
 
     def _end(self, entry: Entry, state: str, why: str) -> None:
@@ -181,7 +191,7 @@ class Runs:
         del self._entries[entry.name]
         ended = [name for name, progress in self.progress.items() if progress.is_over]
         for name in ended[: max(len(ended) - KEPT, 0)]:
-            del self.progress[name]
+            del self.progress[name], self._digests[name]
         if entry.name in self.progress:
             self.tell(self.progress[entry.name])
         if not self._starts_soon:  # not here: of hundreds that wait each may fail as it starts
@@ -209,10 +219,24 @@ class Runs:
             raise document.error(findings)
         return run, document
 
-    def _known(self, name: str) -> Progress | None:
-        if known := self.progress.get(name):
-            known.submissions += 1
+    def _known(self, name: str, text: str, anew: bool) -> Progress | None:
+        known, under_way = self.progress.get(name), self.is_under_way(name)
+        if known is None or (anew and not under_way):
+            return None
+        if self._digests[name] != _digest(text):
+            wait = "wait for its end, or cancel it, or " if under_way else ""
+            why = f"the run {name} has another text, and is {known.state}"
+            raise VerbRefused("not_now", f"{why}: {wait}give this one another name")
+        if anew and known.is_over:
+            raise VerbRefused("not_now", f"the run {name} is just ending: submit it again")
+        known.submissions += 1
         return known
+
+    def _remember(self, entry: Entry, progress: Progress) -> None:
+        """In the place of one of its name that has ended."""
+        self.progress.pop(entry.name, None)
+        self._entries[entry.name], self.progress[entry.name] = entry, progress
+        self._digests[entry.name] = _digest(entry.text)
 
     def _names(self, run: RunDocument) -> dict[str, str]:
         return device_names(run, self._daemon.config.bench)
@@ -248,10 +272,10 @@ class Runs:
         now = self._by_name(self._names(run), axes()) | others
         return await off_loop(text, plan_run, run, document, now)
 
-    async def _submit_later(self, source: Source, text: str, file: str) -> Progress:
+    async def _submit_later(self, source: Source, text: str, file: str, anew: bool) -> Progress:
         plan = await self._planned(source, text, file, self._expected)
         self._refuse(source, text)  # others were submitted meanwhile
-        if known := self._known(plan.run.run):
+        if known := self._known(plan.run.run, text, anew):
             return known
         is_shared = bool(other_benches(plan.run, self._daemon.config.bench))
         return self._accept(source, text, file, plan, is_shared)
@@ -259,8 +283,8 @@ class Runs:
     def _accept(self, source: Source, text: str, file: str, plan: Plan, is_shared: bool) -> Progress:
         name, names = plan.run.run, self._names(plan.run)
         ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
-        self._entries[name] = Entry(name, text, file, source, names, ends_deg, is_shared)
-        self.progress[name] = progress = Progress(name, steps=plan.steps)
+        progress = Progress(name, steps=plan.steps)
+        self._remember(Entry(name, text, file, source, names, ends_deg, is_shared), progress)
         self._start_what_can()
         return self.progress.get(name, progress)
 
@@ -375,6 +399,10 @@ class Runs:
             if together:
                 together.leave()
             self._over(entry)
+
+
+def _digest(text: str) -> bytes:
+    return hashlib.sha256(text.encode(errors="surrogatepass")).digest()
 
 
 def _nothing() -> None:

@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -95,14 +96,16 @@ def discovery(runtime_dir: RuntimeDir = None) -> None:
     from hil.daemon.command_line.arduino.discovery import discover
     from hil.daemon.paths import runtime_bases
 
-    discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout)
+    with suppress(KeyboardInterrupt):
+        discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout)
 
 
 def monitor() -> None:
     """The IDE's serial monitor: commands on standard input, JSON on standard output."""
     from hil.daemon.command_line.arduino.monitor import serve
 
-    serve(0, sys.stdout)
+    with suppress(KeyboardInterrupt):
+        serve(0, sys.stdout)
 
 
 def _sketchbook(option: Path | None) -> Path:

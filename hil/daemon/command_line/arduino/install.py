@@ -15,6 +15,7 @@ import yaml
 from hil import __version__
 from hil.config import ProfileInfo
 from hil.daemon.command_line.arduino.protocol import PROTOCOL
+from hil.daemon.new_file import write_file
 
 VENDOR, ARCHITECTURE = "hil", "virtual"
 _MARK = "# Written by `hil arduino install`; `hil arduino uninstall` removes it. sha256 of the rest: "
@@ -91,7 +92,7 @@ def install(sketchbook: Path, files: Mapping[str, str]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         stale = [path for path, data in marked.items() if _read(path) != data]
         for path in stale:
-            path.write_bytes(marked[path])
+            write_file(path, marked[path])
     except OSError as error:
         raise InstallError(f"{folder}: {error.strerror}") from error
     return stale

@@ -1,0 +1,120 @@
+"""The one way to write a file that somebody has named.
+
+What exists and is no regular file (a device, a FIFO, ``/dev/stdout``) is written into. Otherwise a new file
+with a name that nobody can guess is made beside it, and takes its place whole; a symlink stays, and what it
+leads to is replaced. Permissions of what is replaced are kept.
+"""
+
+import errno
+import os
+import secrets
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO
+
+_LINKS = 40
+"""More in a row are a circle: as the kernel has it."""
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """All of it, on the disk when this returns, or nothing of it.
+
+    Raises:
+        OSError: it cannot be written; a regular file is as it was.
+    """
+    target = _target(path)
+    if isinstance(target, int):
+        with open(target, "wb") as file:
+            file.write(data)
+        return
+    fd, new = _create(target)
+    try:
+        with open(fd, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(fd)
+        os.rename(new, target)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        raise
+
+
+def begin_file(path: Path, head: bytes = b"") -> BinaryIO:
+    """A file to which more is written for as long as it is open. It is in its place, with ``head``, when this
+    returns.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    target = _target(path)
+    if isinstance(target, int):
+        file = open(target, "wb")  # noqa: SIM115 - the caller's
+        file.write(head)
+        return file
+    fd, new = _create(target)
+    file = open(fd, "wb")  # noqa: SIM115 - the caller's
+    try:
+        file.write(head)
+        file.flush()
+        os.rename(new, target)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        with suppress(OSError):
+            file.close()
+        raise
+    return file
+
+
+def _target(path: Path) -> Path | int:
+    """The path at the end of all links, of a regular file or of nothing; or what is there, opened."""
+    for _ in range(_LINKS):
+        if not path.is_symlink():
+            break
+        folder = Path(os.path.realpath(path.parent))
+        if folder == Path(f"/proc/{os.getpid()}/fd"):
+            return os.dup(int(path.name))  # where it has come to, as a shell's `>>` wants it
+        if folder.is_relative_to("/proc"):
+            return os.open(path, os.O_WRONLY | os.O_CLOEXEC)
+        _refuse_planted(path)
+        path = folder / path.readlink()
+    else:
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+    with suppress(FileNotFoundError):
+        mode = path.lstat().st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(mode):
+            return os.open(path, os.O_WRONLY | os.O_NOFOLLOW | os.O_NOCTTY | os.O_CLOEXEC)
+    return path
+
+
+def _refuse_planted(link: Path) -> None:
+    """As the kernel does with ``fs.protected_symlinks``, which a path followed by hand gets round."""
+    folder, owner = link.parent.stat(), link.lstat().st_uid
+    is_anybodys = folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH
+    if is_anybodys and owner not in (os.geteuid(), folder.st_uid):
+        raise PermissionError(errno.EACCES, "it is a symlink of another user", str(link))
+
+
+def _create(target: Path) -> tuple[int, Path]:
+    """A new file beside the target, with the permissions of what is there."""
+    try:
+        old = target.stat()
+    except FileNotFoundError:
+        old = None
+    if old and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
+    new = target.with_name(f".hil-{secrets.token_hex(8)}")
+    fd = os.open(new, _NEW, 0o600 if old else 0o666)
+    if old:
+        mode = stat.S_IMODE(old.st_mode) & 0o777
+        try:
+            os.fchown(fd, -1, old.st_gid)
+        except PermissionError:
+            mode &= ~0o070  # what that group may, this one may not
+        with suppress(PermissionError):
+            os.fchown(fd, old.st_uid, -1)
+        os.fchmod(fd, mode)
+    return fd, new

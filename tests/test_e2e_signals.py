@@ -1,0 +1,131 @@
+"""Commands that go on until they are ended: by SIGINT and SIGTERM, also where a shell had them ignored."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from e2e_support import HIL, PATIENCE_S, TERMINAL, Place, Server, config, until
+
+from hil.wire.pcapng import read
+
+SAC = {"profile": "sac", "flash": {}}
+FAR = '{"run": "far", "axes": {"m1": {}}, "steps": [{"move": {"m1": 72000}}]}'
+IGNORING = (
+    *(sys.executable, "-c"),
+    "import os, signal, sys\n"
+    "signal.signal(signal.SIGINT, signal.SIG_IGN)\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+    "os.execv(sys.argv[1], sys.argv[1:])",
+)
+"""Starts a program as a shell without job control starts one in the background, and worse."""
+LONG = {
+    "capture": ("capture", "s1", "-w", "{folder}/out.pcapng"),
+    "capture-pipe": ("capture", "s1", "-w", "-"),
+    "status": ("status", "--watch"),
+    "plot": ("plot", "m1", "--seconds", "3600", "-o", "{folder}/out.csv"),
+    "step": ("step", "m1", "90", "--seconds", "3600"),
+    "drive": ("drive", "m1", "--steps", "3600", "--rate", "1", "--plot"),
+    "run": ("run", "{folder}/far.yaml"),
+    "monitor": ("monitor", "m1"),
+    "command": ("sac", "calibrate", "100", "--device", "s1"),
+}
+CODES = {"step": 130, "drive": 130, "run": 1, "command": 130}
+"""Of those that have not done what they were told; all others were told to go on until now."""
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Place, Server]]:
+    with Place() as place:
+        server = place.serve(config(devices={"m1": {}, "s1": SAC})).ready()
+        server.ask("do", device="m1", name="enable", parameters={})
+        place.write(FAR, "far.yaml")
+        yield place, server
+
+
+def watches(server: Server) -> int:
+    """How many have been opened up to now, this one included."""
+    number = server.ask("watch", device="m1", signals=["r"], interval_ns=1_000_000_000)["watch"]
+    server.ask("unwatch", watch=number)
+    return int(number)
+
+
+def wait_for_beginning(place: Place, server: Server, name: str, running: subprocess.Popen[bytes]) -> None:
+    """Until it does what it does until it is ended."""
+    file, before = place.folder / "out.pcapng", watches(server)
+    match name:
+        case "capture":
+            until(lambda: file.exists() and file.stat().st_size, "the capture's beginning")
+        case "plot" | "step" | "drive":
+            counted = [before]
+
+            def someone_watches() -> bool:
+                counted.append(watches(server))
+                return counted[-1] > counted[-2] + 1
+
+            until(someone_watches, "the watch")
+            from_ns = server.ask("status")["sim_ns"]
+            until(lambda: server.ask("status")["sim_ns"] > from_ns + 10_000_000_000, "some samples")
+        case "run":
+            until(lambda: any(run["state"] == "running" for run in server.ask("runs", name="")), "the run")
+        case "monitor" | "command":
+            until(lambda: server.status("m1" if name == "monitor" else "s1")["clients"], "the client")
+        case "status":
+            until(lambda: len(os.listdir(f"/proc/{running.pid}/task")) > 1, "the thread that draws")
+        case _:
+            assert running.stdout
+            assert running.stdout.read(1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", LONG)
+def test_a_command_that_goes_on_ends(bench: tuple[Place, Server], name: str, number: int) -> None:
+    place, server = bench
+    file = place.folder / "out.pcapng"
+    file.unlink(missing_ok=True)
+    words = [word.format(folder=place.folder) for word in LONG[name]]
+    command = [*IGNORING, HIL, *words, "--runtime-dir", str(place.runtime)]
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    running = subprocess.Popen(command, **streams, env=os.environ | TERMINAL)
+    wait_for_beginning(place, server, name, running)
+    running.send_signal(number)
+    said = running.communicate(timeout=PATIENCE_S)[0]
+    assert running.returncode == CODES.get(name, 0), said
+    assert b"Traceback" not in said
+    if name == "capture":
+        assert len(list(read(file.read_bytes()))) >= 0  # whole up to its end
+    if name == "run":
+        assert b"far: cancelled" in said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("command", "sign"),
+    [
+        (("arduino-discovery",), b"OK"),
+        (("arduino-monitor",), b"OK"),
+        (("zenoh", "router", "--listen", "tcp/127.0.0.1:0"), b"Ctrl-C ends it"),
+        (("serve", "{folder}/bench.yaml"), b"Ctrl-C ends"),
+    ],
+)
+def test_a_server_ends(place: Place, command: tuple[str, ...], sign: bytes, number: int) -> None:
+    place.write(config())
+    where = place.folders() if command[0] == "serve" else ()
+    words = [word.format(folder=place.folder) for word in command]
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    running = subprocess.Popen([*IGNORING, HIL, *words, *where], **streams)
+    assert running.stdin
+    assert running.stdout
+    if command[0].startswith("arduino"):
+        running.stdin.write(b'HELLO 1 "a test"\n')
+        running.stdin.flush()
+    said = b""
+    while sign not in said:
+        line = running.stdout.readline()
+        assert line, said
+        said += line
+    running.send_signal(number)
+    rest = running.communicate(timeout=PATIENCE_S)[0]
+    assert running.returncode == 0, rest
+    assert b"Traceback" not in rest
