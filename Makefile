@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx
+NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx hil/wire/_byte_faults.pyx
 
 .PHONY: demo test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
@@ -107,7 +107,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c hil/wire/_packet.c hil/core/*.so hil/wire/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c hil/wire/_packet.c hil/wire/_byte_faults.c hil/core/*.so hil/wire/*.so
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

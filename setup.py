@@ -1,4 +1,5 @@
-"""Only what pyproject.toml cannot say yet: the native core, the planner and the packet codec."""
+"""Only what pyproject.toml cannot say yet: the native core, the planner, and of the line the packet codec and
+byte faults."""
 
 from setuptools import Extension, setup
 
@@ -82,6 +83,11 @@ setup(
             include_dirs=["hil/core"],
             libraries=["m"],
             extra_compile_args=["-std=gnu11", "-O3", "-ffp-contract=off", "-fvisibility=hidden"],
+        ),
+        Extension(
+            "hil.wire._byte_faults",
+            ["hil/wire/_byte_faults.pyx"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(
             "hil.wire._packet",

@@ -1,7 +1,10 @@
 """What a bad line does to bytes: flips bits, loses bytes, doubles them, delays them. Pure and seeded."""
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+from hil.wire._byte_faults import Draws
 
 _MASK = (1 << 64) - 1
 
@@ -41,39 +44,19 @@ class ByteFaults:
     """One direction of a line under faults."""
 
     def __init__(self, fault: ByteFault, seed: int) -> None:
-        self._fault = fault
-        self._chance = Chance(seed)
-        self.changed_bytes = 0
-        """Bytes that did not come through as they were."""
+        rates = (fault.bit_error_rate, fault.drop_rate, fault.duplicate_rate, fault.delay_rate)
+        flip, drop, duplicate, delay = (math.ceil(rate * 2.0**64) for rate in rates)
+        self._draws = Draws(seed & _MASK, flip, drop, duplicate, delay, fault.delay_ns)
 
-    def apply(self, data: bytes) -> Iterator[tuple[int, bytes]]:
+    @property
+    def changed_bytes(self) -> int:
+        """Bytes that did not come through as they were."""
+        return self._draws.changed_bytes
+
+    def apply(self, data: bytes) -> list[tuple[int, bytes]]:
         """Pieces with the time (ns) by which each is late; none may overtake the one before. A byte's fate
         depends on how many came before it, not on the pieces they come in."""
-        fault, chance = self._fault, self._chance
-        piece = bytearray()
-        delay_ns = 0
-        for byte in data:
-            if fault.drop_rate and chance.below(fault.drop_rate):
-                self.changed_bytes += 1
-                continue
-            if fault.delay_rate:
-                is_late = chance.below(fault.delay_rate)
-                self.changed_bytes += is_late
-                if piece and is_late != (delay_ns > 0):
-                    yield delay_ns, bytes(piece)
-                    piece.clear()
-                delay_ns = fault.delay_ns if is_late else 0
-            flipped = byte
-            if fault.bit_error_rate:
-                for place in range(8):
-                    flipped ^= chance.below(fault.bit_error_rate) << place
-                self.changed_bytes += flipped != byte
-            piece.append(flipped)
-            if fault.duplicate_rate and chance.below(fault.duplicate_rate):
-                self.changed_bytes += 1
-                piece.append(flipped)
-        if piece:
-            yield delay_ns, bytes(piece)
+        return self._draws.apply(data)
 
 
 def byte_fault(kind: str, rate: float, delay_ns: int = 0) -> ByteFault:
