@@ -37,6 +37,14 @@ def test_a_foreign_master_is_answered(place: Place) -> None:
         assert foreign(place, "master", "86", "y").communicate(timeout=PATIENCE_S)[0] == ""
 
 
+def test_a_foreign_master_reads_a_board_without_crc(place: Place) -> None:
+    server = place.serve(ONE)
+    with server.client("s1") as terminal:
+        terminal.read_until(b"SAC>")
+        terminal.ask(b"$H0\r", b"SAC>")
+        assert foreign(place, "master", "85", "y").communicate(timeout=PATIENCE_S)[0] == "1 85 ACK True\n"
+
+
 def test_a_foreign_node_is_talked_to(place: Place) -> None:
     server = place.serve(ONE)
     with server.client("s1") as terminal:

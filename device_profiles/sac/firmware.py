@@ -79,8 +79,8 @@ class Sac:
             yield from self._execute(line) or ()
 
     def interrupt(self, event: CoreEvent) -> None:
-        """Estop has changed, or a command begins or ends, which soft_ops tells: a packet to all, and a byte to
-        the terminal."""
+        """A command begins or ends, which soft_ops tells: a packet to all, and a byte to the terminal. Or
+        Estop has changed."""
         if event.kind == "estop":
             self._note_estop()
             return

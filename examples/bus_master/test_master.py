@@ -53,6 +53,14 @@ def test_all_nodes_are_reached(bus: Bus) -> None:
     assert bus.master("v120") == "32 nodes have it, 0 have not\n"
 
 
+def test_a_node_that_sends_no_crc_is_understood(bus: Bus) -> None:
+    with serial.Serial(bus.tap.replace("bus0.master", "s8"), 38400, timeout=5) as terminal:
+        for line in ("$H0", "$H1"):
+            terminal.write(f"{line}\r".encode())
+            terminal.read_until(b"SAC>")
+            assert bus.master("v120", 8, 8) == "1 nodes have it, 0 have not\n"
+
+
 def test_a_node_without_a_voice_is_told(bus: Bus) -> None:
     bus.hil("fault", "inject", "packet_no_ack", "s7.network")
     bus.hil("fault", "inject", "packet_nak", "s9.network")
