@@ -31,6 +31,7 @@ test-wheel:
 	$$folder/venv/bin/pip install -q --disable-pip-version-check $$folder/*.whl; \
 	cp .ci/main_job.py $$folder; cd $$folder; \
 	test -x $$folder/venv/share/hil/systemd/install.sh; \
+	test -s $$folder/venv/share/hil/wireshark/sac_packets.lua; \
 	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
 	venv/bin/python main_job.py $$folder/venv/bin/hil
 

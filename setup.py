@@ -1,11 +1,54 @@
-"""Only what pyproject.toml cannot say yet: the native core, the planner, and of the line the packet codec and
-byte faults."""
+"""Only what pyproject.toml cannot say yet: the native core, the planner, the packet codec and the byte faults,
+and that packages are made of what git tracks."""
+
+import subprocess
+from pathlib import Path
 
 from setuptools import Extension, setup
+from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
+from setuptools.errors import FileError
 
 NATIVE = "hil/core/native"
+ROOT = Path(__file__).parent
+
+
+def tracked() -> set[str] | None:
+    """What belongs to the project, as git knows it; None where this is no checkout, as below an sdist."""
+    if not (ROOT / ".git").exists():
+        return None
+    # Also for root in somebody's checkout, as for `sudo make install-service`.
+    command = ["git", "-c", "safe.directory=*", "-C", str(ROOT), "ls-files", "-z"]
+    try:
+        listed = subprocess.run(command, capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise FileError(f"git has to say which files of this checkout belong to hil: {error}") from None
+    return set(listed.decode().strip("\0").split("\0"))
+
+
+class BuildOfTracked(build_py):
+    """Refuses what git does not track: a file that lies around, or one that somebody has forgotten."""
+
+    def run(self) -> None:
+        if not self.editable_mode and (known := tracked()) is not None:
+            outside = (file for _, files in self.distribution.data_files or () for file in files)
+            files = {Path(file).as_posix() for file in (*self.get_output_mapping().values(), *outside)}
+            if strange := sorted(files - known):
+                raise FileError(f"git does not track {', '.join(strange)}: `git add` them, or move them away")
+        super().run()
+
+
+class SdistOfTracked(sdist):
+    """All that git tracks, and no more; a wheel and the tests can be made of it."""
+
+    def make_release_tree(self, base_dir: str, files: list[str]) -> None:
+        if (known := tracked()) is not None:
+            files = [*sorted(known), *(file for file in files if ".egg-info/" in file)]
+        super().make_release_tree(base_dir, files)
+
 
 setup(
+    cmdclass={"build_py": BuildOfTracked, "sdist": SdistOfTracked},
     ext_modules=[
         Extension(
             "hil.core._native",
@@ -96,5 +139,5 @@ setup(
             include_dirs=["hil/wire"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
-    ]
+    ],
 )

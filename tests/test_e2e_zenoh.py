@@ -284,14 +284,6 @@ def test_nobody_there_says_so() -> None:
         connect_sync("t", f"tcp/127.0.0.1:{free_port()}", timeout_s=0.5)
 
 
-def test_another_bench_does_not_answer(bench: Bench) -> None:
-    with (
-        connect_sync("other", bench.endpoint, timeout_s=2) as client,
-        pytest.raises(ClientError, match="nobody answers; is bench other there"),
-    ):
-        client.axis("m1").enable()
-
-
 def test_queries_that_are_abandoned_leave_nothing(bench: Bench) -> None:
     threads = len(os.listdir(f"/proc/{bench.server.pid}/task"))
     for _ in range(5):

@@ -5,6 +5,7 @@ Zenoh tells a program nothing about who sent a message. So each command carries 
 password and certificate. With no users the bridge listens on this computer only.
 """
 
+import errno
 import heapq
 import hmac
 import ipaddress
@@ -32,6 +33,7 @@ REMEMBERED = 65_536
 SECRET_CHARACTERS = 12
 """At least. Whoever hears the wire without TLS can try passwords on what was heard."""
 ATTACHMENT_BYTES = 1024
+_FILE_CHARACTERS = 1 << 20
 MESSAGE_BYTES = 1 << 20
 """Longest that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
 ACCEPT_MS = 2000
@@ -71,9 +73,10 @@ def read_users(path: Path) -> list[User]:
         SecurityError: it cannot be read, others can read it, or lines are wrong; with all of them.
     """
     try:
+        _refuse_endless(path)
         with path.open(encoding="utf-8") as file:
             mode = os.fstat(file.fileno()).st_mode & 0o777
-            lines = file.read().splitlines()
+            lines = file.read(_FILE_CHARACTERS).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise SecurityError(f"{path}: {error}; `hil zenoh keys` makes such a file") from None
     if mode & 0o077:
@@ -82,6 +85,16 @@ def read_users(path: Path) -> list[User]:
     if not users:
         raise SecurityError(f"{path}: there is no user; write lines like anna:operator:PASSWORD")
     return users
+
+
+def _refuse_endless(path: Path) -> None:
+    """A FIFO, a device and what is below /proc may have no end, or none soon.
+
+    Raises:
+        OSError: it is one of those, or not there.
+    """
+    if not path.is_dir() and not (path.is_file() and path.stat().st_size) and path.exists():
+        raise OSError(errno.EINVAL, "it is empty, or no regular file")
 
 
 def parse_users(lines: Sequence[str], where: str) -> list[User]:
@@ -373,8 +386,12 @@ def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | No
     """
     users = read_users(options.users) if options.users else []
     for path in (options.tls.ca, options.tls.certificate, options.tls.key) if options.tls else ():
-        if not os.access(path, os.R_OK):  # zenoh would only say that nobody is there
-            raise SecurityError(f"tls: {path} cannot be read; `hil zenoh keys` makes such files")
+        try:
+            _refuse_endless(path)
+            path.open("rb").close()  # zenoh would only say that nobody is there
+        except OSError as error:
+            why = f"cannot be read: {error.strerror}"
+            raise SecurityError(f"tls: {path} {why}; `hil zenoh keys` makes such files") from None
     # Zenoh wants passwords in a file. This one is in memory, of this process, and gone afterwards.
     memory = os.memfd_create("users")
     try:

@@ -1,6 +1,7 @@
 """The session, and the exchanges that both kinds of client make over it. Everything here blocks."""
 
 import json
+import re
 import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -17,6 +18,9 @@ ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
 MESSAGE_BYTES = 1_000_000
 """A daemon takes no longer ones."""
+_LOOK_AGAIN_S = 0.05
+_BENCH = re.compile("[a-z][a-z0-9_-]*")
+"""Zenoh would take others for patterns, and commands would go to all that fit."""
 _LATEST = 10_000
 """States that wait for a subscriber; the oldest of more are dropped."""
 
@@ -71,7 +75,7 @@ class Link:
     """An open session with one bench.
 
     Raises:
-        ClientError: nobody lets it in there.
+        ClientError: nobody lets it in there, or the bench is not behind that door.
     """
 
     def __init__(
@@ -82,6 +86,8 @@ class Link:
         config_file: Path | None,
         timeout_s: float,
     ) -> None:
+        if not _BENCH.fullmatch(bench):
+            raise ClientError(f"{bench!r} is no name of a bench; it begins with a letter, as in demo")
         self.bench = bench
         self._timeout_s = timeout_s
         if config_file is not None:
@@ -96,6 +102,27 @@ class Link:
             raise ClientError(
                 f"{door}: {why}; is the bench running there, and are user and password right?"
             ) from None
+        try:
+            self._find(door)
+        except BaseException:
+            self.close()
+            raise
+
+    def _find(self, door: str) -> None:
+        """Whether the bench is there; a router needs a moment to hear of it."""
+        deadline_s = time.monotonic() + self._timeout_s
+        while not self._tokens(self.key("@live/daemon")):
+            if time.monotonic() > deadline_s:
+                there = ", ".join(sorted({key.split("/")[1] for key in self._tokens("hil/*/@live/daemon")}))
+                raise ClientError(
+                    f"{door}: there is no bench {self.bench!r} that you may see; there: {there or 'none'}"
+                )
+            time.sleep(_LOOK_AGAIN_S)
+
+    def _tokens(self, key: str) -> list[str]:
+        """The liveliness tokens that are there now and that we may see."""
+        replies = self._session.liveliness().get(key, timeout=self._timeout_s)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok]
 
     def close(self) -> None:
         session: Any = self._session
@@ -184,9 +211,8 @@ class Link:
 
     def alive(self) -> list[str]:
         """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
-        replies = self._session.liveliness().get(self.key("@live/**"), timeout=self._timeout_s)
         head = self.key("@live/")
-        return sorted(str(reply.ok.key_expr).removeprefix(head) for reply in replies if reply.ok)
+        return sorted(key.removeprefix(head) for key in self._tokens(f"{head}**"))
 
     def _signature(self, key: str, payload: bytes) -> bytes | None:
         if self._credentials is None:

@@ -18,6 +18,8 @@ from hil.vocab.firmware import Board, Firmware
 
 LEAST_AXES = 8
 TABLE_LEN = 16384
+TABLE_FILE_BYTES = TABLE_LEN * 64
+"""Of a table's file at most: a number has some ten characters."""
 LOOKUP_SECTION = "lookup"
 """The section of a board's memory that holds the encoder's look-up table."""
 
@@ -39,7 +41,7 @@ def table_from_file(path: Path) -> bytes:
         TableFileError: it cannot be read, or is neither.
     """
     try:
-        data = read_regular(path)
+        data = read_regular(path, TABLE_FILE_BYTES)
     except OSError as error:
         raise TableFileError(f"{path}: {error.strerror}") from error
     if len(data) == TABLE_LEN * 4:

@@ -13,22 +13,27 @@ _KINDS = (
 )
 
 
+MAX_BYTES = 16 << 20
+"""A hundred times the longest configuration that anybody has shown."""
+
+
 class NotRegularError(OSError):
     """What has the name is no regular file; ``strerror`` says what it is."""
 
 
-def read_regular(path: Path) -> bytes:
-    """The bytes of a regular file, or of one that a symlink leads to. Never waits for another program.
+def read_regular(path: Path, at_most_bytes: int = MAX_BYTES) -> bytes:
+    """The bytes of a regular file, or of one that a symlink leads to. Never waits for another program, and
+    takes no more than the file's size says: nothing of those below /proc, which a read may change.
 
     Raises:
         NotRegularError: it is something else that is no directory.
-        OSError: it cannot be read.
+        OSError: it cannot be read, or is too large.
     """
-    mode = path.stat().st_mode  # an open would already do something to a device
-    _refuse(mode)
+    _refuse(path.stat(), at_most_bytes)  # an open would already do something to a device
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC), "rb") as file:
-        _refuse(os.fstat(file.fileno()).st_mode)  # exchanged in between
-        return file.read()
+        state = os.fstat(file.fileno())
+        _refuse(state, at_most_bytes)  # exchanged in between
+        return file.read(state.st_size) or b""
 
 
 def read_text(path: Path) -> str:
@@ -40,9 +45,12 @@ def read_text(path: Path) -> str:
     return read_regular(path).decode().replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _refuse(mode: int) -> None:
+def _refuse(state: os.stat_result, at_most_bytes: int) -> None:
+    mode = state.st_mode
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if stat.S_ISREG(mode) and state.st_size > at_most_bytes:
+        raise OSError(errno.EFBIG, f"it has {state.st_size:,} bytes, and {at_most_bytes:,} are the most")
     if not stat.S_ISREG(mode):
         kind = next((text for test, text in _KINDS if test(mode)), "something else")
         raise NotRegularError(errno.EINVAL, f"it is {kind}, not a regular file")

@@ -11,6 +11,7 @@ from hil.config.problem import ConfigError, Problem
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top: ``("devices", "m1", "baud")``."""
 
+NUL = "\0"
 MAX_DEPTH = 20
 MAX_VALUES = 100_000
 _INT64 = range(-(2**63), 2**63)
@@ -84,9 +85,12 @@ class Document:
             case None | bool():
                 return value
             case str():
-                if is_unicode(value):
+                if is_unicode(value) and NUL not in value:
                     return value
                 message, remedy = "holds half of a surrogate pair", "write the character itself"
+                if NUL in value:
+                    message = "holds the character NUL, which no name and no path can have"
+                    remedy = "leave it out"
             case int():
                 if value in _INT64:
                     return value

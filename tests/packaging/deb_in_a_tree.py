@@ -109,6 +109,11 @@ def test_installed_without_a_network_it_does_the_main_job_for_a_user_without_rig
     assert "usr/bin/hil" in installed
     assert "usr/share/man/man1/hil.1.gz" in installed
     assert "usr/share/bash-completion/completions/hil" in installed
+    assert "usr/share/hil/wireshark/sac_packets.lua" in installed
+    for folder in ("docs/how-to", "docs/decisions", "examples"):
+        documents = {f"usr/share/doc/hil/{folder}/{path.name}" for path in (ROOT / folder).glob("*.*")}
+        assert documents
+        assert documents <= installed
     assert any("/__pycache__/entry.cpython" in path for path in installed)
     assert tree.run("hil", "--version", user=True).startswith("hil ")
     assert "no problems" in tree.run("hil", "check", "/etc/hil/example.yaml", user=True)

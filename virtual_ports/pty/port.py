@@ -86,7 +86,7 @@ class PtyPort:
         self._loop = asyncio.get_running_loop()
         try:
             self._open_pty()
-        except PortError:
+        except BaseException:
             await self.close()
             raise
 

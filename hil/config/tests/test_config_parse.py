@@ -220,7 +220,7 @@ def test_text_that_is_no_bench_at_all(text: str, problem: str) -> None:
          'YAML takes this for the number 2026; text is wanted (write it in quotes: "2026")'),
         ("runtime_dir: ~/run", "no shell expands ~ here (write the whole path)"),
         ('state_dir: ""', "this is not a path (write the path, or null)"),
-        ('state_dir: "a\\0"', "this is not a path (write the path, or null)"),
+        ('state_dir: "a\\0"', "holds the character NUL, which no name and no path can have (leave it out)"),
         ('state_dir: "\\uD800"', "holds half of a surrogate pair (write the character itself)"),
     ],
 )  # fmt: skip

@@ -291,7 +291,7 @@ class Runs:
     # ---- carrying out ----
 
     def _start_what_can(self) -> None:
-        """Those whose axes have become free. Where one fails at once, those behind it have their turn soon."""
+        """Those whose axes have become free; where one fails at once, those behind it come soon."""
         if self._is_closed:
             return
         self._starts_soon = False

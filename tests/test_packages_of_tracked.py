@@ -1,0 +1,65 @@
+"""Wheels and source distributions are made of what git tracks."""
+
+import shutil
+import subprocess
+import sys
+import tarfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+STRANGE = ("hil/scratch.py", "device_profiles/sac/notes.md", "systemd/hil.service.orig")
+
+
+def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The project as git has it, in a repository of its own."""
+    if int(version("setuptools").partition(".")[0]) < 77:
+        pytest.skip("this setuptools is older than the build's")
+    if not (ROOT / ".git").exists() or not shutil.which("git"):
+        pytest.skip("this is no checkout")
+    listed = run(ROOT, "git", "-c", "safe.directory=*", "ls-files", "-z").stdout
+    folder = tmp_path / "checkout"
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).exists():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+    run(folder, "git", "init", "-q")
+    run(folder, "git", "add", "-A", "-f")
+    return folder
+
+
+def setup(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    return run(folder, sys.executable, "setup.py", "-q", *command)
+
+
+def test_a_file_that_git_does_not_track_is_in_no_wheel(checkout: Path) -> None:
+    built = setup(checkout, "build_py", "-d", "out")
+    assert built.returncode == 0, built.stderr
+    assert (checkout / "out/hil/session/bench.py").exists()
+    for name in STRANGE:
+        (checkout / name).write_text("")
+    refused = setup(checkout, "build_py", "-d", "out")
+    assert refused.returncode == 1
+    assert f"git does not track {', '.join(sorted(STRANGE))}: `git add` them" in refused.stderr
+    assert not (checkout / "out/hil/scratch.py").exists()
+
+
+def test_a_source_distribution_is_what_git_tracks(checkout: Path) -> None:
+    for name in STRANGE:
+        (checkout / name).write_text("")
+    made = setup(checkout, "sdist")
+    assert made.returncode == 0, made.stderr
+    (archive,) = (checkout / "dist").glob("*.tar.gz")
+    with tarfile.open(archive) as tar:
+        names = {member.name.partition("/")[2] for member in tar if member.isfile()}
+    assert {"wireshark/sac_packets.lua", "hil/core/native/hil_core.h", "docs/how-to/package.md"} <= names
+    assert not names & set(STRANGE)
+    listed = set(filter(None, run(checkout, "git", "ls-files", "-z").stdout.split("\0")))
+    assert all(name in listed or ".egg-info/" in name for name in names - {"PKG-INFO", "setup.cfg"})
