@@ -33,6 +33,7 @@ from hil.daemon.daemon_store import DaemonStore
 from hil.daemon.faults import FaultRegistry
 from hil.daemon.guard import BREADCRUMB, StepGuard, take_breadcrumb
 from hil.daemon.health.vitals import Vitals
+from hil.daemon.linux import signals
 from hil.daemon.linux.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
 from hil.daemon.log_file import LogFile
 from hil.daemon.paths import CONTROL_SOCKET, make_folder
@@ -122,11 +123,10 @@ class Daemon:
             StartError: something is missing; nothing was left behind.
         """
         loop = asyncio.get_running_loop()
-        signals = {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
+        calls = {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
         if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
-            signals[signal.SIGHUP] = self.stop if has_terminal() else self.reloader.request
-        for number, call in signals.items():  # first: one that comes early leaves nothing behind either
-            loop.add_signal_handler(number, call)
+            calls[signal.SIGHUP] = self.stop if has_terminal() else self.reloader.request
+        signals.answer(loop, calls)  # first: one that comes early leaves nothing behind either
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
         self.files, lock = self._open_store()
         control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
@@ -146,8 +146,7 @@ class Daemon:
         finally:
             await self._put_away(loop, control, self.files)
             os.close(lock)
-            for number in signals:
-                loop.remove_signal_handler(number)
+            signals.ignore(loop, calls)
 
     def stop(self) -> None:
         """End ``run``."""

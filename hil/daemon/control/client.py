@@ -43,7 +43,9 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
             client.settimeout(timeout_s)
             _connect(client, path, timeout_s)
             client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
-            answer = json.loads(client.makefile("rb").readline())
+            # Closed here: Python passes over whatever happens while it clears away, Ctrl-C too.
+            with client.makefile("rb") as stream:
+                answer = json.loads(stream.readline())
     except (OSError, ValueError) as error:
         raise ControlError(f"no daemon answers at {path}: {error}") from error
     if not answer["ok"]:
