@@ -5,13 +5,14 @@ time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name be
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, astuple, dataclass, fields
 from typing import Any
 
 from hil.vocab.firmware import MAIN
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
-from hil.wire.step_dir import Edges, Train
+from hil.wire.step_dir import MAX_NS, Edges, Train
 
 LOG_FORMAT = "hil-inputs"
 LOG_VERSION = 1
@@ -75,6 +76,16 @@ class Play:
     """Bursts that a tap sends: rows of (nanoseconds from now, bytes as hexadecimal digits), ascending."""
 
     bursts: tuple[tuple[int, str], ...]
+
+
+def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
+    """Why rows from outside cannot be played, or None."""
+    before_ns = 0
+    for at_ns, _ in bursts:
+        if at_ns < before_ns:
+            return "bursts have to stand in the order of their times"
+        before_ns = at_ns
+    return f"a burst after {before_ns} ns; write at most {MAX_NS}" if before_ns > MAX_NS else None
 
 
 @dataclass(frozen=True)
