@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 _KINDS = (
     (stat.S_ISCHR, "a character device"),
@@ -17,8 +18,8 @@ class NotRegularError(OSError):
     """What has the name is no regular file; ``strerror`` says what it is."""
 
 
-def read_regular(path: Path) -> bytes:
-    """The bytes of a regular file, or of one that a symlink leads to. Never waits for another program.
+def open_regular(path: Path) -> BinaryIO:
+    """A regular file, or one that a symlink leads to, open for reading. Never waits for another program.
 
     Raises:
         NotRegularError: it is something else that is no directory.
@@ -26,8 +27,18 @@ def read_regular(path: Path) -> bytes:
     """
     mode = path.stat().st_mode  # an open would already do something to a device
     _refuse(mode)
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC), "rb") as file:
+    file = open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC), "rb")  # noqa: SIM115
+    try:
         _refuse(os.fstat(file.fileno()).st_mode)  # exchanged in between
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def read_regular(path: Path) -> bytes:
+    """The bytes of a regular file; as ``open_regular``."""
+    with open_regular(path) as file:
         return file.read()
 
 
