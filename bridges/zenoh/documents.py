@@ -2,19 +2,16 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any
 
 from bridges.zenoh.keys import VERSION
 from hil.vocab.bridges import BridgeHost
+from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import VerbRefused
 
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024
 """Longer ones are no command."""
-
-
-def _no_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number")
 
 
 def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest: int = PAYLOAD_BYTES) -> Any:
@@ -28,8 +25,8 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest
     if payload is not None and len(payload) > longest:
         raise VerbRefused("bad_request", f"{len(payload)} bytes; a payload has at most {longest}")
     try:
-        value = json.loads(payload or b"", parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
+        value = read_json(payload or b"")
+    except JsonError as error:
         raise VerbRefused("bad_request", f"the payload is no JSON: {error}") from None
     if type(value) not in (wanted or {dict}):
         what = "a number" if wanted else 'an object, as in {"position_deg": 90}'

@@ -16,6 +16,7 @@ from bridges.zenoh.keys import prefix
 from bridges.zenoh.security import Gate
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeHost, Source
+from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.signature import signed
 from hil.vocab.verbs import VerbRefused
 
@@ -100,10 +101,20 @@ class Others:
 
 def _content(reply: zenoh.Reply | None, gone: BenchGone) -> Mapping[str, Any]:
     if reply is not None and reply.ok is not None:
-        content: Mapping[str, Any] = json.loads(reply.ok.payload.to_bytes())
-        return content
+        return _object(reply.ok.payload.to_bytes(), gone)
     refusal = reply.err.payload.to_bytes() if reply is not None and reply.err is not None else b""
     if not refusal.startswith(_REFUSED):
         raise gone
-    told = json.loads(refusal)
-    raise VerbRefused(str(told["code"]), str(told["error"]))
+    told = _object(refusal, gone)
+    raise VerbRefused(str(told.get("code")), str(told.get("error")))
+
+
+def _object(text: bytes, gone: BenchGone) -> Mapping[str, Any]:
+    """Whatever answers for another bench is not this program."""
+    try:
+        content = read_json(text)
+    except JsonError:
+        raise gone from None
+    if not isinstance(content, dict):
+        raise gone
+    return content

@@ -23,6 +23,7 @@ import zenoh
 from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, prefix
 from bridges.zenoh.options import Options, TlsOptions
 from hil.vocab.bridges import Source
+from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.signature import mac_of
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -195,8 +196,8 @@ def _read_attachment(attachment: bytes | None) -> tuple[str, int, str, str]:
     if not attachment:
         raise Rejected("the command is not signed: its attachment has to have user, at_ns, nonce and mac")
     try:
-        given = json.loads(attachment) if len(attachment) <= ATTACHMENT_BYTES else None
-    except (ValueError, RecursionError):
+        given = read_json(attachment) if len(attachment) <= ATTACHMENT_BYTES else None
+    except JsonError:
         given = None
     match given:
         case {"user": str(name), "at_ns": int(at_ns), "nonce": str(nonce), "mac": str(mac)}:

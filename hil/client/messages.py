@@ -1,9 +1,10 @@
 """What goes over the wire, as values."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from hil.vocab.json_text import JsonError, read_json
 
 VERSION = 1
 _HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")
@@ -55,9 +56,9 @@ def read(text: bytes) -> dict[str, Any]:
         ClientError: it is none.
     """
     try:
-        message = json.loads(text)
+        message = read_json(text)
         version = message["v"]
-    except (ValueError, KeyError, TypeError):
+    except (JsonError, KeyError, TypeError, IndexError):
         raise ClientError(f"this is no message of a bench: {text[:80]!r}") from None
     if version != VERSION:
         raise ClientError(f"the bench speaks version {version}; this client knows {VERSION}")

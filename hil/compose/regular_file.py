@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 _KINDS = (
     (stat.S_ISCHR, "a character device"),
@@ -21,19 +22,28 @@ class NotRegularError(OSError):
     """What has the name is no regular file; ``strerror`` says what it is."""
 
 
-def read_regular(path: Path, at_most_bytes: int = MAX_BYTES) -> bytes:
-    """The bytes of a regular file, or of one that a symlink leads to. Never waits for another program, and
-    takes no more than the file's size says: nothing of those below /proc, which a read may change.
+def open_regular(path: Path, at_most_bytes: int | None = None) -> BinaryIO:
+    """A regular file, or one that a symlink leads to, open for reading. Never waits for another program.
 
     Raises:
         NotRegularError: it is something else that is no directory.
         OSError: it cannot be read, or is too large.
     """
     _refuse(path.stat(), at_most_bytes)  # an open would already do something to a device
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC), "rb") as file:
-        state = os.fstat(file.fileno())
-        _refuse(state, at_most_bytes)  # exchanged in between
-        return file.read(state.st_size) or b""
+    file = open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC), "rb")  # noqa: SIM115
+    try:
+        _refuse(os.fstat(file.fileno()), at_most_bytes)  # exchanged in between
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def read_regular(path: Path, at_most_bytes: int = MAX_BYTES) -> bytes:
+    """The bytes of a regular file, as ``open_regular``: no more than its size says, and so nothing of those
+    below /proc, which a read may change."""
+    with open_regular(path, at_most_bytes) as file:
+        return file.read(os.fstat(file.fileno()).st_size) or b""
 
 
 def read_text(path: Path) -> str:
@@ -45,11 +55,11 @@ def read_text(path: Path) -> str:
     return read_regular(path).decode().replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _refuse(state: os.stat_result, at_most_bytes: int) -> None:
+def _refuse(state: os.stat_result, at_most_bytes: int | None) -> None:
     mode = state.st_mode
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    if stat.S_ISREG(mode) and state.st_size > at_most_bytes:
+    if stat.S_ISREG(mode) and at_most_bytes is not None and state.st_size > at_most_bytes:
         raise OSError(errno.EFBIG, f"it has {state.st_size:,} bytes, and {at_most_bytes:,} are the most")
     if not stat.S_ISREG(mode):
         kind = next((text for test, text in _KINDS if test(mode)), "something else")

@@ -1,22 +1,27 @@
 """Runs an input log again on the virtual clock, and compares with what the devices sent then."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import zip_longest
+from itertools import count, zip_longest
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
 from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
+from hil.compose.foreign import input_problem
+from hil.compose.regular_file import open_regular
 from hil.config import from_dict
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.group import Group
-from hil.session.input_log import InputLog, Sent, read_input_log, sent_now
-from hil.session.inputs import Clear, Inject
+from hil.session.input_log import InputLog, Sent, place, read_input_log, sent_now
+from hil.session.inputs import Clear, Inject, InputLogError, Logged
 from hil.vocab.time import FOREVER, SimTimeNs
+
+LONGEST_LINE_BYTES = 64 * 1024 * 1024
+"""The header of the largest bench, 512 boards with their tables, has two thirds of it."""
 
 
 class MemoryOptions(BaseModel):
@@ -73,14 +78,34 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
     """Run a log again, given as its path or its lines, as far as it goes.
 
     Raises:
-        InputLogError: it is not an input log.
+        InputLogError: it is not an input log, or of another program; says where.
         ConfigError: its configuration does not fit this program.
+        OSError: it cannot be read, or is no regular file.
     """
     if isinstance(log, str | Path):
-        with Path(log).open() as file:
-            read = read_input_log(file)
-    else:
-        read = read_input_log(log)
+        return replay_log(read_input_log(_lines(Path(log)), str(log)))
+    return replay_log(read_input_log(log))
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    with open_regular(path) as file:
+        for number in count(1):
+            line = file.readline(LONGEST_LINE_BYTES + 1)
+            if len(line) > LONGEST_LINE_BYTES:
+                raise InputLogError(
+                    f"{place(str(path), number)}: a line without end; take a log as `hil serve --log` wrote it"
+                )
+            if not line:
+                return
+            yield line
+
+
+def replay_log(read: InputLog) -> Replayed:
+    """The same of a log that was read.
+
+    Raises:
+        InputLogError, ConfigError: as ``replay``.
+    """
     catalogue = find_catalogue({"memory": MemoryOptions})
     runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
@@ -97,7 +122,11 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
 
     going_on = False
     runtime.listeners.append(heard)
-    for logged in read.inputs:
+    for index, logged in enumerate(read.inputs):
+        if problem := _problem(runtime, logged):
+            raise InputLogError(
+                f"{read.where(index)}: {problem}; replay it with what wrote it, {read.program}"
+            )
         if isinstance(logged.input, Inject | Clear):
             runtime.give_fault(logged.device, logged.input, logged.at_ns)
         elif logged.device in runtime.taps:
@@ -113,3 +142,13 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
         if runtime.group_of(name) not in ends:
             runtime.take_to(device, last_ns)
     return replayed
+
+
+def _problem(runtime: BenchRuntime, logged: Logged) -> str | None:
+    if problem := input_problem(runtime, logged.device, logged.input):
+        return problem
+    at = logged.device if logged.device in runtime.taps else logged.device.partition(".")[0]
+    reached_ns = runtime.group_of(at).now_ns
+    if logged.at_ns < reached_ns:
+        return f"time goes back: {logged.at_ns} ns, and {logged.device} was at {reached_ns} ns already"
+    return None

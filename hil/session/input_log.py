@@ -11,11 +11,13 @@ import base64
 import json
 import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from hil.session.device import Device
-from hil.session.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, decode_line, encode_line
+from hil.session.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
+from hil.session.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, encode_line
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 
@@ -51,6 +53,16 @@ class InputLog:
     sent: list[Sent]
     cut: bool = False
     """Its writer was killed, or had no room left: answers to the last inputs are missing."""
+    name: str = ""
+    """Of its file."""
+    lines: list[int] = field(default_factory=list)
+    """Of the inputs, counted from 1."""
+    program: str = "another program"
+    """Which wrote it."""
+
+    def where(self, index: int) -> str:
+        """The place of an input."""
+        return place(self.name, self.lines[index])
 
 
 class Text(Protocol):
@@ -90,34 +102,71 @@ class InputLogWriter:
         self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
 
 
-def read_input_log(lines: Iterable[str]) -> InputLog:
-    """Read a log; a last line without its end (the writer was killed) is left out.
+def place(name: str, line: int) -> str:
+    """A line of a log, for people."""
+    return f"{name}:{line}" if name else f"line {line}"
+
+
+def read_input_log(lines: Iterable[str | bytes], name: str = "") -> InputLog:
+    """Read a log; a last line without its end (the writer was killed) is left out. ``name``: of its file.
 
     Raises:
-        InputLogError: this is not an input log, or not of a version that is known here.
+        InputLogError: this is not an input log, or not of a version that is known here; says where.
     """
-    try:
-        texts = list(lines)
-        cut = bool(texts) and not texts[-1].endswith("\n")
+    log = None
+    cut, number = False, 0
+    for number, line in enumerate(lines, start=1):
+        cut = line[-1:] not in ("\n", b"\n")
         if cut:
-            texts.pop()
-        header = json.loads(texts[0])
-        if header["format"] != LOG_FORMAT:
-            raise InputLogError("this is not an input log")
-        if header["version"] != LOG_VERSION:
-            raise InputLogError(f"the log has version {header['version']}; this program reads {LOG_VERSION}")
-        memories = {
-            device: {name: base64.b64decode(data) for name, data in sections.items()}
-            for device, sections in header["nvm"].items()
-        }
-        sent = [_decode_sent(text) for text in texts[1:] if '"sent":' in text]
-        inputs = [decode_line(text) for text in texts[1:] if '"sent":' not in text]
-        return InputLog(header["config"], memories, inputs, sent, cut)
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        raise InputLogError(f"this is not an input log: {error!r}") from error
+            break
+        try:
+            if log is None:
+                log = _header(read_line(line), name)
+                continue
+            values = read_line(line)
+            if "sent" in values:
+                log.sent.append(_decode_sent(values))
+            else:
+                log.inputs.append(decode(values))
+                log.lines.append(number)
+        except InputLogError as error:
+            raise InputLogError(f"{place(name, number)}: {error}; {_REMEDY}") from None
+    if log is None:
+        raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {_REMEDY}")
+    return replace(log, cut=cut)
 
 
-def _decode_sent(text: str) -> Sent:
-    line = json.loads(text)
-    data, port = bytes.fromhex(line["sent"]), line.get("port", MAIN)
-    return Sent(SimTimeNs(line["at_ns"]), line["device"], data, line["state"], port)
+_REMEDY = "take a log as `hil serve --log` wrote it"
+
+
+def _header(values: dict[str, Any], name: str) -> InputLog:
+    if values.get("format") != LOG_FORMAT:
+        raise InputLogError("this is not an input log")
+    program = str(values.get("program", "another program"))[:80]
+    if values.get("version") != LOG_VERSION or isinstance(values["version"], bool):
+        version = str(values.get("version"))[:80]
+        raise InputLogError(f"the log has version {version}, of {program}; this program reads {LOG_VERSION}")
+    config, nvm = values.get("config"), values.get("nvm")
+    if not isinstance(config, dict) or not isinstance(nvm, dict):
+        raise InputLogError("the header has to have config and nvm, both objects")
+    memories = {}
+    for device, sections in nvm.items():
+        if not isinstance(sections, dict):
+            raise InputLogError(f"nvm of {device[:40]!r} is no object")
+        memories[device] = {section: _memory(content) for section, content in sections.items()}
+    return InputLog(config, memories, [], [], name=name, program=program)
+
+
+def _memory(content: object) -> bytes:
+    with suppress(ValueError):
+        if isinstance(content, str):
+            return base64.b64decode(content, validate=True)
+    raise InputLogError("the content of a memory has to be base64")
+
+
+def _decode_sent(values: dict[str, Any]) -> Sent:
+    at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
+    data = taken(values, "sent", hexadecimal)
+    state = taken(values, "state", lambda state: None if state is None else whole(state, range(1 << 32)))
+    port = taken({"port": MAIN} | values, "port", text)
+    return Sent(SimTimeNs(at_ns), device, data, state, port)

@@ -1,17 +1,19 @@
 """What reaches a device from outside, and how it stands in the input log.
 
 Everything that a bench's run depends on, beside its configuration, is one of these with its effective
-time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), and its fields.
+time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), and its fields;
+``input_reading`` reads it back.
 """
 
 import json
-from dataclasses import asdict, astuple, dataclass, fields
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, dataclass
 from typing import Any
 
 from hil.vocab.firmware import MAIN
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
-from hil.wire.step_dir import Edges, Train
+from hil.wire.step_dir import MAX_NS, Train
 
 LOG_FORMAT = "hil-inputs"
 LOG_VERSION = 1
@@ -77,6 +79,16 @@ class Play:
     bursts: tuple[tuple[int, str], ...]
 
 
+def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
+    """Why rows from outside cannot be played, or None."""
+    before_ns = 0
+    for at_ns, _ in bursts:
+        if at_ns < before_ns:
+            return "bursts have to stand in the order of their times"
+        before_ns = at_ns
+    return f"a burst after {before_ns} ns; write at most {MAX_NS}" if before_ns > MAX_NS else None
+
+
 @dataclass(frozen=True)
 class Inject:
     """A fault begins, under a number; its kind and parameters as ``hil.vocab.faults`` has them."""
@@ -114,7 +126,7 @@ class Follow:
 Input = (
     Do | Follow | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
 )
-_KINDS: dict[str, type[Any]] = {
+KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "play": Play,
     "inject": Inject,
@@ -128,7 +140,7 @@ _KINDS: dict[str, type[Any]] = {
     "reset": Reset,
     "commit_done": CommitDone,
 }
-_NAMES = {kind: name for name, kind in _KINDS.items()}
+_NAMES = {kind: name for name, kind in KINDS.items()}
 
 
 @dataclass(frozen=True)
@@ -161,34 +173,3 @@ def encode_line(logged: Logged) -> str:
             del values["port"]
     head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
     return json.dumps(head | values, separators=(",", ":"))
-
-
-def decode_line(line: str) -> Logged:
-    """The reverse of ``encode_line``.
-
-    Raises:
-        InputLogError: the line is not one.
-    """
-    try:
-        values = json.loads(line)
-        at_ns, device, kind = int(values.pop("at_ns")), str(values.pop("device")), _KINDS[values.pop("input")]
-        if kind is Bytes:
-            values["data"] = bytes.fromhex(values["data"])
-            values.setdefault("port", MAIN)
-        if kind is Inject or kind is Do:
-            values["parameters"] = tuple((str(name), value) for name, value in values["parameters"])
-        if kind is Do:
-            values["at_ns"] = values.pop("later_ns", None)
-        if kind is Follow:
-            values["path"] = tuple(PathPiece(*row) for row in values["path"])
-        if kind is Play:
-            values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])
-        if kind is ScriptEncoder:
-            values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
-        if kind is Drive:
-            values["train"] = tuple(Edges(*row) for row in values["train"])
-        if set(values) != {f.name for f in fields(kind)}:
-            raise InputLogError(f"fields of {kind.__name__} are wrong: {', '.join(values)}")
-        return Logged(SimTimeNs(at_ns), device, kind(**values))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputLogError(f"not a line of an input log: {error!r}") from error

@@ -21,7 +21,7 @@ MAX_DENOMINATOR = 10**12
 MAX_GRIDS = WATCHES - 1
 """Different intervals of one axis; one is kept for runs, which all record at the same."""
 MAX_SAMPLES_PER_S = 400_000
-"""Of all watchers of a bench together, by simulated time: some tenths of a CPU."""
+"""Of all watchers of a bench in real time together, by simulated time: some tenths of a CPU."""
 RING_SAMPLES = 8192
 """In the core, for each grid: 1.2 s at the control rate. 3.3 MB."""
 QUEUE_SAMPLES = 200_000
@@ -84,8 +84,11 @@ class _Grid:
 class Sampler:
     """Watches each axis at each interval that somebody wants."""
 
-    def __init__(self, bench: WatchedBench) -> None:
+    def __init__(self, bench: WatchedBench, samples_per_s: int | None = None) -> None:
+        """``samples_per_s``: what all watchers get together at the most; None, in virtual time: whatever they
+        want."""
         self._bench = bench
+        self._samples_per_s = samples_per_s
         self._grids: dict[str, dict[Interval, _Grid]] = {}
         """By device and interval; each has a watcher."""
 
@@ -121,13 +124,15 @@ class Sampler:
         if interval_ns not in grids and len(grids) >= MAX_GRIDS:
             known = ", ".join(map(str, sorted(grids)))
             return f"{device} is watched at {MAX_GRIDS} different intervals already; write one of {known} ns"
+        if self._samples_per_s is None:
+            return None
         rate = NS_PER_S / interval_ns + sum(
             len(grid.watchers) * NS_PER_S / each for of in self._grids.values() for each, grid in of.items()
         )
-        if rate > MAX_SAMPLES_PER_S:
+        if rate > self._samples_per_s:
             return (
-                f"all watchers of a bench together get up to {MAX_SAMPLES_PER_S:,} samples a second, and this"
-                " would be more; write a longer interval, or end other watches"
+                f"all watchers of a bench together get up to {self._samples_per_s:,} samples a second, and"
+                " this would be more; write a longer interval, or end other watches"
             )
         return None
 

@@ -276,8 +276,12 @@ def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --lo
 
     try:
         replayed = run(log)
-    except (OSError, InputLogError, ConfigError) as error:
-        raise fail(f"hil: {log}: {error}", 2) from None
+    except InputLogError as error:
+        raise fail(f"hil: {error}", 2) from None
+    except ConfigError as error:
+        raise fail(f"hil: {log}:1: the configuration of this log does not do here:\n{error}", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
     if difference := replayed.difference():
         raise fail(f"different: {difference}")
     typer.echo(f"identical: {replayed.summary()}")

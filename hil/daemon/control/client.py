@@ -39,10 +39,14 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
         ControlError: nobody answers there, or the request was refused.
     """
     try:
+        request = json.dumps({"verb": verb} | arguments, allow_nan=False).encode() + b"\n"
+    except ValueError:
+        raise ControlError("nan and inf are no values here; write a number") from None
+    try:
         with socket.socket(socket.AF_UNIX) as client:
             client.settimeout(timeout_s)
             _connect(client, path, timeout_s)
-            client.sendall(json.dumps({"verb": verb} | arguments).encode() + b"\n")
+            client.sendall(request)
             # Closed here: Python passes over whatever happens while it clears away, Ctrl-C too.
             with client.makefile("rb") as stream:
                 answer = json.loads(stream.readline())

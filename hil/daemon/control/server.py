@@ -1,11 +1,13 @@
 """The control socket: what ``hil``'s commands talk to. A unix stream socket of mode 0660.
 
 A request is one line of JSON: ``{"verb": "status"}`` and the verb's own arguments; the answer is one
-line: ``{"ok": true, "result": ...}`` or ``{"ok": false, "error": "..."}``. Verbs: ``VERBS``.
+line: ``{"ok": true, "result": ...}`` or ``{"ok": false, "error": "..."}``. Verbs: ``VERBS``. Whatever else
+comes gets a refusal, and the connection goes on.
 """
 
 import asyncio
 import json
+import logging
 import os
 import socket
 from collections.abc import Callable
@@ -18,6 +20,7 @@ from hil.daemon import real_boards
 from hil.daemon.captures import Capture
 from hil.daemon.control.client import ControlError, listener
 from hil.daemon.control.door import open_door
+from hil.daemon.control.requests import read_request
 from hil.daemon.control.verbs import VERBS
 from hil.daemon.reload.plan import ReloadRefused
 from hil.vocab.dialogue import DialogueError
@@ -29,7 +32,14 @@ if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
+_ARGUMENTS = {name: verb.arguments for name, verb in VERBS.items()}
 REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
+
+log = logging.getLogger("hil")
+
+
+class TooLong:
+    """A line that was longer than any request; it was not kept."""
 
 
 class ControlServer:
@@ -78,9 +88,9 @@ class ControlServer:
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
         self._clients.add(writer)
         try:
-            while not self._is_closed and (line := await self._line(reader)):
+            while not self._is_closed and (line := await _next_line(reader)):
                 visit.is_busy = visit.has_asked = True
-                answer = await self._answer(line)
+                answer = await self.answer(line)
                 capture = answer.pop("capture", None)
                 writer.write(json.dumps(answer).encode() + b"\n")
                 if capture:
@@ -106,27 +116,39 @@ class ControlServer:
         finally:
             end()
 
-    async def _line(self, reader: asyncio.StreamReader) -> bytes:
+    async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
+        """To a request, or to what is none; ``capture`` in it: the connection carries one from now on."""
+        name = ""
         try:
-            return await reader.readline()
-        except ValueError:  # longer than any request
-            return b""
-
-    async def _answer(self, line: bytes) -> dict[str, Any]:
-        try:
-            request = json.loads(line)
-            verb = VERBS[request.pop("verb")]
-            missing = set(verb.arguments) ^ set(request)
-            if missing:
-                raise ControlError(f"arguments are {', '.join(verb.arguments) or 'none'}")
-            result = verb.run(self._daemon, **request)
-            if verb is VERBS["capture"]:
+            if isinstance(line, TooLong):
+                raise ControlError(f"not a request: longer than {_LINE_LIMIT} bytes")
+            name, arguments = read_request(line, _ARGUMENTS)
+            result = VERBS[name].run(self._daemon, **arguments)
+            if name == "capture":
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
         except REFUSALS as error:
             return {"ok": False, "error": str(error)}
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            return {"ok": False, "error": f"not a request: {error!r}; verbs are {', '.join(VERBS)}"}
+        except Exception:
+            if not self._daemon.reloader.is_open:
+                return {"ok": False, "error": "the bench has not started yet, or is ending; ask again"}
+            # Ours: this request is lost, all else goes on.
+            log.exception("control socket: %s could not be carried out", name)
+            return {"ok": False, "error": f"{name} met a fault of hil's own; the bench's log says more"}
+
+
+async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
+    """With its end, or what came before the client has hung up."""
+    is_too_long = False
+    while True:
+        try:
+            line = await reader.readuntil(b"\n")
+            return TooLong() if is_too_long else line
+        except asyncio.IncompleteReadError as error:
+            return TooLong() if is_too_long else error.partial
+        except asyncio.LimitOverrunError as error:
+            is_too_long = True
+            await reader.readexactly(max(error.consumed, 1))
 
 
 def already_running(bench: str, pid: int) -> str:

@@ -1,8 +1,7 @@
 """The control socket's verbs: what each needs, does and answers. Those about runs are in ``run_verbs.py``."""
 
 import os
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil import __version__
@@ -14,11 +13,25 @@ from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.control import run_verbs
 from hil.daemon.control.client import ControlError
+from hil.daemon.control.requests import (
+    BURSTS,
+    EDGES,
+    FLAG,
+    HEX,
+    NAME,
+    NAMES,
+    NUMBER,
+    OBJECT,
+    TEXT,
+    WHOLE,
+    Kind,
+)
 from hil.daemon.health.health import health
 from hil.daemon.reload.plan import ConfigUnreadable
 from hil.session.device import Device
-from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
+from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField, bursts_problem
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
+from hil.telemetry.sampler import MIN_INTERVAL_NS
 from hil.vocab.bridges import LOCAL
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
@@ -137,10 +150,9 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
     fields = [name for name in SET_FIELDS if name in OF_KIND[_device(daemon, device).axis.kind]]
     if field not in fields:
         raise ControlError(f"fields of {device} that can be set are {', '.join(fields)}")
-    number = float(value)
-    if not abs(number) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= number <= 0x7FFF):
+    if not abs(value) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= value <= 0x7FFF):
         raise ControlError(f"{value} is not a value that {field} can have")
-    return _give(daemon, device, SetField(field, number))
+    return _give(daemon, device, SetField(field, float(value)))
 
 
 def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
@@ -155,9 +167,7 @@ def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
 
 
 def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, int]:
-    rows = tuple(
-        Edges(int(at), str(pin), int(level), int(steps), int(long)) for at, pin, level, steps, long in train
-    )
+    rows = tuple(Edges(*row) for row in train)
     if "step" not in _device(daemon, device).axis.pins:
         raise ControlError(f"{device} has no step input")
     if problem := train_problem(rows):
@@ -169,7 +179,7 @@ def _watch(daemon: "Daemon", device: str, signals: list[str], interval_ns: int) 
     axis = _device(daemon, device).axis
     try:
         names = check_signals(signals or DEFAULT_SIGNALS[axis.kind], axis.kind)
-        return {"watch": daemon.watches.open(device, names, int(interval_ns)), "signals": names}
+        return {"watch": daemon.watches.open(device, names, interval_ns), "signals": names}
     except ValueError as error:
         raise ControlError(str(error)) from None
 
@@ -202,7 +212,7 @@ def _faults(daemon: "Daemon") -> list[dict[str, Any]]:
 
 def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], None]]:
     try:
-        return open_capture(daemon, [str(name) for name in ports])
+        return open_capture(daemon, ports)
     except KeyError as error:
         raise ControlError(f"there is no port {error}; there are {', '.join(names(daemon))}") from None
 
@@ -210,11 +220,9 @@ def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], 
 def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]:
     if tap not in daemon.bench.taps:
         raise ControlError(f"there is no tap {tap!r}; there are {', '.join(daemon.bench.taps) or 'none'}")
-    rows = tuple((int(at_ns), str(data)) for at_ns, data in bursts)
-    if any(later[0] < earlier[0] for earlier, later in pairwise([(0, ""), *rows])):
-        raise ControlError("bursts have to stand in the order of their times")
-    for _, data in rows:
-        bytes.fromhex(data)
+    rows = tuple((at_ns, data) for at_ns, data in bursts)
+    if problem := bursts_problem(rows):
+        raise ControlError(problem)
     return {"effective_at_ns": daemon.bench.give_tap(daemon.bench.taps[tap], Play(rows))}
 
 
@@ -245,57 +253,82 @@ class Verb(NamedTuple):
     """A request. ``meaning`` is its line in the reference."""
 
     run: Callable[..., Any]
-    arguments: tuple[str, ...]
+    arguments: Mapping[str, Kind]
     meaning: str
 
 
 VERBS = {
-    "list": Verb(_list, (), "the bench's devices, with the addresses of their ports"),
+    "list": Verb(_list, {}, "the bench's devices, with the addresses of their ports"),
     "status": Verb(
-        _status, (), "health, ticks, missed wakes, histograms, and for each device counters and a snapshot"
+        _status, {}, "health, ticks, missed wakes, histograms, and for each device counters and a snapshot"
     ),
-    "reset": Verb(_reset, ("device",), "switch a device's power off and on; a failed device starts again"),
+    "reset": Verb(
+        _reset, {"device": NAME}, "switch a device's power off and on; a failed device starts again"
+    ),
     "pin": Verb(
         _pin,
-        ("device", "pin", "level"),
+        {"device": NAME, "pin": NAME, "level": WHOLE},
         "drive an input, of a Mechaduino D0 dir, D1 step, D2 enable, D3; level 0 or 1",
     ),
-    "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
+    "set": Verb(
+        _set,
+        {"device": NAME, "field": NAME, "value": NUMBER},
+        f"set what surrounds the board: {', '.join(SET_FIELDS)}",
+    ),
     "send": Verb(
         _send,
-        ("device", "data"),
+        {"device": NAME, "data": HEX},
         "bytes to a device (s1.network: to its second UART), as from a client; hexadecimal digits",
     ),
     "drive": Verb(
         _drive,
-        ("device", "train"),
+        {"device": NAME, "train": EDGES},
         "play a pulse train on the step/dir inputs: rows of at_ns, pin, level, steps, duration_ns; [] ends",
     ),
     "watch": Verb(
         _watch,
-        ("device", "signals", "interval_ns"),
-        f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
+        {"device": NAME, "signals": NAMES, "interval_ns": WHOLE},
+        f"sample fields of an axis from now on, every {MIN_INTERVAL_NS} ns to an hour;"
+        f" ends {WATCH_IDLE_S} s after the last `samples`",
     ),
     "samples": Verb(
-        _samples, ("watch",), "rows of at_ns and the signals since the last time, and how many were lost"
+        _samples,
+        {"watch": WHOLE},
+        "rows of at_ns and the signals since the last time, and how many were lost",
     ),
-    "unwatch": Verb(_unwatch, ("watch",), "end a watch"),
-    "inject": Verb(_inject, ("fault", "target", "parameters"), "make something go wrong; answers its number"),
-    "clear": Verb(_clear, ("number",), "take a fault away"),
-    "faults": Verb(_faults, (), "the faults that are active"),
-    "capture": Verb(_capture, ("ports",), "the connection carries a pcapng capture of ports from now on"),
+    "unwatch": Verb(_unwatch, {"watch": WHOLE}, "end a watch"),
+    "inject": Verb(
+        _inject,
+        {"fault": NAME, "target": NAME, "parameters": OBJECT},
+        "make something go wrong; answers its number",
+    ),
+    "clear": Verb(_clear, {"number": WHOLE}, "take a fault away"),
+    "faults": Verb(_faults, {}, "the faults that are active"),
+    "capture": Verb(
+        _capture, {"ports": NAMES}, "the connection carries a pcapng capture of ports from now on"
+    ),
     "play": Verb(
-        _play, ("tap", "bursts"), "send bursts on a segment: rows of nanoseconds from now, hexadecimal digits"
+        _play,
+        {"tap": NAME, "bursts": BURSTS},
+        "send bursts on a segment: rows of nanoseconds from now, hexadecimal digits",
     ),
-    "do": Verb(_do, ("device", "name", "parameters"), "carry out a verb of the device (see Verbs)"),
-    "verbs": Verb(_verbs, ("device",), "what can be asked of a device, with the parameters"),
-    "run": Verb(run_verbs.submit, ("text", "file", "check"), "submit a multi-axis run, or only check it"),
-    "runs": Verb(run_verbs.states, ("name",), "how a run does; empty name: all that are remembered"),
-    "cancel_run": Verb(run_verbs.cancel, ("name", "how"), "end a run with grace or prejudice"),
-    "benches": Verb(run_verbs.benches, (), "other benches that are joined, and their clocks"),
-    "segments": Verb(segments.listed, (), "each segment's stations, taps and counters"),
+    "do": Verb(
+        _do,
+        {"device": NAME, "name": NAME, "parameters": OBJECT},
+        "carry out a verb of the device (see Verbs)",
+    ),
+    "verbs": Verb(_verbs, {"device": NAME}, "what can be asked of a device, with the parameters"),
+    "run": Verb(
+        run_verbs.submit,
+        {"text": TEXT, "file": TEXT, "check": FLAG},
+        "submit a multi-axis run, or only check it",
+    ),
+    "runs": Verb(run_verbs.states, {"name": NAME}, "how a run does; empty name: all that are remembered"),
+    "cancel_run": Verb(run_verbs.cancel, {"name": NAME, "how": NAME}, "end a run with grace or prejudice"),
+    "benches": Verb(run_verbs.benches, {}, "other benches that are joined, and their clocks"),
+    "segments": Verb(segments.listed, {}, "each segment's stations, taps and counters"),
     "reload": Verb(
-        _reload, (), "read the configuration again; answers devices kept, restarted, added and removed"
+        _reload, {}, "read the configuration again; answers devices kept, restarted, added and removed"
     ),
-    "stop": Verb(_stop, (), "end the daemon as SIGTERM does"),
+    "stop": Verb(_stop, {}, "end the daemon as SIGTERM does"),
 }

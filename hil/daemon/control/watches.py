@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 from hil.session.bench import BenchRuntime
 from hil.telemetry import Sampler, Subscription
+from hil.telemetry.sampler import MAX_SAMPLES_PER_S
 
+MAX_WATCHES = 256
+"""Of the control socket's clients."""
 _LONGEST_POLL_S = 0.1
 _SHORTEST_POLL_S = 0.001
 
@@ -20,7 +23,7 @@ class Watches:
     """Polls the bench's sampler while anybody watches. Runs in the event loop."""
 
     def __init__(self, bench: BenchRuntime, speed: float, idle_s: float) -> None:
-        self.sampler = Sampler(bench)
+        self.sampler = Sampler(bench, MAX_SAMPLES_PER_S)
         self._speed = speed
         self._idle_s = idle_s
         self._open: dict[int, _Watch] = {}
@@ -29,6 +32,8 @@ class Watches:
 
     def open(self, device: str, signals: tuple[str, ...], interval_ns: int) -> int:
         """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
+        if len(self._open) >= MAX_WATCHES:
+            raise ValueError(f"{MAX_WATCHES} watches are open already; end one, or use one of them")
         loop = asyncio.get_running_loop()
         watch, self._next_id = self._next_id, self._next_id + 1
         self._open[watch] = _Watch(self.sampler.subscribe(device, signals, interval_ns), loop.time())

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.session.input_log import InputLogWriter, read_input_log
+from hil.session.input_reading import LATEST_NS, decode_line
 from hil.session.inputs import (
     Bytes,
     CommitDone,
@@ -19,21 +20,21 @@ from hil.session.inputs import (
     Reset,
     ScriptEncoder,
     SetField,
-    decode_line,
     encode_line,
 )
 from hil.vocab.time import SimTimeNs
 
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
 INT64 = st.integers(-(2**63), 2**63 - 1)
 INPUTS: st.SearchStrategy[Input] = st.one_of(
     st.builds(Bytes, st.binary(max_size=100), st.none() | st.integers(50, 4_000_000)),
     st.builds(Pin, st.sampled_from(["D0", "D1", "D2", "D3", "step"]), st.integers(0, 1)),
-    st.builds(SetField, st.text(max_size=20), st.floats(allow_nan=False)),
+    st.builds(SetField, TEXT, st.floats(allow_nan=False, allow_infinity=False)),
     st.builds(ScriptEncoder, st.lists(st.tuples(INT64, INT64), max_size=8).map(tuple), st.booleans()),
     st.builds(Reset),
     st.builds(CommitDone, st.booleans()),
 )
-LOGGED = st.builds(Logged, st.integers(0, 2**63 - 1).map(SimTimeNs), st.text(max_size=10), INPUTS)
+LOGGED = st.builds(Logged, st.integers(0, LATEST_NS).map(SimTimeNs), TEXT, INPUTS)
 GOOD = '{"at_ns":5,"device":"m1","input":"bytes","data":"7079","client_baud":null}'
 
 
@@ -80,9 +81,7 @@ def test_nonsense_is_an_input_log_error_and_nothing_else(text: str) -> None:
         decode_line(text)
 
 
-MEMORIES = st.dictionaries(
-    st.text(max_size=5), st.dictionaries(st.text(max_size=5), st.binary(max_size=50), max_size=2), max_size=3
-)
+MEMORIES = st.dictionaries(TEXT, st.dictionaries(TEXT, st.binary(max_size=50), max_size=2), max_size=3)
 
 
 def written(config: dict[str, Any], memories: dict[str, dict[str, bytes]], inputs: list[Logged]) -> str:

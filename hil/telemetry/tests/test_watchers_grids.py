@@ -130,7 +130,8 @@ def test_an_axis_has_so_many_grids_and_one_for_runs() -> None:
 
 
 def test_all_watchers_together_get_only_so_much() -> None:
-    _, sampler = bench_of("m1", "m2")
+    bench, _ = bench_of("m1", "m2")
+    sampler = Sampler(bench, MAX_SAMPLES_PER_S)
     per_watcher = NS_PER_S // MIN_INTERVAL_NS
     watchers = [
         sampler.subscribe(name, (), MIN_INTERVAL_NS)

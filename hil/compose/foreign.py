@@ -1,0 +1,148 @@
+"""Whether a bench can take an input that a log has: what another program wrote, or nobody, has names that are
+not here, and values that cannot be."""
+
+from hil.core.fields import FIELDS, OF_KIND
+from hil.session.bench import BenchRuntime
+from hil.session.device import Device
+from hil.session.faults import place_of
+from hil.session.inputs import (
+    Bytes,
+    Clear,
+    Do,
+    Drive,
+    Follow,
+    Inject,
+    Input,
+    Pin,
+    Play,
+    ScriptEncoder,
+    SetField,
+    bursts_problem,
+)
+from hil.vocab.faults import Fault, FaultRefused, fault_of
+from hil.vocab.path import Path, length_ns
+from hil.vocab.verbs import VerbRefused
+from hil.wire.step_dir import train_problem
+
+BAUDS = range(1, 1 << 32)
+"""What a client can have chosen."""
+MAX_VALUE = 1e9
+"""Of a field."""
+SCRIPT_LIMIT = 1 << 61
+LONGEST_PATH_NS = 1 << 61
+_SHOWN = 40
+
+
+def input_problem(bench: BenchRuntime, target: str, given: Input) -> str | None:
+    """Why the bench cannot take it now, or None."""
+    if isinstance(given, Inject | Clear):
+        return _fault_problem(bench, target, given)
+    if target in bench.taps:
+        return _tap_problem(given)
+    if target not in bench.devices:
+        return f"there is no device {target[:_SHOWN]!r}; there are {', '.join([*bench.devices, *bench.taps])}"
+    if problem := _device_problem(bench.devices[target], given):
+        return f"{target}: {problem}"
+    return None
+
+
+def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> str | None:
+    active = bench.faults.active
+    if isinstance(given, Clear):
+        known = active.get(given.number)
+        if place_of(bench, target) is None or (known and known.target != target):
+            return f"fault {given.number} is not on {target[:_SHOWN]!r}"
+        return None
+    if given.number in active:
+        return f"there is a fault {given.number} already"
+    parameters = dict(given.parameters)
+    fault, problems = fault_of(given.kind, target, parameters)
+    if problems or fault is None:
+        return "; ".join(f"{name[:_SHOWN]}: {problem}" for name, problem in problems.items())
+    if fault.parameters.keys() != parameters.keys():
+        return f"parameters of {given.kind} are {', '.join(fault.parameters)}, all of them"
+    try:
+        bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters))
+    except FaultRefused as refusal:
+        return str(refusal)
+    return None
+
+
+def _baud_problem(given: Bytes) -> str | None:
+    if given.client_baud is not None and given.client_baud not in BAUDS:
+        return f"client_baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
+    return None
+
+
+def _tap_problem(given: Input) -> str | None:
+    if isinstance(given, Bytes):
+        return _baud_problem(given)
+    return bursts_problem(given.bursts) if isinstance(given, Play) else "a tap takes bytes and bursts"
+
+
+def _device_problem(device: Device, given: Input) -> str | None:
+    match given:
+        case Bytes(_, _, port):
+            known = port in device.uarts
+            return _baud_problem(given) if known else f"it has no serial interface {port[:_SHOWN]!r}"
+        case Play():
+            return "a device takes no bursts"
+        case Pin(pin, level):
+            return _pin_problem(device, pin, level)
+        case SetField(field, value):
+            return _field_problem(device, field, value)
+        case ScriptEncoder(points, _):
+            return _script_problem(points)
+        case Drive(train):
+            if "step" not in device.axis.pins:
+                return "it has no step input"
+            return train_problem(train)
+        case Do():
+            return _verb_problem(device, given)
+        case Follow(start_ns, path):
+            return _path_problem(start_ns, path)
+    return None
+
+
+def _pin_problem(device: Device, pin: object, level: object) -> str | None:
+    if pin in device.axis.pins and level in (0, 1):
+        return None
+    return f"its inputs are {', '.join(device.axis.pins)}; levels are 0 and 1"
+
+
+def _field_problem(device: Device, field: str, value: float) -> str | None:
+    if field not in OF_KIND[device.axis.kind] or not FIELDS[field].writable:
+        return f"{field[:_SHOWN]!r} is no field that can be set"
+    return None if abs(value) <= MAX_VALUE else f"{field}: write at most {MAX_VALUE:g}"
+
+
+def _script_problem(points: tuple[tuple[int, int], ...]) -> str | None:
+    before_ns = -SCRIPT_LIMIT
+    for at_ns, raw in points:
+        if not before_ns <= at_ns <= SCRIPT_LIMIT or abs(raw) > SCRIPT_LIMIT:
+            return "points of an encoder's script stand in the order of their times, all within 2^61"
+        before_ns = at_ns
+    return None
+
+
+def _verb_problem(device: Device, given: Do) -> str | None:
+    if given.verb not in device.verbs:
+        return f"a {device.profile} has no verb {given.verb[:_SHOWN]!r}; it has {', '.join(device.verbs)}"
+    verb, parameters = device.verbs[given.verb], dict(given.parameters)
+    try:
+        filled = verb.filled(parameters)
+    except VerbRefused as refusal:
+        return f"{given.verb}: {refusal}"
+    if filled.keys() != parameters.keys():
+        return f"parameters of {given.verb} are {', '.join(filled)}, all of them"
+    if given.verb == "pin":
+        return _pin_problem(device, parameters["pin"], parameters["level"])
+    return None
+
+
+def _path_problem(start_ns: int, path: Path) -> str | None:
+    if not 0 <= start_ns <= LONGEST_PATH_NS or length_ns(path) > LONGEST_PATH_NS:
+        return "a path begins and ends within 73 years"
+    if any(piece.duration_ns < 0 for piece in path):
+        return "no piece of a path takes less than no time"
+    return None
