@@ -42,7 +42,7 @@ def judge_folders(runtime_dir: Path, is_named: bool = False) -> list[Finding]:
     cost = "commands do not look into it, and `hil serve` refuses it"
     remedy = "name a folder of yours with --runtime-dir, or set XDG_RUNTIME_DIR"
     return [
-        Finding("folder of benches", "problem", why, cost, remedy)
+        Finding("bench folders", "problem", why, cost, remedy)
         for why in find_in((runtime_dir, SERVICES), is_named).left_out
     ]
 
