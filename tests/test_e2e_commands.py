@@ -222,7 +222,7 @@ def test_two_daemons_need_bench(place: Place) -> None:
     first = place.serve(config("t"))
     second = place.serve(config("u", devices={"m5": {}}), bench="u")
     for command in (["status"], ["monitor", "m1"], ["reset", "m1"]):
-        assert "several benches are running (t, u): choose one with --bench" in place.cli(*command, code=1)
+        assert "several benches are running (t, u): choose one with --bench" in place.cli(*command, code=2)
     assert "bench u" in place.cli("status", "--bench", "u")
     place.cli("reset", "m5", "-b", "u")
     assert [b["bench"] for b in json.loads(place.cli("list", "--json"))] == ["t", "u"]

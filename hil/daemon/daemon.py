@@ -1,6 +1,7 @@
 """The daemon: a bench in real time, its ports, its boards' memories, its control socket."""
 
 import asyncio
+import errno
 import fcntl
 import gc
 import logging
@@ -42,6 +43,7 @@ from hil.daemon.runs.runs import Runs
 from hil.daemon.service.notify import Notifier
 from hil.daemon.service.service import Service, has_terminal
 from hil.daemon.store import NvmStore, StoreError
+from hil.daemon.trust import distrust
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.input_log import InputLogWriter
@@ -180,6 +182,8 @@ class Daemon:
             if not parent.exists() or parent.stat().st_uid != 0:  # root's is the service manager's
                 make_folder(parent)
             make_folder(self.runtime_dir, 0o755)  # ports and socket have modes of their own
+            if why := distrust(self.runtime_dir):
+                raise PermissionError(errno.EACCES, why)
         except OSError as error:
             raise StartError(
                 f"runtime directory {self.runtime_dir}: {error.strerror}; choose another with --runtime-dir"

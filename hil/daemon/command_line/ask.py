@@ -1,9 +1,15 @@
 """Asking a running bench: what the commands that do so share."""
 
+import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from hil.daemon.control.benches import Found, Here
+
+TRUST_REMEDY = "set XDG_RUNTIME_DIR, or name a folder of yours with --runtime-dir"
 
 RuntimeDir = Annotated[
     Path | None,
@@ -14,7 +20,12 @@ RuntimeDir = Annotated[
     ),
 ]
 Bench = Annotated[
-    str | None, typer.Option("--bench", "-b", help="The bench; needed when several are running.")
+    str | None,
+    typer.Option(
+        "--bench",
+        "-b",
+        help="The bench, by its name, its folder or service:NAME; needed when several are running.",
+    ),
 ]
 DeviceName = Annotated[
     str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
@@ -34,36 +45,50 @@ def fail(message: str, code: int = 1) -> typer.Exit:
     return typer.Exit(code)
 
 
-def sockets(runtime_dir: Path | None) -> list[Path]:
-    """The control sockets of the benches that run here."""
+def found(runtime_dir: Path | None) -> "Found":
+    """The benches that run here; says which folders are not looked into."""
     import os
 
-    from hil.daemon.control.client import listener
-    from hil.daemon.paths import control_sockets, runtime_bases
+    from hil.daemon.control.benches import find
+    from hil.daemon.service.journal import say
 
-    def is_left_behind(path: Path) -> bool:
-        try:
-            return not listener(path)
-        except OSError:
-            return False  # `ask` says what is wrong with it
+    here = find(runtime_dir, os.environ).running()
+    if here.benches:
+        for why in here.left_out:
+            say(f"hil: not looked into: {why}", sys.stderr)
+    elif here.left_out:
+        raise fail(f"hil: {'; '.join(here.left_out)}: {TRUST_REMEDY}")
+    return here
 
-    found = [path for base in runtime_bases(runtime_dir, os.environ) for path in control_sockets(base)]
-    return [path for path in found if not is_left_behind(path)]
+
+def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
+    """The bench that is meant; says what is wrong and ends the command."""
+    here = found(runtime_dir)
+    meant = here.meant(bench)
+    if len(meant) == 1:
+        return meant[0]
+    if not here.benches:
+        raise fail("hil: no bench is running here")
+    if not meant:
+        names = ", ".join(here.called(each) for each in here.benches)
+        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
+    lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
+    names = ", ".join(each.name for each in meant)
+    raise fail("\n".join([f"hil: several benches are running ({names}): choose one with --bench", *lines]), 2)
 
 
 def control_path(bench: str | None, runtime_dir: Path | None) -> Path:
     """The control socket of the bench that is meant; says what is wrong and ends the command."""
-    paths = {path.parent.name: path for path in sockets(runtime_dir)}
-    if bench is not None and bench not in paths:
-        raise fail(f"hil: bench {bench!r} is not running here; running: {', '.join(paths) or 'none'}")
-    if bench is None and len(paths) != 1:
-        which = (
-            f"several benches are running ({', '.join(paths)}): choose one with --bench"
-            if paths
-            else "no bench is running here"
-        )
-        raise fail(f"hil: {which}")
-    return paths[bench] if bench else next(iter(paths.values()))
+    return bench_meant(bench, runtime_dir).socket
+
+
+def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
+    """A port's address as the bench that is meant said it; ends the command if it is none of its own."""
+    from hil.daemon.trust import refuse_address
+
+    if why := refuse_address(address, bench_meant(bench, runtime_dir).owner):
+        raise fail(f"hil: {address!r}, which the bench gave as a port's address: {why}")
+    return address
 
 
 def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:

@@ -18,7 +18,7 @@ from hil.daemon.command_line import (
     run_command,
 )
 from hil.daemon.command_line.arduino import commands as arduino
-from hil.daemon.command_line.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, sockets
+from hil.daemon.command_line.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, found, port_of
 
 app = typer.Typer(
     name="hil",
@@ -160,11 +160,11 @@ def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> Non
     from hil.daemon.control.client import ControlError, ask
 
     benches = []
-    for path in sockets(runtime_dir):
+    for here in found(runtime_dir).benches:
         try:
-            benches.append(ask(path, "list"))
+            benches.append(ask(here.socket, "list"))
         except ControlError:
-            continue  # left behind by a killed daemon
+            continue  # it ended just now, or is none
     if as_json:
         typer.echo(json.dumps(benches))
         return
@@ -175,7 +175,7 @@ def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> Non
 
     from hil.daemon.command_line.views import device_table
 
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, markup=False)
     for listed in benches:
         console.print(device_table(listed))
 
@@ -198,7 +198,7 @@ def status(
 
     from hil.daemon.command_line.views import status_view
 
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, markup=False)
     if not watch:
         console.print(status_view(ask_bench(bench, runtime_dir, "status")))
         return
@@ -227,9 +227,10 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     rows |= {f"{name}.network": {"address": row["network"]} for name, row in rows.items() if row["network"]}
     if device not in rows:
         raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
+    address = port_of(rows[device]["address"], bench, runtime_dir)
     try:
         with suppress(KeyboardInterrupt):
-            run(rows[device]["address"])
+            run(address)
     except MonitorError as error:
         raise fail(f"hil: {error}") from None
 
@@ -305,14 +306,16 @@ def doctor(
     import os
 
     from hil.daemon.linux.doctor import healthy, judge, worst_first
-    from hil.daemon.linux.doctor_benches import judge_benches, judge_memories, look
+    from hil.daemon.linux.doctor_benches import judge_benches, judge_folders, judge_memories, look
     from hil.daemon.linux.probes import try_all
     from hil.daemon.linux.system import read_system
     from hil.daemon.paths import runtime_base, state_base
 
     runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
     findings = judge(read_system(), try_all(devices, runtime, state), devices)
-    findings = worst_first([*findings, *judge_benches(look(runtime)), *judge_memories(state)])
+    is_named = runtime_dir is not None
+    benches = [*judge_folders(runtime, is_named), *judge_benches(look(runtime, is_named))]
+    findings = worst_first([*findings, *benches, *judge_memories(state)])
     if as_json:
         typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
     else:
@@ -320,7 +323,7 @@ def doctor(
 
         from hil.daemon.command_line.views import doctor_view
 
-        Console(soft_wrap=True).print(doctor_view(findings))
+        Console(soft_wrap=True, markup=False).print(doctor_view(findings))
     if not healthy(findings):
         raise typer.Exit(1)
 

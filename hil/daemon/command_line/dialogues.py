@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.daemon.command_line.ask import Bench, RuntimeDir, ask_bench, fail, port_of
 from hil.daemon.command_line.signals import noted
 from hil.daemon.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
@@ -150,7 +150,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
         raise Refusal(
             f"another program has {row['address']} open, and would get some of the answers; close it"
         )
-    return str(row["address"]), float(status["speed"])
+    return port_of(row["address"], bench, runtime_dir), float(status["speed"])
 
 
 class Interrupted(Exception):

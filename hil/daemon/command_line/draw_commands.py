@@ -201,6 +201,8 @@ def _watching(
                     err=True,
                 )
                 told = answer["lost"]
+            if any(len(row) != 1 + len(opened["signals"]) for row in answer["rows"]):
+                raise fail("hil: the bench answers rows that are no samples of what is watched")
             yield [tuple(row) for row in answer["rows"]]
             if not answer["rows"]:
                 time.sleep(_POLL_S)

@@ -1,6 +1,5 @@
 """``hil fault`` and ``hil capture``: what happens on lines."""
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -96,17 +95,17 @@ def capture(
 
     Live in Wireshark: hil capture bus0 -w - | wireshark -k -i -
     """
-    import socket
     from contextlib import suppress
+
+    from hil.daemon.control.client import ControlError, begin
 
     if rotate_mb and write == "-":
         raise fail("hil: --rotate needs a file", 2)
-    with socket.socket(socket.AF_UNIX) as client:
-        client.connect(str(control_path(bench, runtime_dir)))
-        client.sendall(json.dumps({"verb": "capture", "ports": sources}).encode() + b"\n")
-        answer = json.loads(_line(client))
-        if not answer["ok"]:
-            raise fail(f"hil: {answer['error']}")
+    try:
+        client, _ = begin(control_path(bench, runtime_dir), "capture", ports=sources)
+    except ControlError as error:
+        raise fail(f"hil: {error}") from None
+    with client:
         try:
             with suppress(KeyboardInterrupt, BrokenPipeError), ended_by(partial(_hang_up, client)):
                 _copy(client, write, round((rotate_mb or 0) * 1e6), files)
@@ -121,14 +120,6 @@ def _hang_up(client: Any) -> None:
 
     with suppress(OSError):  # it has gone by itself
         client.shutdown(socket.SHUT_RDWR)
-
-
-def _line(client: Any) -> bytes:
-    """Up to the line's end and not further: what follows is no text."""
-    line = b""
-    while not line.endswith(b"\n") and (byte := client.recv(1)):
-        line += byte
-    return bytes(line)
 
 
 def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:

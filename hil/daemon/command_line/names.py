@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil.daemon.control.benches import Found, find
 from hil.daemon.control.client import ControlError, ask
-from hil.daemon.paths import control_sockets, runtime_bases
 
 _TIMEOUT_S = 0.5
 
@@ -25,9 +25,8 @@ class Line:
     bench: str | None
     words: tuple[str, ...]
 
-    def sockets(self) -> list[Path]:
-        bases = runtime_bases(self.runtime_dir, os.environ)
-        return [path for base in bases for path in control_sockets(base)]
+    def found(self) -> Found:
+        return find(self.runtime_dir, os.environ)
 
     def ask(self, verb: str, **arguments: Any) -> Any:
         """The answer of the bench that the command would ask.
@@ -35,17 +34,22 @@ class Line:
         Raises:
             ControlError: there is none, or it refuses.
         """
-        paths = [path for path in self.sockets() if self.bench in (None, path.parent.name)]
-        if len(paths) != 1:
+        meant = self.found().meant(self.bench)
+        if len(meant) > 1:
+            meant = self.found().running().meant(self.bench)
+        if len(meant) != 1:
             raise ControlError("no bench, or several")
-        return ask(paths[0], verb, timeout_s=_TIMEOUT_S, **arguments)
+        return ask(meant[0].socket, verb, timeout_s=_TIMEOUT_S, **arguments)
 
 
 Names = Iterable[tuple[str, str]]
 
 
 def _benches(line: Line) -> Names:
-    return [(path.parent.name, "") for path in line.sockets()]
+    found = line.found()
+    names = [(found.called(bench), str(bench.folder)) for bench in found.benches]
+    several = len({bench.name for bench in found.benches}) < len(names)
+    return names if several else [(name, "") for name, _ in names]
 
 
 def _devices(line: Line) -> Names:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.compose import NotRegularError, read_regular
+from hil.daemon.control.benches import find_in
 from hil.daemon.control.client import ControlError, ask, listener
 from hil.daemon.linux.doctor import NO_START, Finding
 from hil.daemon.paths import CONTROL_SOCKET, SERVICES
@@ -30,15 +31,20 @@ class Seen:
     """Whose names are gone from the folder."""
 
 
-def look(runtime_dir: Path) -> list[Seen]:
-    """All benches below the user's runtime directory and the services'."""
-    folders = {
-        path.parent
-        for base in (runtime_dir, SERVICES)
-        for pattern in (f"*/{CONTROL_SOCKET}", f"*/*/{CONTROL_SOCKET}")
-        for path in base.glob(pattern)
-    }
-    return [_look_at(folder) for folder in sorted(folders)]
+def look(runtime_dir: Path, is_named: bool = False) -> list[Seen]:
+    """All benches below the user's runtime directory, which he has named or not, and the services'."""
+    found = find_in((runtime_dir, SERVICES), is_named)
+    return [_look_at(here.folder) for here in sorted(found.benches, key=lambda here: here.folder)]
+
+
+def judge_folders(runtime_dir: Path, is_named: bool = False) -> list[Finding]:
+    """One for each folder that commands do not look into."""
+    cost = "commands do not look into it, and `hil serve` refuses it"
+    remedy = "name a folder of yours with --runtime-dir, or set XDG_RUNTIME_DIR"
+    return [
+        Finding("bench folders", "problem", why, cost, remedy)
+        for why in find_in((runtime_dir, SERVICES), is_named).left_out
+    ]
 
 
 def _look_at(folder: Path) -> Seen:

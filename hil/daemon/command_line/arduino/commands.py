@@ -97,7 +97,7 @@ def discovery(runtime_dir: RuntimeDir = None) -> None:
     from hil.daemon.paths import runtime_bases
 
     with suppress(KeyboardInterrupt):
-        discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout)
+        discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout, runtime_dir is not None)
 
 
 def monitor() -> None:

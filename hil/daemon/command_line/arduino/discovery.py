@@ -8,8 +8,9 @@ from typing import Any, TextIO
 
 from hil.daemon.command_line.arduino.protocol import BoardPort, Discovery
 from hil.daemon.command_line.arduino.stdio import Commands, send
+from hil.daemon.control.benches import find_in
 from hil.daemon.control.client import ControlError, ask, listener
-from hil.daemon.paths import control_sockets
+from hil.daemon.trust import refuse_address
 
 POLL_S = 1.0
 _ANSWER_S = 1.0
@@ -17,18 +18,20 @@ _ANSWER_S = 1.0
 
 
 class Benches:
-    """The ports of the benches below ``bases``: the user's own, and those of services."""
+    """The ports of the benches below ``bases``: the user's own, and those of services. ``is_named``: the user
+    said where they are."""
 
-    def __init__(self, bases: Sequence[Path]) -> None:
-        self._bases = bases
+    def __init__(self, bases: Sequence[Path], is_named: bool = False) -> None:
+        self._bases, self._is_named = bases, is_named
         self._last: dict[Path, list[BoardPort]] = {}
 
     def ports(self) -> list[BoardPort]:
         """Now. A daemon that is there but does not answer keeps the ports it had."""
         now: dict[Path, list[BoardPort]] = {}
-        for path in (path for base in self._bases for path in control_sockets(base)):
+        for here in find_in(self._bases, self._is_named).benches:
+            path = here.socket
             try:
-                now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S))
+                now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S), here.owner)
             except ControlError:
                 with suppress(OSError):
                     if path in self._last and listener(path):
@@ -37,7 +40,7 @@ class Benches:
         return [port for ports in now.values() for port in ports]
 
 
-def _ports(listed: dict[str, Any]) -> list[BoardPort]:
+def _ports(listed: dict[str, Any], owner: int) -> list[BoardPort]:
     bench = listed["bench"]
     return [
         BoardPort(
@@ -52,13 +55,13 @@ def _ports(listed: dict[str, Any]) -> list[BoardPort]:
             ),
         )
         for row in listed["devices"]
-        if row["address"]
+        if row["address"] and not refuse_address(row["address"], owner)
     ]
 
 
-def discover(bases: Sequence[Path], commands_fd: int, out: TextIO) -> None:
+def discover(bases: Sequence[Path], commands_fd: int, out: TextIO, is_named: bool = False) -> None:
     """Serve one client, until QUIT or the end of its commands."""
-    benches = Benches(bases)
+    benches = Benches(bases, is_named)
     discovery, commands = Discovery(benches.ports), Commands(commands_fd)
     with suppress(BrokenPipeError):  # the client has gone without QUIT
         while not (discovery.dead or commands.ended):

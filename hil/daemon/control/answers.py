@@ -1,0 +1,170 @@
+"""The form of what each verb of the control socket answers, as far as commands read it.
+
+A form is a type (``float`` takes an int, too; neither is a bool), a value, a list with the form of its items,
+a dict with forms by key (``str``: of all values), or a tuple of forms of which one has to fit. Other keys may
+be there.
+"""
+
+from typing import Any
+
+_MAYBE_TEXT, _MAYBE_NUMBER = (str, None), (float, None)
+_SHOWN = 60
+_TOO_LARGE = 2**80
+_ROW: dict[str, Any] = {
+    "device": str,
+    "profile": str,
+    "hardware": str,
+    "port": str,
+    "address": str,
+    "clients": int,
+    "network": _MAYBE_TEXT,
+    "failed": _MAYBE_TEXT,
+}
+_LIST: dict[str, Any] = {
+    "bench": str,
+    "pid": int,
+    "devices": [({**_ROW, "network": None}, _ROW | {"network": str, "network_clients": int})],
+    "taps": [{"tap": str, "port": str, "clients": int}],
+}
+_SHOT: Any = (
+    None,
+    {"position_deg": float, "velocity_rpm": float, "motion_state": (0, 1, 2, 3, 4)},
+    {"position_deg": float, "velocity_rpm": float, "mode": (0, *range(32, 127)), "loop_on": int},
+)
+_FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict}
+_SEGMENT: dict[str, Any] = {
+    "segment": str,
+    "stations": dict,
+    "load": float,
+    "packets": int,
+    "collisions": int,
+    "errors": {str: int},
+    "notes": [str],
+}
+_BRIDGE: dict[str, Any] = {
+    "root": str,
+    "listen": [str],
+    "connect": [str],
+    "links": int,
+    "commands": int,
+    "rejected": int,
+    "dropped": int,
+    "insecure": (True, False),
+}
+_STATUS: dict[str, Any] = (
+    _LIST
+    | {
+        "devices": [
+            _ROW
+            | dict.fromkeys(("rx_bytes", "tx_bytes", "dropped_bytes", "overrun_bytes"), int)
+            | {"note": _MAYBE_TEXT, "port_failure": _MAYBE_TEXT, "flash": str, "snapshot": _SHOT}
+        ],
+        "health": {"state": str, "problems": [{"about": str, "what": str, "remedy": str}]},
+        "bridges": {str: _BRIDGE},
+        "segments": [_SEGMENT],
+        "faults": [_FAULT],
+        "rt_line": str,
+        "speed": float,
+        "wake_latency": [int],
+        "lag": [int],
+    }
+    | dict.fromkeys(("rate_hz", "sim_ns", "elapsed_ns", "ticks", "missed", "overruns"), int)
+)
+_AT: dict[str, Any] = {"effective_at_ns": int}
+_RUN: dict[str, Any] = {
+    "run": str,
+    "state": ("queued", "running", "done", "failed", "cancelled"),
+    "step": int,
+    "steps": int,
+    "submissions": int,
+    "why": _MAYBE_TEXT,
+    "axes": {
+        str: {
+            "target_deg": float,
+            "at_end": (None, "stands", "moves", "off", "failed", "unknown"),
+        }
+        | dict.fromkeys(("commanded_deg", "position_deg", "error_max_deg", "error_rms_deg"), _MAYBE_NUMBER)
+    },
+    "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
+}
+_PROBLEMS: dict[str, Any] = {"problems": str}
+FORMS: dict[str, Any] = {
+    "list": _LIST,
+    "status": _STATUS,
+    "reset": dict,
+    "pin": dict,
+    "set": dict,
+    "send": dict,
+    "drive": _AT | {"length_ns": int},
+    "watch": {"watch": int, "signals": [str]},
+    "samples": {"rows": [[float]], "lost": int},
+    "unwatch": dict,
+    "inject": {"number": int},
+    "clear": dict,
+    "faults": [_FAULT],
+    "capture": dict,
+    "play": dict,
+    "do": {str: (str, float, True, False, None, list, dict)},
+    "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
+    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int}),
+    "runs": [_RUN],
+    "cancel_run": _RUN,
+    "benches": [
+        (
+            {"bench": str, "why": str},
+            {"bench": str, "why": None, "version": str, "clock_offset_ns": float, "clock_error_ns": float},
+        )
+    ],
+    "segments": [_SEGMENT],
+    "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),
+    "stop": dict,
+}
+
+
+def misfit(verb: str, result: Any) -> str:
+    """Where an answer has not its form, empty if it has; a verb that is not known may answer anything."""
+    return _misfit(FORMS[verb], result, "result") if verb in FORMS else ""
+
+
+def _misfit(form: Any, value: Any, where: str) -> str:
+    if isinstance(form, tuple):
+        found = [_misfit(each, value, where) for each in form]
+        return "" if "" in found else max(found, key=len)
+    if isinstance(form, list):
+        if not isinstance(value, list):
+            return f"{where} is {_shown(value)}"
+        return next(
+            filter(None, (_misfit(form[0], each, f"{where}[{i}]") for i, each in enumerate(value))), ""
+        )
+    if isinstance(form, dict):
+        return _misfit_object(form, value, where)
+    if isinstance(form, type):
+        kinds = (int, float) if form is float else form
+        fits = isinstance(value, kinds) and not isinstance(value, bool)
+        if fits and isinstance(value, int | float):
+            fits = abs(value) < _TOO_LARGE  # nor is NaN
+        return "" if fits else f"{where} is {_shown(value)}"
+    return "" if type(value) is type(form) and value == form else f"{where} is {_shown(value)}"
+
+
+def _misfit_object(form: dict[Any, Any], value: Any, where: str) -> str:
+    if not isinstance(value, dict):
+        return f"{where} is {_shown(value)}"
+    if str in form:
+        return next(
+            filter(
+                None, (_misfit(form[str], each, f"{where}.{key[:_SHOWN]}") for key, each in value.items())
+            ),
+            "",
+        )
+    for key, each in form.items():
+        if key not in value:
+            return f"{where} has no {key}"
+        if why := _misfit(each, value[key], f"{where}.{key}"):
+            return why
+    return ""
+
+
+def _shown(value: Any) -> str:
+    text = repr(value) if not isinstance(value, list | dict) else f"a {type(value).__name__}"
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."

@@ -1,0 +1,278 @@
+"""What commands believe: folders of another user, two benches of one name, and answers that are none."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from e2e_support import AS_STRANGER, HIL, PATIENCE_S, STRANGER_UID, TERMINAL, Place, config, needs_stranger
+from typer.testing import CliRunner
+
+from hil.daemon.command_line.cli import app
+from hil.daemon.control import client
+from hil.daemon.control.answers import FORMS, misfit
+from hil.daemon.control.client import ControlError, ask
+
+SAC = {"profile": "sac", "flash": {}}
+RUN = '{"run": "r", "axes": {"m1": {}}, "steps": [{"dwell_s": 0.1}]}'
+ASKING = (
+    ("list",), ("status",), ("status", "--json"), ("monitor", "m1"), ("reset", "m1"),
+    ("pin", "m1", "D0", "1"), ("set", "m1", "errfl", "0"), ("plot", "m1", "--seconds", "0.01"),
+    ("step", "m1", "1", "--seconds", "0.01"), ("drive", "m1", "--steps", "1"), ("axis", "m1"),
+    ("axis", "m1", "state"), ("run", "{folder}/run.yaml"), ("benches",), ("reload",), ("fault", "list"),
+    ("fault", "clear"), ("fault", "inject", "noise", "m1"), ("capture", "m1", "-w", "-"),
+    ("sac", "save", "{folder}/q.txt"),
+)  # fmt: skip
+"""Each command that asks a bench."""
+LISTENS = """
+import socket, sys
+listener = socket.socket(socket.AF_UNIX)
+listener.bind(sys.argv[1])
+listener.listen(9)
+print("on", flush=True)
+while True:
+    connection, _ = listener.accept()
+    print(connection.recv(99), flush=True)
+    connection.close()
+"""
+
+
+@contextmanager
+def answering(path: Path, answer: Callable[[dict[str, Any]], bytes]) -> Iterator[None]:
+    """A control socket whose answers are made by a function; it hangs up after each."""
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(str(path))
+    listener.listen(64)
+
+    def serve() -> None:
+        while True:
+            try:
+                connection, _ = listener.accept()
+            except OSError:
+                return
+            with connection, suppress(OSError), connection.makefile("rwb") as file:
+                if line := file.readline():
+                    file.write(answer(json.loads(line)))
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        listener.shutdown(socket.SHUT_RDWR)
+        listener.close()
+        thread.join(PATIENCE_S)
+        path.unlink()
+
+
+def as_user(place: Place, *command: str) -> subprocess.CompletedProcess[str]:
+    """Without XDG_RUNTIME_DIR; for temporary files there is the place's folder."""
+    env = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"} | TERMINAL
+    env["TMPDIR"] = str(place.folder / "tmp")
+    return subprocess.run([HIL, *command], env=env, capture_output=True, text=True, timeout=PATIENCE_S)
+
+
+@needs_stranger
+def test_a_folder_that_another_user_has_made_is_not_believed(place: Place) -> None:
+    """He listens there, and gets no word of what a command has to say."""
+    heard: list[Any] = []
+    (place.folder / "tmp").mkdir()
+    (place.folder / "tmp").chmod(0o1777)
+    base = place.folder / "tmp" / f"hil-{os.getuid()}"
+    (base / "t").mkdir(parents=True)
+    place.write(RUN, "run.yaml")
+
+    def answer(request: dict[str, Any]) -> bytes:
+        heard.append(request)
+        return b'{"ok": true, "result": {}}\n'
+
+    with answering(base / "t" / "control.sock", answer):
+        for path in (base, base / "t", base / "t" / "control.sock"):
+            os.chown(path, STRANGER_UID, STRANGER_UID)
+        for command in ASKING:
+            words = [word.format(folder=place.folder) for word in command]
+            done = as_user(place, *words)
+            assert done.returncode == 1, (words, done)
+            assert f"{base} belongs to another user, nobody (65534)" in done.stderr
+            assert "--runtime-dir" in done.stderr
+        place.write(config())
+        done = as_user(place, "serve", str(place.folder / "bench.yaml"), "--state-dir", str(place.state))
+        assert (done.returncode, "another user" in done.stderr) == (2, True), done
+        assert as_user(place, "_names", "benches", "status").stdout == ""
+        assert as_user(place, "_names", "devices", "reset").stdout == ""
+        assert f"{base} belongs to another user" in as_user(place, "doctor", "--json").stdout
+        # Who names the folder means its owner; but then only its owner, or root, may listen there.
+        named = as_user(place, "list", "--runtime-dir", str(base))
+        assert "cannot be understood" in named.stderr or named.stdout == "No bench is running here.\n"
+    assert {request["verb"] for request in heard} <= {"list"}
+
+
+@needs_stranger
+def test_a_stranger_who_listens_in_ones_own_folder_is_not_asked(place: Place) -> None:
+    place.runtime.mkdir(parents=True)
+    (place.runtime / "t").mkdir()
+    path = place.runtime / "t" / "control.sock"
+    (place.runtime / "t").chmod(0o777)
+    listening = subprocess.Popen(
+        [*AS_STRANGER, sys.executable, "-c", LISTENS, str(path)], stdout=subprocess.PIPE
+    )
+    assert listening.stdout
+    assert listening.stdout.readline() == b"on\n"
+    (place.runtime / "t").chmod(0o755)
+    with pytest.raises(ControlError, match="user 65534 listens there, who has no business"):
+        ask(path, "list")
+    listening.kill()
+    assert b"verb" not in listening.communicate(timeout=PATIENCE_S)[0]
+
+
+def test_two_benches_of_one_name_are_told_apart(place: Place) -> None:
+    first = place.serve(config("t"))
+    place.state.joinpath("x").mkdir(parents=True)
+    path = place.write(config("t", devices={"m5": {}}), "inner.yaml")
+    where = ("--runtime-dir", str(place.runtime / "x"), "--state-dir", str(place.state / "x"))
+    second = subprocess.Popen([HIL, "serve", str(path), *where], stdout=subprocess.PIPE)
+    try:
+        assert second.stdout
+        while b"Ctrl-C ends" not in second.stdout.readline():
+            assert second.poll() is None
+        folders = [place.runtime / "t", place.runtime / "x" / "t"]
+        for said in ((), ("-b", "t")):
+            for command in (["status"], ["reset", "m1"], ["monitor", "m1"], ["axis", "m1"]):
+                text = place.cli(*command, *said, code=2)
+                for folder, pid in zip(folders, (first.pid, second.pid), strict=True):
+                    assert f"--bench {folder}: {folder}, of " in text
+                    assert f"process {pid}, since 20" in text
+        text = place.cli("axis", "m5", "-b", str(folders[1]))
+        assert "move-abs" in text
+        assert "no device 'm5'" in place.cli("axis", "m5", "-b", str(folders[0]), code=1)
+        base = ("--runtime-dir", str(place.runtime))
+        assert place.hil("_names", "devices", "reset", *base) == ""
+        assert place.hil("_names", "devices", "reset", "-b", str(folders[1]), *base) == "m5\tmechaduino\n"
+        offered = [
+            line.split("\t")[0] for line in place.hil("_names", "benches", "reset", *base).splitlines()
+        ]
+        assert offered == [str(folder) for folder in folders]
+    finally:
+        second.terminate()
+        second.communicate(timeout=PATIENCE_S)
+
+
+ODD = (
+    b"", b"\n", b"x\n", b"[]\n", b"null\n", b"{}\n", b'{"ok": 1}\n', b'{"ok": true}\n', b'{"ok": false}\n',
+    b'{"ok": false, "error": 7}\n', b'{"ok": true, "result": null}\n', b'{"ok": true, "result": []}\n',
+    b'{"ok": true, "result": [[]]}\n', b'{"ok": true, "result": {}}\n', b'{"ok": true, "result": [{}]}\n',
+    b'{"ok": true, "result": "x"}\n', b'{"ok": true, "result": NaN}\n', b"\xff\xfe\n", b"[" * 100_000 + b"\n",
+    b'{"ok": true, "result": ' + b"[" * 100_000 + b"]" * 100_000 + b"}\n",
+    b'{"ok": true, "result": ' + b"9" * 5000 + b"}\n", b'{"ok": true',
+)  # fmt: skip
+
+
+def outcome(place: Place, command: tuple[str, ...], where: tuple[str, ...]) -> str:
+    """What a command says; it must say one thing and end."""
+    words = [word.format(folder=place.folder) for word in command]
+    done = CliRunner().invoke(app, [*words, *where], env=TERMINAL, input="")
+    assert done.exception is None or isinstance(done.exception, SystemExit), (words, done.exc_info)
+    assert "Traceback" not in done.output
+    return f"{done.exit_code} {done.output}"
+
+
+def test_any_bytes_as_an_answer_are_a_sentence(place: Place) -> None:
+    (place.runtime / "t").mkdir(parents=True)
+    place.write(RUN, "run.yaml")
+    where = ("--runtime-dir", str(place.runtime))
+    for odd in ODD:
+        with answering(place.runtime / "t" / "control.sock", lambda _, odd=odd: odd):
+            for command in ASKING:
+                said = outcome(place, command, where)
+                if command[0] != "list" and b'"result": ' not in odd[:60]:
+                    assert said.startswith("1 hil: "), (odd[:60], command, said)
+
+
+def test_an_answer_that_never_ends_ends(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client, "ANSWER_BYTES", 1 << 20)
+    (place.runtime / "t").mkdir(parents=True)
+    path = place.runtime / "t" / "control.sock"
+    with answering(path, lambda _: b"x" * (3 << 20)), pytest.raises(ControlError, match="longer than 1 MB"):
+        ask(path, "list")
+    ended = threading.Event()
+
+    def trickle(_: dict[str, Any]) -> bytes:
+        ended.wait(PATIENCE_S)
+        return b"\n"
+
+    with answering(path, trickle):
+        begun_s = time.monotonic()
+        with pytest.raises(ControlError, match="timed out"):
+            ask(path, "list", timeout_s=0.3)
+        assert 0.2 < time.monotonic() - begun_s < PATIENCE_S
+        ended.set()
+
+
+def mutated(value: Any, random: Random) -> Any:
+    """One thing in it is something else."""
+    odd = (
+        None,
+        True,
+        -1,
+        10**400,
+        2.5,
+        float("nan"),
+        float("inf"),
+        "",
+        "[/x]",
+        "\x1b[2J\0",
+        [],
+        {},
+        [[]],
+        {"": 0},
+    )
+    if not isinstance(value, list | dict) or not value or random.random() < 0.1:
+        return random.choice(odd)
+    changed = value.copy()
+    key = random.choice(list(value) if isinstance(value, dict) else range(len(value)))
+    if random.random() < 0.15:
+        del changed[key]
+    else:
+        changed[key] = mutated(value[key], random)
+    return changed
+
+
+def test_mutated_answers_of_a_real_bench_are_a_sentence_or_shown(place: Place) -> None:
+    segments = {"bus0": {"stations": ["s1"], "taps": {"a": {}}}}
+    server = place.serve(config(devices={"m1": {}, "s1": SAC}, segments=segments)).ready()
+    place.write(RUN, "run.yaml")
+    server.ask("inject", fault="shaft_jam", target="m1", parameters={})
+    random, fake = Random(22), place.runtime / "f"
+    fake.mkdir()
+
+    def answer(request: dict[str, Any]) -> bytes:
+        verb = request.pop("verb")
+        try:
+            result = {} if verb == "capture" else ask(server.control, verb, **request)
+        except ControlError as error:
+            result = str(error)
+        if verb in FORMS and verb != "capture":
+            assert isinstance(result, str) or not misfit(verb, result), (verb, misfit(verb, result))
+        if random.random() < 0.5:
+            result = mutated(result, random)
+        return json.dumps({"ok": True, "result": result}, default=str).encode() + b"\n"
+
+    quick = [
+        command
+        for command in ASKING
+        if command[0] not in ("plot", "step", "monitor", "sac", "list", "reload")
+    ]
+    with answering(fake / "control.sock", answer):
+        for _ in range(25):
+            for command in quick:
+                outcome(place, command, ("--runtime-dir", str(fake)))
+    assert server.process.poll() is None
