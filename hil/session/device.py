@@ -74,8 +74,11 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.power_ups = 0
+        """How often its power came, at the start or later."""
         self.is_hung = False
-        """Its main program stands still (a fault)."""
+        """Its main program stands still (a fault), whatever resets it."""
+        self._no_power: str | None = None
         self.notes: dict[str, str] = {}
         """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
@@ -191,9 +194,8 @@ class Device:
                 else:
                     self.answer = VerbRefused("cannot", f"a {self.profile} follows no paths")
             case Reset():
-                self._runtime.close()
-                self.failed = None
-                self._start()
+                if not self._no_power:
+                    self._restart()
 
     def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs) -> None:
         """At ``now_ns``; ``answer`` says what came of it."""
@@ -227,6 +229,11 @@ class Device:
         return self._is_on and bool(getattr(self._firmware, "is_busy", False))
 
     @property
+    def has_power(self) -> bool:
+        """Not under a fault; without it no reset starts it."""
+        return self._no_power is None
+
+    @property
     def is_committing(self) -> bool:
         """The store has not answered yet."""
         return bool(self._pending)
@@ -242,11 +249,18 @@ class Device:
         except BaseException:  # as in step; it goes anyway
             return
 
-    def lose_power(self, why: str) -> None:
-        """Until a reset it does nothing, and nothing is heard of it."""
-        self._runtime.close()
-        self.axis.power_up()
-        self.failed = why
+    def power(self, why_not: str | None, now_ns: SimTimeNs) -> None:
+        """Take its power away, with the reason, or give it back (None). Without power it does nothing,
+        nothing is heard of it, and no reset starts it; ``step`` comes next."""
+        was_off, self._no_power = self._no_power, why_not
+        if why_not:
+            self.failed = why_not
+            if not was_off:
+                self._runtime.close()
+                self.axis.power_up()
+        elif was_off:
+            self._at(now_ns)
+            self._restart()
 
     def commit_done(self, durable: bool) -> None:
         """The store has answered the oldest commit; one that failed leaves the old content."""
@@ -274,7 +288,13 @@ class Device:
         if self.on_failed:
             self.on_failed(self)
 
+    def _restart(self) -> None:
+        self._runtime.close()
+        self.failed = None
+        self._start()
+
     def _start(self) -> None:
+        self.power_ups += 1
         self._is_on = False
         self.setpoints.end()
         self.notes.clear()

@@ -164,7 +164,10 @@ enum {
     HIL_FAULT_NOISE,        /* standard deviation of a reading, counts */
     HIL_FAULT_NOISE_SEED,   /* a whole number */
     HIL_FAULT_SUPPLY,       /* volts of the full plant's supply */
-    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once */
+    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once; not one that is jammed */
+    HIL_FAULT_LOAD,         /* Nm on the shaft beside load_torque_Nm as it was set */
+    HIL_FAULT_FREEZE,       /* 1: the encoder stays at the count that it has now */
+    HIL_FAULT_OPEN_LINE,    /* 1: the encoder's data line is open and reads as all ones */
 };
 /* -1: this axis cannot have it. */
 int hil_axis_fault(hil_core *c, int axis, int what, double value);
