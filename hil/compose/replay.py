@@ -12,8 +12,9 @@ from hil.compose.find import find_catalogue
 from hil.config import from_dict
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
+from hil.session.guard import LoggedStops
 from hil.session.input_log import InputLog, Sent, read_input_log, sent_now
-from hil.session.inputs import Clear, Inject
+from hil.session.inputs import Clear, Inject, Stopped
 from hil.vocab.time import SimTimeNs
 
 
@@ -30,6 +31,8 @@ class Replayed:
     logged: InputLog
     runtime: BenchRuntime
     sent: dict[str, list[Sent]] = field(default_factory=dict)
+    stops: dict[str, LoggedStops] = field(default_factory=dict)
+    """Of devices that a daemon's guard stopped."""
 
     def difference(self) -> str | None:
         """The first thing that a device did otherwise than logged, or None: identical bytes, times and
@@ -39,6 +42,8 @@ class Replayed:
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
                 if was != now and not (was is None and self.logged.cut):
                     return f"{name}, piece {index}: logged {_shown(was, now)}, now {_shown(now, was)}"
+            for stopped in self.stops[name].left.values():
+                return f"{name}: logged as stopped ({stopped.reason}), now not"
         return None
 
     def summary(self) -> str:
@@ -87,8 +92,18 @@ def replay(log: str | Path | Iterable[str]) -> Replayed:
             sent_now(device, port, at_ns, data)
         )
     )
+    for name, device in runtime.devices.items():
+        replayed.stops[name] = device.guard = LoggedStops(
+            {
+                logged.input.turn: logged.input
+                for logged in read.inputs
+                if logged.device == name and isinstance(logged.input, Stopped)
+            }
+        )
     for logged in read.inputs:
-        if isinstance(logged.input, Inject | Clear):
+        if isinstance(logged.input, Stopped):
+            runtime.take_to(runtime.devices[logged.device], logged.at_ns)
+        elif isinstance(logged.input, Inject | Clear):
             runtime.give_fault(logged.device, logged.input, logged.at_ns)
         elif logged.device in runtime.taps:
             runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)

@@ -11,7 +11,7 @@ from hil.session.device import Device
 from hil.session.faults import Faults
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import Clear, Do, Inject, Input, Logged
+from hil.session.inputs import Clear, Do, Inject, Input, Logged, Stopped
 from hil.session.tap import Tap
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment
@@ -77,8 +77,13 @@ class BenchRuntime:
     def add(self, group: Group, device: Device) -> None:
         """The device's firmware starts now."""
         group.add(device)
+        device.on_stopped = self._device_stopped
         self.devices[device.name] = device
         self._group_of[device.name] = group
+
+    def _device_stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
+        if self.log:
+            self.log.write(Logged(at_ns, device.name, stopped))
 
     def set_going(self, device: Device) -> None:
         """A device that was added to a bench that runs: its firmware starts at the present, and in real time

@@ -94,6 +94,17 @@ class Clear:
 
 
 @dataclass(frozen=True)
+class Stopped:
+    """The device was stopped in one of its turns, counted from its start, for a reason that is no matter of
+    simulated time. ``words``: what it had sent in this turn, each with the serial interface, its baud, and
+    the bytes as hexadecimal digits."""
+
+    turn: int
+    reason: str
+    words: tuple[tuple[str, int | None, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Do:
     """A verb of the device's table (``hil.vocab.verbs``) with all its parameters."""
 
@@ -112,7 +123,19 @@ class Follow:
 
 
 Input = (
-    Do | Follow | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+    Do
+    | Follow
+    | Inject
+    | Clear
+    | Play
+    | Bytes
+    | Pin
+    | SetField
+    | ScriptEncoder
+    | Drive
+    | Reset
+    | CommitDone
+    | Stopped
 )
 _KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
@@ -127,6 +150,7 @@ _KINDS: dict[str, type[Any]] = {
     "drive": Drive,
     "reset": Reset,
     "commit_done": CommitDone,
+    "stopped": Stopped,
 }
 _NAMES = {kind: name for name, kind in _KINDS.items()}
 
@@ -183,6 +207,12 @@ def decode_line(line: str) -> Logged:
             values["path"] = tuple(PathPiece(*row) for row in values["path"])
         if kind is Play:
             values["bursts"] = tuple((int(at), str(data)) for at, data in values["bursts"])
+        if kind is Stopped:
+            values["turn"], values["reason"] = int(values["turn"]), str(values["reason"])
+            values["words"] = tuple(
+                (str(port), None if baud is None else int(baud), bytes.fromhex(data).hex())
+                for port, baud, data in values["words"]
+            )
         if kind is ScriptEncoder:
             values["points"] = tuple((int(t), int(raw)) for t, raw in values["points"])
         if kind is Drive:

@@ -258,6 +258,8 @@ hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const 
 void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns); /* 0, 0 disarms */
 void hil_watchdog_enter(hil_watchdog *w, const char *work);             /* its name, which stays where it is */
 int hil_watchdog_leave(hil_watchdog *w);                                /* 1 if it was reported */
+void hil_watchdog_aside(hil_watchdog *w);                               /* in work: what comes is not of it */
+void hil_watchdog_resume(hil_watchdog *w, const char *work);            /* it is again */
 int64_t hil_watchdog_bells(const hil_watchdog *w);                      /* of CPU time, since it was armed */
 int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall);        /* since it was entered */
 void hil_watchdog_free(hil_watchdog *w);
