@@ -94,6 +94,29 @@ WAYS = {
 LIMIT_CPU_S = 0.3
 
 
+LOGGED = (
+    PROGRAM.partition("def started(")[0]
+    + """
+from hil.compose import build
+from hil.compose.replay import replay
+
+build.load_firmware = lambda profile: Runaway
+path, runtime, state, log = map(Path, sys.argv[1:5])
+if sys.argv[5:] == ["replay"]:
+    done = replay(log)
+    print("difference:", done.difference(), flush=True)
+    print([(each.device, each.input.reason) for each in done.logged.inputs if hasattr(each.input, "reason")])
+else:
+    logging.basicConfig(level=logging.INFO)
+    bench = parse(path.read_text(), str(path), find_catalogue())
+    daemon = Daemon(
+        bench, config_folder=path.parent, runtime_base=runtime, state_base=state, input_log=log
+    )
+    asyncio.run(daemon.run(lambda daemon: say_started(daemon, LogWriter(2))))
+"""
+)
+
+
 def run(place: Place, **devices: object) -> Server:
     path = place.write(config(devices={"m1": {}, "m2": {}} | devices))  # type: ignore[arg-type]
     return place.script(PROGRAM, str(path), str(place.runtime), str(place.state)).started().ready("m2")
@@ -129,6 +152,25 @@ def test_a_runaway_is_stopped_and_the_others_go_on(place: Place, way: str) -> No
     (place.runtime / "began").unlink()
     (place.runtime / "ended").unlink()
     server.stop()
+
+
+@pytest.mark.parametrize(("way", "m1"), [("p", {}), ("w", {}), ("z", {}), ("p", {"baud": 115200})], ids=str)
+def test_the_replay_stops_what_the_guard_stopped(place: Place, way: str, m1: dict[str, object]) -> None:
+    """In the same turn, with the same bytes; nothing of the wall's time is in the replay."""
+    path = place.write(config(devices={"m1": m1, "m2": {}}))  # type: ignore[arg-type]
+    log = place.runtime / "log.jsonl"
+    arguments = [str(path), str(place.runtime), str(place.state), str(log)]
+    server = place.script(LOGGED, *arguments).started().ready("m2")
+    with server.client("m1") as client:
+        client.write(way.encode())
+        until(lambda: server.status("m1")["failed"], "the failure")
+        place.cli("reset", "m1")
+    (place.runtime / "began").unlink(missing_ok=True)
+    server.stop()
+    again = place.script(LOGGED, *arguments, "replay")
+    again.process.wait(60)
+    assert "difference: None\n[('m1', 'FirmwareHung: " in again.output
+    log.unlink()
 
 
 def test_a_paced_line_does_not_keep_what_a_runaway_printed(place: Place) -> None:

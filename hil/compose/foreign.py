@@ -17,6 +17,7 @@ from hil.session.inputs import (
     Play,
     ScriptEncoder,
     SetField,
+    Stopped,
     bursts_problem,
 )
 from hil.vocab.faults import Fault, FaultRefused, fault_of
@@ -101,6 +102,8 @@ def _device_problem(device: Device, given: Input) -> str | None:
             return _verb_problem(device, given)
         case Follow(start_ns, path):
             return _path_problem(start_ns, path)
+        case Stopped(_, _, words):
+            return _words_problem(device, words)
     return None
 
 
@@ -137,6 +140,15 @@ def _verb_problem(device: Device, given: Do) -> str | None:
         return f"parameters of {given.verb} are {', '.join(filled)}, all of them"
     if given.verb == "pin":
         return _pin_problem(device, parameters["pin"], parameters["level"])
+    return None
+
+
+def _words_problem(device: Device, words: tuple[tuple[str, int | None, str], ...]) -> str | None:
+    for port, baud, _ in words:
+        if port not in device.uarts:
+            return f"it has no serial interface {port[:_SHOWN]!r}"
+        if baud is not None and baud not in BAUDS:
+            return f"baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
     return None
 
 

@@ -16,8 +16,9 @@ from hil.config import from_dict
 from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.group import Group
+from hil.session.guard import LoggedStops
 from hil.session.input_log import InputLog, Sent, place, read_input_log, sent_now
-from hil.session.inputs import Clear, Inject, InputLogError, Logged
+from hil.session.inputs import Clear, Inject, InputLogError, Logged, Stopped
 from hil.vocab.time import FOREVER, SimTimeNs
 
 LONGEST_LINE_BYTES = 64 * 1024 * 1024
@@ -37,6 +38,8 @@ class Replayed:
     logged: InputLog
     runtime: BenchRuntime
     sent: dict[str, list[Sent]] = field(default_factory=dict)
+    stops: dict[str, LoggedStops] = field(default_factory=dict)
+    """Of devices that a daemon's guard stopped."""
 
     def difference(self) -> str | None:
         """The first thing that a device did otherwise than logged, or None: identical bytes, times and
@@ -46,6 +49,8 @@ class Replayed:
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
                 if was != now and not (was is None and self.logged.cut):
                     return f"{name}, piece {index}: logged {_shown(was, now)}, now {_shown(now, was)}"
+            for stopped in self.stops[name].left.values():
+                return f"{name}: logged as stopped ({stopped.reason}), now not"
         return None
 
     def summary(self) -> str:
@@ -122,12 +127,22 @@ def replay_log(read: InputLog) -> Replayed:
 
     going_on = False
     runtime.listeners.append(heard)
+    for name, device in runtime.devices.items():
+        replayed.stops[name] = device.guard = LoggedStops(
+            {
+                logged.input.turn: logged.input
+                for logged in read.inputs
+                if logged.device == name and isinstance(logged.input, Stopped)
+            }
+        )
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):
             raise InputLogError(
                 f"{read.where(index)}: {problem}; replay it with what wrote it, {read.program}"
             )
-        if isinstance(logged.input, Inject | Clear):
+        if isinstance(logged.input, Stopped):
+            runtime.take_to(runtime.devices[logged.device], logged.at_ns)
+        elif isinstance(logged.input, Inject | Clear):
             runtime.give_fault(logged.device, logged.input, logged.at_ns)
         elif logged.device in runtime.taps:
             runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)

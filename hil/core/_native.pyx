@@ -341,6 +341,12 @@ cdef class Watchdog:
         self.work = work
         hil_watchdog_enter(self.watchdog, work)
 
+    def aside(self):
+        hil_watchdog_aside(self.watchdog)
+
+    def resume(self):
+        hil_watchdog_resume(self.watchdog, self.work)
+
     def leave(self):
         return hil_watchdog_leave(self.watchdog) != 0
 

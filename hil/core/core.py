@@ -13,7 +13,10 @@ from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 
-FAULTS = ("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev")
+FAULTS = (
+    *("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev"),
+    *("load_Nm", "freeze", "open_line"),
+)
 """HIL_FAULT_* of hil_core.h, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
 """Names of ``hil_event_kind`` in ``native/hil_core.h``."""
@@ -153,6 +156,8 @@ class CoreAxis:
     def __init__(self, native: NativeCore, axis: int) -> None:
         self._native = native
         self.id = axis
+        self.nominal_supply_V = native.supply_V(axis)
+        """Of the full plant as it was opened, 0 for the simple one."""
 
     def get(self, field: str) -> float:
         """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
@@ -198,7 +203,7 @@ class CoreAxis:
         self._native.fault(self.id, FAULTS.index(what), value)
 
     def supply_V(self) -> float:
-        """Of the full plant, 0 for the simple one."""
+        """Of the full plant now, 0 for the simple one."""
         return self._native.supply_V(self.id)
 
     def script_encoder(self, points: Sequence[tuple[int, int]], linear: bool) -> None:

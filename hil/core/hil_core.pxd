@@ -166,6 +166,8 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_watchdog_arm(hil_watchdog *, int64_t, int64_t)
     void hil_watchdog_enter(hil_watchdog *, const char *)
     int hil_watchdog_leave(hil_watchdog *)
+    void hil_watchdog_aside(hil_watchdog *)
+    void hil_watchdog_resume(hil_watchdog *, const char *)
     int64_t hil_watchdog_bells(const hil_watchdog *)
     int hil_watchdog_bells_in_work(const hil_watchdog *, int)
     void hil_watchdog_free(hil_watchdog *)

@@ -172,7 +172,7 @@ class Host:
         if verb.name == "reset":
             return Done(bench.give(device, Reset()), {})
         if device.failed:
-            raise VerbRefused("failed", f"{device.failed}; reset it")
+            raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
         if verb.name == "pin":
             pin = str(parameters["pin"])
             if pin not in device.axis.pins:

@@ -15,9 +15,10 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from hil.core._native import Watchdog
+from hil.session.guard import FirmwareHung
 
 if TYPE_CHECKING:
     from hil.session.device import Device
@@ -42,11 +43,6 @@ PATIENCE = 10
 look-up table at one instant take 2."""
 
 
-class FirmwareHung(BaseException):
-    """A firmware used more time than it may. No ``Exception``: a firmware that goes on after whatever happens
-    to it must not go on after this."""
-
-
 @dataclass
 class _Waiting:
     """A step, since its first bell of the wall's time."""
@@ -69,6 +65,8 @@ class StepGuard(AbstractContextManager[None]):
         self._names: dict[str, bytes] = {}
         self._device: Device | None = None
         self._inside = False
+        self._aside = _Aside(self)
+        self._struck: FirmwareHung | None = None
         self._steps = 0
         self._bells = 0
         self._waiting = _Waiting(0, 0, 0.0)
@@ -91,13 +89,14 @@ class StepGuard(AbstractContextManager[None]):
         if name is None:
             name = self._names[device.name] = device.name.encode()
         self._steps += 1
+        self._struck = None
         self._watchdog.enter(name)
         self._inside = True
         if device is self._condemned:
             self._condemned = None
             self._inside = False
             self._watchdog.leave()
-            raise self._slow()
+            raise FirmwareHung(self._slow())
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -106,6 +105,13 @@ class StepGuard(AbstractContextManager[None]):
         if self._watchdog.leave():  # it could be interrupted after all
             with suppress(OSError):
                 self._breadcrumb.unlink()
+        struck, self._struck = self._struck, None
+        if struck and error is not struck:  # the firmware went on after it
+            raise struck
+
+    def aside(self) -> "_Aside":
+        """Work that is not the firmware's: what it costs is not on the firmware's account."""
+        return self._aside
 
     def close(self) -> None:
         """No more bells."""
@@ -118,11 +124,15 @@ class StepGuard(AbstractContextManager[None]):
         if self._inside:
             cpu, wall = self._watchdog.bells_in_work()
             if cpu > PARTS:  # the first came before a whole part of the step
-                raise FirmwareHung(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
+                self._strike(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
             if wall:
                 self._look_at_wait(wall)
-        if is_cpu:
+        if is_cpu and not self._aside.is_on:
             self._look_at_progress()
+
+    def _strike(self, why: str) -> NoReturn:
+        self._struck = FirmwareHung(why)
+        raise self._struck
 
     def _look_at_wait(self, bells: int) -> None:
         """At the bells of the wall's time in a step."""
@@ -141,7 +151,7 @@ class StepGuard(AbstractContextManager[None]):
         )
         if bells > PARTS * (1 if is_asleep else LONG_WAITS) and waits >= PARTS - 1:
             ms = WAIT_LIMIT_NS * (1 if is_asleep else LONG_WAITS) // 1_000_000
-            raise FirmwareHung(f"one step has waited for more than {ms} ms")
+            self._strike(f"one step has waited for more than {ms} ms")
 
     def _look_at_progress(self) -> None:
         """At a bell of CPU time: has the device that steps come as far in simulated time since the last?"""
@@ -162,14 +172,36 @@ class StepGuard(AbstractContextManager[None]):
         if self._streak >= PARTS:
             self._suspect = None
             if self._inside:
-                raise self._slow()
+                self._strike(self._slow())
             self._condemned = device
 
-    def _slow(self) -> FirmwareHung:
-        return FirmwareHung(
+    def _slow(self) -> str:
+        return (
             f"its steps took {self._limit_ns // 1_000_000} ms of CPU time"
             " and did not come as far in simulated time"
         )
+
+
+class _Aside(AbstractContextManager[None]):
+    """Of a guard; it does not nest."""
+
+    def __init__(self, guard: StepGuard) -> None:
+        self._guard = guard
+        self._was_inside = False
+        self.is_on = False
+
+    def __enter__(self) -> None:
+        guard = self._guard
+        self._was_inside, guard._inside = guard._inside, False
+        self.is_on = True
+        if self._was_inside:
+            guard._watchdog.aside()
+
+    def __exit__(self, *_: object) -> None:
+        self.is_on = False
+        if self._was_inside:
+            self._guard._watchdog.resume()
+            self._guard._inside = True
 
 
 def take_breadcrumb(file: Path) -> str | None:

@@ -12,7 +12,7 @@ from hil.session.device import Device
 from hil.session.faults import Faults
 from hil.session.group import Group
 from hil.session.input_log import InputLogWriter
-from hil.session.inputs import Clear, Do, Inject, Input, Logged, Reset
+from hil.session.inputs import Clear, Do, Inject, Input, Logged, Stopped
 from hil.session.tap import Tap
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment
@@ -55,7 +55,7 @@ class BenchRuntime:
         """How late firmware ran, in real time: bucket b counts lags of [2^(b-1), 2^b) ns."""
         self.lag_total_ns = 0
         self._epochs: dict[str, int] = {}
-        """How often the motions of a device were ended."""
+        """How often a verb ended the motions of a device."""
         self._groups: dict[int, Group] = {}
         self._group_of: dict[str, Group] = {}
         self._segment_of: dict[tuple[str, str], Segment] = {}
@@ -79,8 +79,13 @@ class BenchRuntime:
     def add(self, group: Group, device: Device) -> None:
         """The device's firmware starts now."""
         group.add(device)
+        device.on_stopped = self._device_stopped
         self.devices[device.name] = device
         self._group_of[device.name] = group
+
+    def _device_stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
+        if self.log:
+            self.log.write(Logged(at_ns, device.name, stopped))
 
     def set_going(self, device: Device) -> None:
         """A device that was added to a bench that runs: its firmware starts at the present, and in real time
@@ -226,14 +231,12 @@ class BenchRuntime:
             raise device.answer
         return at_ns, device.answer
 
-    def _end_later(self, device: Device, given: Input) -> None:
-        """A reset, and a verb that ends motions, end those too that were to come."""
-        is_end = isinstance(given, Do) and device.verbs[given.verb].effect == Effect.ENDS
-        if is_end or isinstance(given, Reset):
-            self._epochs[device.name] = self._epochs.get(device.name, 0) + 1
+    def _epoch(self, device: Device) -> tuple[int, int]:
+        """Power that comes anew, and a verb that ends motions, end those too that were to come."""
+        return self._epochs.get(device.name, 0), device.power_ups
 
-    def _do_later(self, group: Group, device: Device, given: Do, epoch: int) -> None:
-        if epoch != self._epochs.get(device.name, 0):
+    def _do_later(self, group: Group, device: Device, given: Do, epoch: tuple[int, int]) -> None:
+        if epoch != self._epoch(device):
             return
         group.apply(device, given)
         if isinstance(device.answer, VerbRefused):
@@ -248,10 +251,11 @@ class BenchRuntime:
             if self.log:
                 self.log.write(Logged(at_ns, device.name, given))
             if isinstance(given, Do) and given.at_ns is not None and given.at_ns > at_ns:
-                epoch = self._epochs.get(device.name, 0)
+                epoch = self._epoch(device)
                 group.at(given.at_ns, lambda now_ns: self._do_later(group, device, given, epoch))
             else:
-                self._end_later(device, given)
+                if isinstance(given, Do) and device.verbs[given.verb].effect == Effect.ENDS:
+                    self._epochs[device.name] = self._epochs.get(device.name, 0) + 1
                 group.apply(device, given)
             group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
         return at_ns

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, Protocol
@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from hil.core import CoreAxis, CoreMotion
 from hil.core.fields import OF_KIND
 from hil.firmware.runtime import Runtime
+from hil.session.guard import FirmwareHung, Guard, StopLogged, Unguarded
 from hil.session.inputs import (
     Bytes,
     CommitDone,
@@ -21,6 +22,7 @@ from hil.session.inputs import (
     Reset,
     ScriptEncoder,
     SetField,
+    Stopped,
 )
 from hil.session.setpoints import Setpoints, TimeOut
 from hil.session.uart import DeviceUart
@@ -29,7 +31,6 @@ from hil.vocab.motion import Motion
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
-_UNGUARDED = nullcontext()
 LAST_WORDS_BYTES = 128 * 1024
 """More than the longest answer, a look-up table."""
 NO_VERBS: Mapping[str, Verb] = {}
@@ -74,14 +75,21 @@ class Device:
         self.axis = axis
         self.nvm = dict(nvm)
         self.failed: str | None = None
+        self.power_ups = 0
+        """How often its power came, at the start or later."""
         self.is_hung = False
-        """Its main program stands still (a fault)."""
+        """Its main program stands still (a fault), whatever resets it."""
+        self._no_power: str | None = None
         self.notes: dict[str, str] = {}
         """What the firmware wants an operator to know, by what it is about."""
         self.on_failed: Callable[[Device], None] | None = None
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
-        self.guard: Callable[[Device], AbstractContextManager[object]] = lambda device: _UNGUARDED
+        self.guard: Guard = Unguarded()
+        self.turns = 0
+        """How often its firmware had its turn: all that it does by itself."""
+        self.on_stopped: Callable[[Device, SimTimeNs, Stopped], None] = lambda device, at_ns, stopped: None
+        """Called when it was stopped for a reason that simulated time does not have."""
         self.uart = DeviceUart(baud, lambda at_ns, data: self._outbox.append((MAIN, at_ns, data)))
         self.network = None
         if network_baud is not None:
@@ -90,6 +98,12 @@ class Device:
             )
         self.uarts = {MAIN: self.uart} | ({NETWORK: self.network} if self.network else {})
         """By their names; each has a port or a segment of its own."""
+        self._written: list[tuple[DeviceUart, int | None, bytes]] = []
+        """What the firmware has written in this turn."""
+        self._put = 0
+        """How many of these are on their way."""
+        for uart in self.uarts.values():
+            uart.later = self._written
         self._outbox: list[tuple[str, SimTimeNs, bytes]] = []
         self._sent = sent
         self.verbs = verbs
@@ -128,15 +142,15 @@ class Device:
             uart.polls_from_ns = polls_from_ns
             uart.take_arrivals()
         try:
-            with self.guard(self):
+            with self._turn():
                 if now_ns >= self.setpoints.due_ns:
                     self.setpoints.starve(self._firmware, self._note)
                 runtime.resume(now_ns)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # the firmware is a plug-in: whatever it raises stops its device only
-            self.fail(f"{type(error).__name__}: {error}")
-        self._empty_outbox()
+            self._raised(error)
+        self._after_turn()
         is_polling = runtime.polls_from_ns <= now_ns
         for uart in self.uarts.values():
             if not is_polling:
@@ -154,17 +168,17 @@ class Device:
             return
         self._at(event.at_ns)
         try:
-            with self.guard(self):
+            with self._turn():
                 self._firmware.interrupt(event)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as in step
-            self.fail(f"{type(error).__name__}: {error}")
-        if self._outbox:  # the next thing that wakes the main program lets it wait until this is out
+            self._raised(error)
+        if self._written:  # the next thing that wakes the main program lets it wait until this is out
             for uart in self.uarts.values():
                 uart.ignore_mark()
         self.interrupting = True
-        self._empty_outbox()
+        self._after_turn()
         self.interrupting = False
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
@@ -191,9 +205,8 @@ class Device:
                 else:
                     self.answer = VerbRefused("cannot", f"a {self.profile} follows no paths")
             case Reset():
-                self._runtime.close()
-                self.failed = None
-                self._start()
+                if not self._no_power:
+                    self._restart()
 
     def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs) -> None:
         """At ``now_ns``; ``answer`` says what came of it."""
@@ -203,7 +216,7 @@ class Device:
             self.answer = VerbRefused("failed" if self.failed else "not_now", why)
             return
         try:
-            with self.guard(self):
+            with self._turn():
                 if verb.name == "pin":
                     self.axis.pin(str(parameters["pin"]), int(parameters["level"]))
                 elif verb.run:
@@ -214,17 +227,22 @@ class Device:
             self.answer = refusal
             return
         except BaseException as error:  # as in step
-            self.fail(f"{type(error).__name__}: {error}")
+            self._raised(error)
             self.answer = VerbRefused("failed", self.failed or "")
         if verb.types:
             self.uart.arrive(verb.types, None)
         self.setpoints.note(verb.effect, now_ns, self._note)
-        self._empty_outbox()
+        self._after_turn()
 
     @property
     def is_busy(self) -> bool:
         """Its main program is in a routine of its own, and takes no commands."""
         return self._is_on and bool(getattr(self._firmware, "is_busy", False))
+
+    @property
+    def has_power(self) -> bool:
+        """Not under a fault; without it no reset starts it."""
+        return self._no_power is None
 
     @property
     def is_committing(self) -> bool:
@@ -242,11 +260,18 @@ class Device:
         except BaseException:  # as in step; it goes anyway
             return
 
-    def lose_power(self, why: str) -> None:
-        """Until a reset it does nothing, and nothing is heard of it."""
-        self._runtime.close()
-        self.axis.power_up()
-        self.failed = why
+    def power(self, why_not: str | None, now_ns: SimTimeNs) -> None:
+        """Take its power away, with the reason, or give it back (None). Without power it does nothing,
+        nothing is heard of it, and no reset starts it; ``step`` comes next."""
+        was_off, self._no_power = self._no_power, why_not
+        if why_not:
+            self.failed = why_not
+            if not was_off:
+                self._runtime.close()
+                self.axis.power_up()
+        elif was_off:
+            self._at(now_ns)
+            self._restart()
 
     def commit_done(self, durable: bool) -> None:
         """The store has answered the oldest commit; one that failed leaves the old content."""
@@ -264,28 +289,73 @@ class Device:
         only then does the firmware start."""
         return bool(self._pending) and not self._is_on
 
+    def _turn(self) -> AbstractContextManager[object]:
+        """Around all that runs the firmware's own code."""
+        self.turns += 1
+        return self.guard(self)
+
+    def _raised(self, error: BaseException) -> None:
+        """The firmware did not come through its turn."""
+        reason = f"{type(error).__name__}: {error}"
+        if isinstance(error, StopLogged):
+            self._stop(error.stopped)
+        elif isinstance(error, FirmwareHung | MemoryError | RecursionError):
+            words = [(self._name_of(uart), baud, data.hex()) for uart, baud, data in self._last_words()]
+            self._stop(Stopped(self.turns, reason, tuple(words)))
+        else:
+            self.fail(reason)
+
     def fail(self, reason: str) -> None:
         """Stop the device for good; only a reset brings it back."""
-        self._cut_outbox()
-        self._empty_outbox()
+        self._written[:] = self._last_words()
+        self._after_turn()
         self.failed = reason
         self._runtime.close()
         self.axis.loop(False)
         if self.on_failed:
             self.on_failed(self)
 
+    def _stop(self, stopped: Stopped) -> None:
+        """As ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn but
+        what it has sent, and board and axis stand as after power-up."""
+        self.on_stopped(self, self.uart.now_ns, stopped)
+        self._runtime.close()
+        for uart in self.uarts.values():
+            uart.halt()
+        self.setpoints.end()
+        self._power_up_axis()
+        self._written[:] = [
+            (self.uarts[port], baud, bytes.fromhex(data)) for port, baud, data in stopped.words
+        ]
+        self._after_turn()
+        self.failed = stopped.reason
+        if self.on_failed:
+            self.on_failed(self)
+
+    def _restart(self) -> None:
+        self._runtime.close()
+        self.failed = None
+        self._start()
+
     def _start(self) -> None:
+        self.power_ups += 1
         self._is_on = False
         self.setpoints.end()
         self.notes.clear()
-        self.axis.power_up()
-        for field, value in self._power_up.items():
-            if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
-                self.axis.set(field, value)
+        self._power_up_axis()
         for uart in self.uarts.values():
             uart.clear()
         self._runtime = Runtime(self._program(), self._has_input, self._commit, self._print_returns)
         self._runtime.due_ns = self.uart.now_ns
+
+    def _power_up_axis(self) -> None:
+        self.axis.power_up()
+        for field, value in self._power_up.items():
+            if field in OF_KIND[self.axis.kind]:  # a stepper has no encoder
+                self.axis.set(field, value)
+
+    def _name_of(self, uart: DeviceUart) -> str:
+        return next(name for name, each in self.uarts.items() if each is uart)
 
     def _at(self, now_ns: SimTimeNs) -> None:
         for uart in self.uarts.values():
@@ -295,6 +365,9 @@ class Device:
         return self.uart.has_input or (self.network is not None and self.network.has_input)
 
     def _print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
+        if self._put < len(self._written) and (self.network or self.uart.baud):
+            with self.guard.aside():
+                self._put_written()
         returns_ns = self.uart.print_returns(now_ns)
         return self.network.print_returns(returns_ns) if self.network else returns_ns
 
@@ -314,9 +387,25 @@ class Device:
     def _motion(self) -> Motion | None:
         return self.axis if isinstance(self.axis, CoreMotion) else None
 
+    def _put_written(self) -> None:
+        for uart, baud, data in self._written[self._put :]:
+            uart.put(data, baud)
+        self._put = len(self._written)
+
+    def _after_turn(self) -> None:
+        """What is not the firmware's own: pass on what it has done, now that the guard cannot strike in the
+        middle of it."""
+        for uart in self.uarts.values():
+            uart.tell_address()
+        if self._written or self._outbox:
+            with self.guard.aside():
+                self._put_written()
+                self._written.clear()
+                self._put = 0
+                self._empty_outbox()
+
     def _empty_outbox(self) -> None:
-        """Pass on what the firmware has sent, now that the guard cannot strike in the middle of it; what
-        went on the line at one time is one piece."""
+        """What went on the line at one time is one piece."""
         if not self._outbox:
             return
         outbox, self._outbox = self._outbox, []
@@ -326,17 +415,18 @@ class Device:
         for (port, at_ns), pieces in groupby(outbox, key=itemgetter(0, 1)):
             self._sent(self, port, at_ns, b"".join(data for _, _, data in pieces))
 
-    def _cut_outbox(self) -> None:
-        """Of a firmware that printed for ever in one step, what a client may still want to see."""
-        left = LAST_WORDS_BYTES
-        for index, (port, at_ns, data) in enumerate(self._outbox):
-            self._outbox[index] = (port, at_ns, data[:left])
+    def _last_words(self) -> list[tuple[DeviceUart, int | None, bytes]]:
+        """Of a firmware that printed for ever in one turn, what a client may still want to see."""
+        left, words = LAST_WORDS_BYTES, self._written[: self._put]
+        for uart, baud, data in self._written[self._put :]:
+            words.append((uart, baud, data[:left]))
             left -= len(data)
             if left <= 0:
-                del self._outbox[index + 1 :]
-                return
+                break
+        return words
 
     def _commit(self, request: Commit) -> None:
         content = self.nvm | {request.name: request.data}
-        self._pending.append(content)
-        self._store.commit(self, content)
+        with self.guard.aside():
+            self._pending.append(content)
+            self._store.commit(self, content)

@@ -1,6 +1,12 @@
-"""Faults of twins, segments and taps: each begins and ends in simulated time, and stands in the input log."""
+"""Faults of twins, segments and taps: each begins and ends in simulated time, and stands in the input log.
 
-from collections.abc import Callable
+What is in force is what is listed, in whatever order they begin and end. So no fault remembers what was
+before it: those with a state of their own (the chance of a byte fault) act under their numbers, and what
+several can do to one thing (a coil, the supply, a board's power) is reckoned anew from all that are in force.
+"""
+
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -25,15 +31,15 @@ from hil.vocab.faults import (
 from hil.vocab.firmware import MAIN
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_fault
+from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
 
 if TYPE_CHECKING:
     from hil.session.bench import BenchRuntime
 
+COUNTS = 16384
+"""Of an encoder, in a turn."""
 SERVO_FIELD = "raw"
 """A field that axes with an encoder have."""
-OPEN_LINE_COUNT = 0x3FFF
-"""What an open data line reads as: its pull-up, in all 14 bits."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,7 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
-            SUPPLIED: self.device is not None and self.device.axis.supply_V() > 0,
+            SUPPLIED: self.device is not None and self.device.axis.nominal_supply_V > 0,
             SERVO: self.device is not None and SERVO_FIELD in OF_KIND[self.device.axis.kind],
         }.get(target, self.device is not None)
 
@@ -74,13 +80,53 @@ def place_of(bench: "BenchRuntime", target: str) -> Place | None:
     return Place(bench.group_of(name), device, device.uarts[uart_name], segment, station)
 
 
+def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
+    """What ``CoreAxis.fault`` is to be told of an axis, from what is in force on it, the oldest first.
+    ``supply_V``: what the configuration gives the full plant, 0 for the simple one.
+
+    Loads and slips add up. Of two supplies or two noises the later one counts. Everything else is so as long
+    as one of its kind is.
+    """
+    state = dict.fromkeys(
+        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line"), 0.0
+    )
+    if supply_V:
+        state["supply_V"] = supply_V
+    loads_Nm, slips = [], 0.0
+    for fault in faults:
+        match fault.kind:
+            case "shaft_load":
+                loads_Nm.append(fault.number("torque_Nm"))
+            case "shaft_jam":
+                state["jam"] = 1
+            case "phase_open":
+                state["open_a" if fault.parameters["coil"] == "A" else "open_b"] = 1
+            case "thermal_trip" | "node_brown_out":
+                state |= {"open_a": 1, "open_b": 1}
+            case "supply_sag":
+                state["supply_V"] = fault.number("supply_V")
+            case "encoder_slip":
+                slips += fault.number("counts")
+            case "encoder_noise":
+                state |= {"noise_seed": fault.number("seed"), "noise_counts": fault.number("counts")}
+            case "encoder_freeze":
+                state["freeze"] = 1
+            case "encoder_disconnect":
+                state["open_line"] = 1
+    return state | {"load_Nm": math.fsum(loads_Nm), "slip_counts": math.fmod(slips, COUNTS)}
+
+
 class Faults:
     """Those that were injected into a bench, by their numbers."""
 
     def __init__(self, bench: "BenchRuntime") -> None:
         self._bench = bench
-        self._ends: dict[int, Callable[[], None]] = {}
+        self._in_force: dict[int, tuple[Fault, Place]] = {}
+        """In the order that they began."""
+        self._axis_states: dict[Device, dict[str, float]] = {}
+        """What axes were told last."""
         self.active: dict[int, Fault] = {}
+        """Those that are listed: in force, or still to begin."""
 
     def check(self, fault: Fault) -> None:
         """Whether it can be where it is wanted.
@@ -116,188 +162,115 @@ class Faults:
         else:
             self._begin(number, fault, place, now_ns)
         if for_ns:
-            place.group.at(begin_ns + for_ns, partial(self._end_at, number))
+            place.group.at(begin_ns + for_ns, partial(self.clear, number))
 
     def clear(self, number: int, now_ns: SimTimeNs) -> None:
-        """An input: a fault ends, or does not begin."""
-        self._end_at(number, now_ns)
+        """An input, or its time is over: a fault ends, or does not begin."""
+        self.active.pop(number, None)
+        if begun := self._in_force.pop(number, None):
+            self._end(number, *begun, now_ns)
 
-    def forget(self, device: str) -> None:
+    def forget(self, name: str) -> None:
         """A device goes, and what was wrong with it."""
         for number, fault in list(self.active.items()):
-            if fault.target.partition(".")[0] == device and fault.target not in self._bench.taps:
+            if fault.target.partition(".")[0] == name and fault.target not in self._bench.taps:
                 del self.active[number]
-                self._ends.pop(number, None)
+                self._in_force.pop(number, None)
+        self._axis_states = {
+            device: state for device, state in self._axis_states.items() if device.name != name
+        }
 
     def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
-        if number in self.active:
-            self._ends[number] = _EFFECTS.get(fault.kind, _on_segment)(number, fault, place, now_ns)
+        if number not in self.active:
+            return
+        kind = FAULT_KINDS[fault.kind]
+        if kind.is_once:
+            del self.active[number]
+            _happen(fault, place, now_ns)
+            return
+        self._in_force[number] = fault, place
+        if kind.layer in ("byte", "host"):
+            for way in _ways(fault, place):
+                way[number] = _byte_faults(fault)
+        elif fault.kind == "node_babble":
+            self._babble(number, fault, place, Chance(int(fault.number("seed"))), now_ns)
+        elif place.segment and kind.target in (SEGMENT, STATION):
+            place.segment.inject(number, fault, place.station, partial(_answer, place))
+        elif place.device:
+            self._renew(place.group, place.device, kind.layer, now_ns)
 
-    def _end_at(self, number: int, now_ns: SimTimeNs) -> None:
-        self.active.pop(number, None)
-        if end := self._ends.pop(number, None):
-            end()
+    def _end(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+        kind = FAULT_KINDS[fault.kind]
+        if kind.layer in ("byte", "host"):
+            for way in _ways(fault, place):
+                way.pop(number)
+        elif place.segment and kind.target in (SEGMENT, STATION):
+            if fault.kind != "node_babble":  # which hears of it when it wants to speak again
+                place.segment.clear(number, fault, place.station)
+        elif place.device:
+            self._renew(place.group, place.device, kind.layer, now_ns)
+
+    def _babble(self, number: int, fault: Fault, place: Place, chance: Chance, now_ns: SimTimeNs) -> None:
+        if number not in self._in_force:
+            return
+        data = bytes(chance.bits() & 0xFF for _ in range(int(fault.number("bytes"))))
+        assert place.segment
+        _send(place.segment, place.station, data, now_ns)
+        period_ns = round(fault.number("every_ms") * NS_PER_MS)
+        place.group.at(now_ns + period_ns, partial(self._babble, number, fault, place, chance))
+
+    def _renew(self, group: Group, device: Device, layer: str, now_ns: SimTimeNs) -> None:
+        """Make a board and its axis what all the faults that are in force on them say; one of ``layer`` has
+        begun or ended."""
+        here = {number: fault for number, (fault, at) in self._in_force.items() if at.device is device}
+        supply_V = device.axis.nominal_supply_V
+        state = axis_state(here.values(), supply_V)
+        before = self._axis_states.get(device) or axis_state((), supply_V)
+        for what, value in state.items():
+            if value != before[what]:
+                device.axis.fault(what, value)
+        self._axis_states[device] = state
+        off = [number for number, fault in here.items() if fault.kind == "node_brown_out"]
+        device.power(f"no power (fault {off[0]})" if off else None, now_ns)
+        device.is_hung = any(fault.kind == "node_hang" for fault in here.values())
+        if layer == "node":
+            device.step(now_ns)
+            group.note_due(device)
 
 
-Effect = Callable[[int, Fault, Place, SimTimeNs], Callable[[], None]]
-"""Makes a fault begin; answers what ends it."""
-
-
-def _on_bytes(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
+def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
+    """The directions that a fault of a port is on."""
     assert place.uart
+    rx, tx = place.uart.rx_faults, place.uart.tx_faults
+    if fault.kind == "host_close":
+        return [rx, tx]
+    return [rx] if fault.parameters.get("towards") == "board" else [tx]
+
+
+def _byte_faults(fault: Fault) -> ByteFaults:
+    if fault.layer == "host":
+        return ByteFaults(byte_fault("byte_drop", 1.0), 0)
     delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
     effect = byte_fault(fault.kind, fault.number("rate"), delay_ns)
-    ways = place.uart.rx_faults if fault.parameters["towards"] == "board" else place.uart.tx_faults
-    ways[number] = ByteFaults(effect, int(fault.number("seed")))
-    return lambda: (ways.pop(number), None)[1]
+    return ByteFaults(effect, int(fault.number("seed")))
 
 
-def _host(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    assert place.uart
-    ways = [place.uart.tx_faults] + ([place.uart.rx_faults] if fault.kind == "host_close" else [])
-    for way in ways:
-        way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0)
-
-    def undo() -> None:
-        for way in ways:
-            way.pop(number)
-
-    return undo
+def _happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+    """What happens once, and is over."""
+    assert place.device
+    if fault.kind == "steps_lost":
+        place.device.axis.fault("shift_rev", fault.number("turn_deg") / 360)
+        return
+    place.device.apply(Reset(), now_ns)
+    place.device.step(now_ns)
+    place.group.note_due(place.device)
 
 
-def _on_segment(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    segment = place.segment
-    assert segment
-
-    def answer(at_ns: int, station: str, raw: bytes) -> None:
-        place.group.at(at_ns, partial(_send, segment, station, raw))
-
-    segment.inject(number, fault, place.station, answer)
-    return lambda: segment.clear(number, fault, place.station)
+def _answer(place: Place, at_ns: int, station: str, raw: bytes) -> None:
+    assert place.segment
+    place.group.at(at_ns, partial(_send, place.segment, station, raw))
 
 
 def _send(segment: Segment, station: str, raw: bytes, now_ns: SimTimeNs) -> None:
     if segment.has(station):
         segment.transmit(station, now_ns, raw, segment.baud_of(station))
-
-
-def _babble(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    segment, station = place.segment, place.station
-    assert segment
-    chance = Chance(int(fault.number("seed")))
-    period_ns = round(fault.number("every_ms") * NS_PER_MS)
-    is_on = True
-
-    def speak(at_ns: SimTimeNs) -> None:
-        if is_on:
-            data = bytes(chance.bits() & 0xFF for _ in range(int(fault.number("bytes"))))
-            _send(segment, station, data, at_ns)
-            place.group.at(at_ns + period_ns, speak)
-
-    def stop() -> None:
-        nonlocal is_on
-        is_on = False
-
-    speak(now_ns)
-    return stop
-
-
-def _reset(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    assert place.device
-    place.device.apply(Reset(), now_ns)
-    place.device.step(now_ns)
-    place.group.note_due(place.device)
-    return lambda: None
-
-
-def _brown_out(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    device = place.device
-    assert device
-    device.lose_power(f"no power (fault {number})")
-    return lambda: (_reset(number, fault, place, place.group.now_ns), None)[1]
-
-
-def _hang(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    device = place.device
-    assert device
-    device.is_hung = True
-
-    def go_on() -> None:
-        device.is_hung = False
-        device.step(place.group.now_ns)
-        place.group.note_due(device)
-
-    return go_on
-
-
-def _load(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    assert place.device
-    axis, torque_Nm = place.device.axis, fault.number("torque_Nm")
-    axis.set("load_torque_Nm", axis.get("load_torque_Nm") + torque_Nm)
-    return lambda: axis.set("load_torque_Nm", axis.get("load_torque_Nm") - torque_Nm)
-
-
-def _encoder(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    assert place.device
-    axis = place.device.axis
-    count = OPEN_LINE_COUNT if fault.kind == "encoder_disconnect" else int(axis.get("raw"))
-    axis.script_encoder(((now_ns, count),), False)
-    return lambda: axis.script_encoder((), False)
-
-
-def _shaft(number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> Callable[[], None]:
-    assert place.device
-    axis = place.device.axis
-    values: dict[str, float] = {}
-    undone: dict[str, float] = {}
-    match fault.kind:
-        case "shaft_jam":
-            values["jam"] = 1
-        case "steps_lost":
-            axis.fault("shift_rev", fault.number("turn_deg") / 360)
-        case "phase_open":
-            values["open_a" if fault.parameters["coil"] == "A" else "open_b"] = 1
-        case "thermal_trip":
-            values |= {"open_a": 1, "open_b": 1}
-        case "supply_sag":
-            undone["supply_V"] = axis.supply_V()
-            values["supply_V"] = fault.number("supply_V")
-        case "encoder_slip":
-            values["slip_counts"] = fault.number("counts")
-        case "encoder_noise":
-            axis.fault("noise_seed", fault.number("seed"))
-            values["noise_counts"] = fault.number("counts")
-    for what, value in values.items():
-        axis.fault(what, value)
-
-    def undo() -> None:
-        for what in values:
-            axis.fault(what, undone.get(what, 0))
-
-    return undo
-
-
-_EFFECTS: dict[str, Effect] = {
-    **dict.fromkeys(("byte_flip", "byte_drop", "byte_duplicate", "byte_delay"), _on_bytes),
-    "host_stop_reading": _host,
-    "host_close": _host,
-    "node_babble": _babble,
-    "node_reset": _reset,
-    "node_brown_out": _brown_out,
-    "node_hang": _hang,
-    "shaft_load": _load,
-    **dict.fromkeys(
-        (
-            "shaft_jam",
-            "steps_lost",
-            "phase_open",
-            "thermal_trip",
-            "supply_sag",
-            "encoder_slip",
-            "encoder_noise",
-        ),
-        _shaft,
-    ),
-    "encoder_freeze": _encoder,
-    "encoder_disconnect": _encoder,
-}

@@ -68,6 +68,10 @@ def _digits(value: Any) -> str:
     return text(value)
 
 
+def _whole_or_none(value: Any) -> int | None:
+    return None if value is None else whole(value)
+
+
 def _value(value: Any) -> float | str:
     return value if isinstance(value, str) else number(value)
 
@@ -93,10 +97,11 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
     str: text,
     bool: _flag,
     bytes: hexadecimal,
-    int | None: lambda value: None if value is None else whole(value),
+    int | None: _whole_or_none,
     tuple[tuple[int, int], ...]: _rows(whole, whole),
     tuple[tuple[int, str], ...]: _rows(whole, _digits),
     tuple[tuple[str, float | str], ...]: _rows(text, _value),
+    tuple[tuple[str, int | None, str], ...]: _rows(text, _whole_or_none, _digits),
     tuple[PathPiece, ...]: lambda value: tuple(PathPiece(*row) for row in _PIECES(value)),
     Train: lambda value: tuple(Edges(*row) for row in _EDGES(value)),
 }

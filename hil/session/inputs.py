@@ -106,6 +106,17 @@ class Clear:
 
 
 @dataclass(frozen=True)
+class Stopped:
+    """The device was stopped in one of its turns, counted from its start, for a reason that is no matter of
+    simulated time. ``words``: what it had sent in this turn, each with the serial interface, its baud, and
+    the bytes as hexadecimal digits."""
+
+    turn: int
+    reason: str
+    words: tuple[tuple[str, int | None, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Do:
     """A verb of the device's table (``hil.vocab.verbs``) with all its parameters."""
 
@@ -124,7 +135,19 @@ class Follow:
 
 
 Input = (
-    Do | Follow | Inject | Clear | Play | Bytes | Pin | SetField | ScriptEncoder | Drive | Reset | CommitDone
+    Do
+    | Follow
+    | Inject
+    | Clear
+    | Play
+    | Bytes
+    | Pin
+    | SetField
+    | ScriptEncoder
+    | Drive
+    | Reset
+    | CommitDone
+    | Stopped
 )
 KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
@@ -139,6 +162,7 @@ KINDS: dict[str, type[Any]] = {
     "drive": Drive,
     "reset": Reset,
     "commit_done": CommitDone,
+    "stopped": Stopped,
 }
 _NAMES = {kind: name for name, kind in KINDS.items()}
 

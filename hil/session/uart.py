@@ -69,6 +69,9 @@ class DeviceUart:
         """Called when ``next_arrival_ns`` may be earlier than it was."""
         self.busy_flag: tuple[set[str], str] | None = None
         """Where a segment wants to know that the firmware does not poll, and under which name."""
+        self.later: list[tuple[DeviceUart, int | None, bytes]] | None = None
+        """Where what is written waits for ``put``; None: it does not."""
+        self._told_address: int | None = None
         self._sent = sent
         self._in_flight: deque[_Flight] = deque()
         self._taken = 0
@@ -95,10 +98,22 @@ class DeviceUart:
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
         self.wake_on(None)
         self.listen_for(None)
+        self.tell_address()
+
+    def halt(self) -> None:
+        """The sketch was stopped, wherever it was: what it did here since ``tell_address`` is undone."""
+        self.baud = self._power_up_baud
+        self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+        self.address = self._told_address
+        self.wake_on(None)
 
     def listen_for(self, address: int | None) -> None:
-        if address != self.address:
-            self.address = address
+        self.address = address
+
+    def tell_address(self) -> None:
+        """Let the segment know which packets concern the sketch now."""
+        if self.address != self._told_address:
+            self._told_address = self.address
             self.address_changed()
 
     def wake_on(self, byte: int | None, mark: int | None = None) -> None:
@@ -144,18 +159,25 @@ class DeviceUart:
     def write(self, data: bytes) -> None:
         if not data:
             return
+        if self.later is None:
+            self.put(data, self.baud)
+        else:
+            self.later.append((self, self.baud, data))
+
+    def put(self, data: bytes, baud: int | None) -> None:
+        """What was written goes out, through the faults."""
         if self.tx_faults:
             for delay_ns, piece in apply_all(self.tx_faults.values(), data):
-                self._send(piece, delay_ns)
+                self._send(piece, baud, delay_ns)
         else:
-            self._send(data, 0)
+            self._send(data, baud, 0)
 
-    def _send(self, data: bytes, delay_ns: int) -> None:
-        if self.baud is None:
+    def _send(self, data: bytes, baud: int | None, delay_ns: int) -> None:
+        if baud is None:
             self._sent(self.now_ns, data)
             return
         start_ns = max(self.now_ns + delay_ns, self.tx_free_ns)
-        self.tx_free_ns = start_ns + character_ns(len(data), self.baud)
+        self.tx_free_ns = start_ns + character_ns(len(data), baud)
         self._sent(SimTimeNs(start_ns), data)
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:

@@ -33,6 +33,8 @@ class FaultKind:
     """A key of ``TARGETS``."""
     about: str
     parameters: tuple[Parameter, ...] = ()
+    is_once: bool = False
+    """It happens, and is over at once: from then on it is not listed."""
 
 
 _BYTE_RATE = Parameter("rate", "probability for each byte")
@@ -84,7 +86,7 @@ _KINDS = (
         "driver_late",
         "wire",
         STATION,
-        "a station's driver goes off late",
+        "a station's driver goes off late; of several the latest counts",
         (Parameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),),
     ),
     FaultKind(
@@ -105,14 +107,24 @@ _KINDS = (
         "another node acknowledges what goes to an address",
         (Parameter("address", "its address", "", 4.0, 255.0),),
     ),
-    FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once"),
-    FaultKind("node_brown_out", "node", DEVICE, "the board has no power, and starts again afterwards"),
-    FaultKind("node_hang", "node", DEVICE, "the main program stands still; motor and interrupts go on"),
+    FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once", is_once=True),
+    FaultKind(
+        "node_brown_out",
+        "node",
+        DEVICE,
+        "board and motor have no power, whatever resets it, and it starts again afterwards",
+    ),
+    FaultKind(
+        "node_hang",
+        "node",
+        DEVICE,
+        "the main program stands still, also after a reset; motor and interrupts go on",
+    ),
     FaultKind(
         "shaft_load",
         "physics",
         SHAFT,
-        "a torque on the shaft, beside the load that is there",
+        "a torque on the shaft beside the load that was set; several add up",
         (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
     ),
     FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
@@ -122,6 +134,7 @@ _KINDS = (
         SHAFT,
         "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
         (Parameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
+        is_once=True,
     ),
     FaultKind(
         "phase_open",
@@ -135,21 +148,21 @@ _KINDS = (
         "supply_sag",
         "physics",
         SUPPLIED,
-        "the supply has another voltage",
+        "the supply has another voltage; of several the latest counts",
         (Parameter("supply_V", "what is left", "V", 0.0, 100.0),),
     ),
     FaultKind(
         "encoder_slip",
         "physics",
         SERVO,
-        "the magnet has slipped on the shaft",
+        "the magnet has slipped on the shaft; several add up",
         (Parameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
     ),
     FaultKind(
         "encoder_noise",
         "physics",
         SERVO,
-        "readings scatter",
+        "readings scatter; of several the latest counts",
         (Parameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
     ),
     FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),

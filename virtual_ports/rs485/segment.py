@@ -93,7 +93,10 @@ class Station:
     is_swapped: bool = False
     """Its two wires are swapped."""
     is_cut: bool = False
-    """The wire to it is cut."""
+    """The wire to it is cut, or it was taken off."""
+    is_taken_off: bool = False
+    wire_faults: dict[int, Fault] = field(default_factory=dict)
+    """By their numbers, the oldest first; the fields above are what they and ``is_taken_off`` come to."""
     transforms: dict[int, Transform] = field(default_factory=dict)
     """What it sends instead of its packets, by the numbers of faults."""
 
@@ -153,8 +156,8 @@ class Segment:
 
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
-        self.stations[station].is_cut = is_cut
-        self.changed()
+        self.stations[station].is_taken_off = is_cut
+        self._set_wire(self.stations[station])
 
     def clashes_with(self, address: int, but: str) -> list[str]:
         """Stations on the line, but one, that have an address."""
@@ -193,7 +196,8 @@ class Segment:
             transform = packet_fault(fault.kind, fault.number("rate"), int(fault.number("seed")))
             self.stations[station].transforms[number] = transform
         else:
-            self._set_wire(fault, self.stations[station], is_on=True)
+            self.stations[station].wire_faults[number] = fault
+            self._set_wire(self.stations[station])
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         """A fault ends."""
@@ -201,20 +205,20 @@ class Segment:
         if fault.kind == "node_clash":
             self.leave(f"fault {number}")
         elif fault.layer == "wire" and fault.kind != "wire_noise":
-            self._set_wire(fault, self.stations[station], is_on=False)
+            del self.stations[station].wire_faults[number]
+            self._set_wire(self.stations[station])
         elif station in self.stations:
             self.stations[station].transforms.pop(number, None)
 
-    def _set_wire(self, fault: Fault, station: Station, *, is_on: bool) -> None:
-        match fault.kind:
-            case "wire_cut":
-                station.is_cut = is_on
-            case "wire_swapped":
-                station.is_swapped = is_on
-            case "driver_stuck":
-                station.is_stuck = is_on
-            case "driver_late":
-                station.release_ns = round(fault.number("late_us") * 1000) if is_on else 0
+    def _set_wire(self, station: Station) -> None:
+        """A station's wire is what all that is wrong with it says; of two late drivers the later fault's."""
+        faults = station.wire_faults.values()
+        kinds = {fault.kind for fault in faults}
+        station.is_cut = station.is_taken_off or "wire_cut" in kinds
+        station.is_swapped = "wire_swapped" in kinds
+        station.is_stuck = "driver_stuck" in kinds
+        late_us = [fault.number("late_us") for fault in faults if fault.kind == "driver_late"]
+        station.release_ns = round(late_us[-1] * 1000) if late_us else 0
         self.changed()
 
     def changed(self) -> None:

@@ -39,9 +39,18 @@ static int faulty_raw(const hil_axis *a, int raw, int64_t t_ns)
     return (raw + a->fault.slip_counts + (int)floor(noise + 0.5)) & 16383;
 }
 
-static int raw_at(const hil_axis *a, int64_t t_ns)
+/* What is read of an encoder that does not see the shaft; -1: it sees it. */
+static int blind_raw(const hil_axis *a, int64_t t_ns)
 {
-    if (a->encoder.script_len) return encoder_scripted_raw(&a->encoder, t_ns);
+    if (a->fault.is_line_open) return 16383;
+    if (a->fault.is_frozen) return a->fault.frozen_raw;
+    return a->encoder.script_len ? encoder_scripted_raw(&a->encoder, t_ns) : -1;
+}
+
+int axis_raw(const hil_axis *a, int64_t t_ns)
+{
+    int raw = blind_raw(a, t_ns);
+    if (raw >= 0) return raw;
     if (!a->is_full) return faulty_raw(a, shaft_raw(plant_at(&a->plant, t_ns).rev), t_ns);
     full now = full_at(&a->full, t_ns);
     return faulty_raw(a, full_raw(&now, t_ns), t_ns);
@@ -70,6 +79,13 @@ void axis_set_currents(hil_axis *a, double a_A, double b_A)
     if (a->fault.is_open_b) b_A = 0;
     if (a->is_full) full_set_currents(&a->full, a_A, b_A);
     else plant_set_currents(&a->plant, a_A, b_A);
+}
+
+void axis_load(hil_axis *a)
+{
+    double load_Nm = a->load_torque_Nm + a->fault.load_Nm;
+    if (a->is_full) full_set_load(&a->full, load_Nm);
+    else plant_set_load(&a->plant, load_Nm);
 }
 
 static double load_torque_Nm(const hil_axis *a) { return a->is_full ? a->full.load_torque_Nm : a->plant.load_torque_Nm; }
@@ -120,9 +136,9 @@ static void control_step(hil_core *c, hil_axis *a, int axis)
     int64_t at_ns = a->next_step_ns;
     axis_make_node(a, at_ns);
     if (a->follow.n) follow_step(a, at_ns);
-    int raw = a->encoder.script_len ? encoder_scripted_raw(&a->encoder, at_ns)
-              : a->is_full          ? faulty_raw(a, full_raw(&a->full, at_ns), at_ns)
-                                    : faulty_raw(a, shaft_raw(a->plant.moving.rev), at_ns);
+    int raw = blind_raw(a, at_ns);
+    if (raw < 0)
+        raw = faulty_raw(a, a->is_full ? full_raw(&a->full, at_ns) : shaft_raw(a->plant.moving.rev), at_ns);
     float y;
     int print = mechaduino_step(&a->law, c->sine, a->table, spi_exchange(a, 0xFFFF, raw) & 16383, &y);
     axis_drive(a);
@@ -205,6 +221,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     a->order = a->next_in_group < 0 ? 0 : c->axes[a->next_in_group].order + 1;
     c->groups[group].first_axis = axis;
     a->amps_per_count = amps_per_count;
+    a->load_torque_Nm = params->load_torque_Nm;
     a->encoder.previous_command = 0xFFFF;
     a->source.next_ns = a->watch_next_ns = HIL_FOREVER;
     if (params->law == HIL_LAW_SAC && stepper_open(a, params)) {
@@ -268,7 +285,7 @@ int hil_axis_spi(hil_core *c, int axis, int command)
     int64_t now_ns;
     hil_axis *a = at(c, axis, &now_ns);
     a->is_shown = 0; /* reading changes registers */
-    return spi_exchange(a, command, raw_at(a, now_ns));
+    return spi_exchange(a, command, axis_raw(a, now_ns));
 }
 
 float *hil_axis_table(hil_core *c, int axis) { return c->axes[axis].table; }
@@ -344,7 +361,8 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.b_A = a->plant.current_b_A;
         a->view.raw = faulty_raw(a, shaft_raw(s.rev), now_ns);
     }
-    if (a->encoder.script_len) a->view.raw = encoder_scripted_raw(&a->encoder, now_ns);
+    int blind = blind_raw(a, now_ns);
+    if (blind >= 0) a->view.raw = blind;
 }
 
 void axis_fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
@@ -433,8 +451,8 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     switch (field) {
     case HIL_FIELD_load_torque_Nm:
         axis_make_node(a, now_ns);
-        if (a->is_full) full_set_load(&a->full, value);
-        else plant_set_load(&a->plant, value);
+        a->load_torque_Nm = value;
+        axis_load(a);
         return 0;
     case HIL_FIELD_clock_Hz: /* beyond 1 THz nothing changes: no pulse is shorter than 2 us */
         motion_clock(&a->stepper->motion, (int64_t)fmin(fmax(value, -1), 1e12), (now_ns + 499) / 500);

@@ -30,6 +30,9 @@ typedef struct axis_fault {
     int is_jammed, is_open_a, is_open_b;
     int32_t slip_counts; /* how far the magnet has slipped on the shaft */
     double noise_counts; /* standard deviation of a reading */
+    double load_Nm;      /* beside the axis's own; no matter of is_faulty */
+    int is_frozen, is_line_open; /* the encoder's count, and the line that it goes over */
+    int32_t frozen_raw;
     uint64_t noise_key;
     double told_a_A, told_b_A; /* the latest current commands */
 } axis_fault;
@@ -69,6 +72,7 @@ typedef struct hil_axis {
     plant plant;
     full full;
     encoder encoder;
+    double load_torque_Nm; /* as it was set, without the fault's */
     axis_fault fault;
     int is_faulty; /* something of fault is set: no lane has room for it */
     double amps_per_count;
@@ -165,6 +169,8 @@ void watch_end(hil_axis *a);                          /* all of them */
 void axis_make_node(hil_axis *a, int64_t t_ns);
 hil_axis *axis_stirred(hil_core *c, int axis, int64_t *now_ns); /* for what changes it; *now_ns: its group's time */
 void axis_drive(hil_axis *a);                              /* the law's currents, at a node */
+int axis_raw(const hil_axis *a, int64_t t_ns);             /* what the encoder reads */
+void axis_load(hil_axis *a);                               /* at a node: both loads act from now on */
 int encoder_scripted_raw(const encoder *s, int64_t t_ns);  /* with a script */
 void axis_run_plant(hil_axis *a, int64_t t_ns);
 void axis_set_currents(hil_axis *a, double a_A, double b_A);

@@ -49,6 +49,16 @@ double hil_axis_supply_V(const hil_core *c, int axis)
     return a->is_full ? a->full.motor.supply_V : 0;
 }
 
+/* The encoder's count, whether or not its line is open. */
+static int count_without_line(hil_axis *a, int64_t t_ns)
+{
+    int is_open = a->fault.is_line_open;
+    a->fault.is_line_open = 0;
+    int raw = axis_raw(a, t_ns);
+    a->fault.is_line_open = is_open;
+    return raw;
+}
+
 int hil_axis_fault(hil_core *c, int axis, int what, double value)
 {
     int64_t now_ns;
@@ -73,13 +83,24 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
         break;
     case HIL_FAULT_SHIFT:
         if (fabs(value) > 1e6) return -1;
+        if (f->is_jammed) break;
         if (a->is_full) a->full.moving.state.rev += value;
         else a->plant.moving.rev += value;
         if (a->is_full) full_locate(&a->full.moving);
         break;
+    case HIL_FAULT_LOAD:
+        f->load_Nm = value;
+        axis_load(a);
+        break;
+    case HIL_FAULT_FREEZE:
+        if (value != 0 && !f->is_frozen) f->frozen_raw = count_without_line(a, now_ns);
+        f->is_frozen = value != 0;
+        break;
+    case HIL_FAULT_OPEN_LINE: f->is_line_open = value != 0; break;
     default: return -1;
     }
-    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0;
+    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||
+                   f->is_frozen || f->is_line_open;
     if (a->stepper) axis_set_currents(a, f->told_a_A, f->told_b_A);
     else axis_drive(a);
     return 0;

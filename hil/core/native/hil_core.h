@@ -165,7 +165,10 @@ enum {
     HIL_FAULT_NOISE,        /* standard deviation of a reading, counts */
     HIL_FAULT_NOISE_SEED,   /* a whole number */
     HIL_FAULT_SUPPLY,       /* volts of the full plant's supply */
-    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once */
+    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once; not one that is jammed */
+    HIL_FAULT_LOAD,         /* Nm on the shaft beside load_torque_Nm as it was set */
+    HIL_FAULT_FREEZE,       /* 1: the encoder stays at the count that it has now */
+    HIL_FAULT_OPEN_LINE,    /* 1: the encoder's data line is open and reads as all ones */
 };
 /* -1: this axis cannot have it. */
 int hil_axis_fault(hil_core *c, int axis, int what, double value);
@@ -258,6 +261,8 @@ hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const 
 void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns); /* 0, 0 disarms */
 void hil_watchdog_enter(hil_watchdog *w, const char *work);             /* its name, which stays where it is */
 int hil_watchdog_leave(hil_watchdog *w);                                /* 1 if it was reported */
+void hil_watchdog_aside(hil_watchdog *w);                               /* in work: what comes is not of it */
+void hil_watchdog_resume(hil_watchdog *w, const char *work);            /* it is again */
 int64_t hil_watchdog_bells(const hil_watchdog *w);                      /* of CPU time, since it was armed */
 int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall);        /* since it was entered */
 void hil_watchdog_free(hil_watchdog *w);

@@ -96,7 +96,10 @@ def _of_bench(daemon: "Daemon") -> Iterator[Problem]:
 def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
     for name, device in daemon.bench.devices.items():
         if device.failed:
-            yield Problem("device", name, f"stopped: {device.failed}", f"`hil reset {name}` restarts it")
+            remedy = (
+                f"`hil reset {name}` restarts it" if device.has_power else "`hil fault clear` ends the fault"
+            )
+            yield Problem("device", name, f"stopped: {device.failed}", remedy)
     for name, why in daemon.store.failures.items():
         remedy = f"it keeps its old content; mend {daemon.state_dir} and let the board store again"
         yield Problem("flash", name, f"its flash was not written: {why}", remedy)

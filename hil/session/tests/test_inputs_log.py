@@ -20,6 +20,7 @@ from hil.session.inputs import (
     Reset,
     ScriptEncoder,
     SetField,
+    Stopped,
     encode_line,
 )
 from hil.vocab.time import SimTimeNs
@@ -33,6 +34,15 @@ INPUTS: st.SearchStrategy[Input] = st.one_of(
     st.builds(ScriptEncoder, st.lists(st.tuples(INT64, INT64), max_size=8).map(tuple), st.booleans()),
     st.builds(Reset),
     st.builds(CommitDone, st.booleans()),
+    st.builds(
+        Stopped,
+        st.integers(0),
+        st.text(max_size=10),
+        st.lists(
+            st.tuples(st.text(max_size=8), st.none() | st.integers(50), st.binary(max_size=9).map(bytes.hex)),
+            max_size=3,
+        ).map(tuple),
+    ),
 )
 LOGGED = st.builds(Logged, st.integers(0, LATEST_NS).map(SimTimeNs), TEXT, INPUTS)
 GOOD = '{"at_ns":5,"device":"m1","input":"bytes","data":"7079","client_baud":null}'

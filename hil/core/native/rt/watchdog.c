@@ -139,6 +139,13 @@ int hil_watchdog_leave(hil_watchdog *w)
     return atomic_load_explicit(&w->reported, memory_order_relaxed) && atomic_exchange(&w->reported, 0);
 }
 
+void hil_watchdog_aside(hil_watchdog *w) { atomic_store_explicit(&w->work, NULL, memory_order_relaxed); }
+
+void hil_watchdog_resume(hil_watchdog *w, const char *work)
+{
+    atomic_store_explicit(&w->work, work, memory_order_relaxed);
+}
+
 int64_t hil_watchdog_bells(const hil_watchdog *w) { return atomic_load(&((hil_watchdog *)w)->rung); }
 
 int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall)

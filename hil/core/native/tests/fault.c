@@ -80,6 +80,48 @@ static void encoder_errors(hil_core *c)
     CHECK_INT(look(c).raw, raw);
 }
 
+/* What was set and what a fault adds: neither knows the other's value. */
+static void loads(hil_core *c)
+{
+    hil_axis_fault(c, 0, HIL_FAULT_LOAD, 0.05);
+    hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0.02);
+    CHECK_NEAR(look(c).load_torque_Nm, 0.07, 1e-15);
+    hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0);
+    CHECK_NEAR(look(c).load_torque_Nm, 0.05, 0);
+    hil_axis_fault(c, 0, HIL_FAULT_LOAD, 0);
+    CHECK_NEAR(look(c).load_torque_Nm, 0, 0);
+}
+
+/* Over an open line nothing is seen of a count that stands still, and of neither when both are over. */
+static void blind_encoders(hil_core *c)
+{
+    int raw = look(c).raw;
+    hil_axis_fault(c, 0, HIL_FAULT_OPEN_LINE, 1);
+    hil_axis_fault(c, 0, HIL_FAULT_FREEZE, 1);
+    CHECK_INT(look(c).raw, 16383);
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_raw), 16383);
+    hil_axis_set(c, 0, HIL_FIELD_load_torque_Nm, 0.2);
+    hil_group_advance(c, 0, 400000000);
+    CHECK_INT(look(c).raw, 16383);
+    hil_axis_fault(c, 0, HIL_FAULT_OPEN_LINE, 0);
+    CHECK_INT(look(c).raw, raw);
+    hil_axis_fault(c, 0, HIL_FAULT_FREEZE, 1);
+    CHECK_INT(look(c).raw, raw);
+    hil_axis_fault(c, 0, HIL_FAULT_FREEZE, 0);
+    CHECK(abs(look(c).raw - raw) > 4);
+}
+
+static void jam_against_a_hand(hil_core *c)
+{
+    double before = look(c).position_deg;
+    hil_axis_fault(c, 0, HIL_FAULT_JAM, 1);
+    hil_axis_fault(c, 0, HIL_FAULT_SHIFT, 0.25);
+    CHECK_NEAR(look(c).position_deg, before, 0);
+}
+
+static void loads_add_up(void) { each_plant(loads); }
+static void an_encoder_is_blind(void) { each_plant(blind_encoders); }
+static void a_hand_does_not_turn_what_is_jammed(void) { each_plant(jam_against_a_hand); }
 static void a_jam_holds_the_shaft(void) { each_plant(jam); }
 static void an_open_phase_has_no_current(void) { each_plant(open_phases); }
 static void an_encoder_slips_and_scatters(void) { each_plant(encoder_errors); }
@@ -114,6 +156,9 @@ void fault_tests(void)
 {
     RUN(a_jam_holds_the_shaft);
     RUN(a_jam_is_the_same_however_time_is_cut);
+    RUN(a_hand_does_not_turn_what_is_jammed);
+    RUN(loads_add_up);
+    RUN(an_encoder_is_blind);
     RUN(an_open_phase_has_no_current);
     RUN(an_encoder_slips_and_scatters);
     RUN(what_an_axis_cannot_have_is_refused);

@@ -1,0 +1,336 @@
+"""What is in force is what is listed: faults of all kinds at once, in any order of beginnings and ends.
+
+The model is the list. The checks look at what the faults act on: axes, boards, stations, ways of bytes.
+"""
+
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from hil.compose.replay import replay
+from hil.session.device import Device
+from hil.session.input_log import InputLogWriter
+from hil.session.inputs import CommitDone
+from hil.testing import Bench
+from hil.vocab.faults import (
+    DEVICE,
+    FAULT_KINDS,
+    PORT,
+    SEGMENT,
+    SERVO,
+    SHAFT,
+    STATION,
+    SUPPLIED,
+    TWIN_PORT,
+)
+from hil.wire.packet import PacketDecoder, encode
+
+CONFIG: dict[str, Any] = {
+    "bench": "f",
+    "devices": {
+        "s1": {"profile": "sac"},
+        "m1": {"profile": "mechaduino", "flash": {"table": "identity"}},
+        "m2": {"profile": "mechaduino", "flash": {"table": "identity"}, "plant": "full"},
+    },
+    "segments": {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "memory"}}}},
+}
+PLACES = {
+    PORT: ["s1", "s1.network", "m1", "m2"],
+    TWIN_PORT: ["s1", "m1", "m2"],
+    STATION: ["s1.network", "bus0.master"],
+    SEGMENT: ["bus0"],
+    DEVICE: ["s1", "m1", "m2"],
+    SHAFT: ["s1", "m1", "m2"],
+    SERVO: ["m1", "m2"],
+    SUPPLIED: ["m2"],
+}
+MODEST = {
+    "rate": st.sampled_from([0.0, 0.01, 0.5, 1.0]),
+    "delay_ms": st.sampled_from([0.0, 5.0]),
+    "seed": st.integers(0, 3).map(float),
+    "late_us": st.sampled_from([0.0, 500.0, 4000.0]),
+    "bytes": st.integers(1, 10).map(float),
+    "every_ms": st.sampled_from([40.0, 90.0]),
+    "address": st.sampled_from([85.0, 9.0]),
+    "torque_Nm": st.sampled_from([-0.2, 0.1, 0.05]),
+    "turn_deg": st.sampled_from([-7.2, 90.0]),
+    "supply_V": st.sampled_from([0.0, 6.0, 10.0]),
+    "counts": st.integers(0, 300).map(float),
+}
+"""Of parameters that are numbers; words are drawn from the table."""
+MS = 1_000_000
+STRONG_NM = 0.3
+NOMINAL_V = 24.0
+
+
+@st.composite
+def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
+    """A kind, where, and all its parameters."""
+    kind = FAULT_KINDS[draw(st.sampled_from(sorted(FAULT_KINDS)))]
+    parameters: dict[str, float | str] = {
+        each.name: draw(st.sampled_from(each.choices) if each.choices else MODEST[each.name])
+        for each in kind.parameters
+    }
+    parameters["start_s"] = draw(st.sampled_from([0.0, 0.0, 0.1, 0.3]))
+    parameters["for_s"] = draw(st.sampled_from([0.0, 0.0, 0.1, 0.25]))
+    return kind.name, draw(st.sampled_from(PLACES[kind.target])), parameters
+
+
+@dataclass
+class Entry:
+    """One of the list."""
+
+    number: int
+    kind: str
+    target: str
+    parameters: dict[str, Any]
+    begin_ns: int
+    end_ns: float
+
+
+class Later:
+    """Memory that is written when the test says so: the answer is an input of the log, as a daemon's."""
+
+    def __init__(self) -> None:
+        self.asked: list[Device] = []
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        self.asked.append(device)
+
+
+@dataclass
+class Rig:
+    """A bench whose inputs are logged."""
+
+    log: io.StringIO = field(default_factory=io.StringIO)
+    store: Later = field(default_factory=Later)
+
+    def __post_init__(self) -> None:
+        self.bench = Bench(CONFIG)
+        self.runtime = self.bench._runtime
+        writer = InputLogWriter(self.log, "test", CONFIG, {n: d.nvm for n, d in self.runtime.devices.items()})
+        self.runtime.log = writer
+        self.runtime.listeners.append(writer.sent)
+        for device in self.runtime.devices.values():
+            device._store = self.store
+        self.wire: Any = self.runtime.segments["bus0"]
+        self.master = self.bench.tap("bus0.master")
+        self.run(4500)
+
+    def run(self, ms: float) -> None:
+        self.bench.run(ms=ms)
+        asked, self.store.asked = self.store.asked, []
+        for device in asked:
+            self.runtime.give(device, CommitDone(True))
+
+    def field(self, name: str, what: str) -> float:
+        return float(getattr(self.bench.axis(name).snapshot(), what))
+
+    def answers(self) -> list[bytes]:
+        """What an untouched bench can be told by."""
+        for name in CONFIG["devices"]:
+            self.bench.port(name).read()
+        self.master.read()
+        said = []
+        for name, line in (("s1", b"vd\r"), ("m1", b"p"), ("m2", b"p")):
+            self.bench.port(name).write(line)
+            self.run(400)
+            said.append(self.bench.port(name).read().split(b"Angle")[0])
+        self.master.write(encode(85, 1, b"y"))
+        self.run(50)
+        return [*said, *(item.raw for item in PacketDecoder().feed(self.master.read()))]
+
+    def pushed_deg(self, name: str) -> float:
+        """How far a load beside the one that is there moves the shaft in 5 ms."""
+        axis = self.bench.axis(name)
+        before_deg, set_Nm = self.field(name, "position_deg"), axis.load_torque_Nm
+        axis.load_torque_Nm = set_Nm + STRONG_NM
+        self.run(5)
+        axis.load_torque_Nm = set_Nm
+        return abs(self.field(name, "position_deg") - before_deg)
+
+
+UNTOUCHED = Rig().answers()
+
+
+class Overlaps(RuleBasedStateMachine):
+    def __init__(self) -> None:
+        super().__init__()
+        self.rig = Rig()
+        self.bench = self.rig.bench
+        self.entries: dict[int, Entry] = {}
+        self.loads_Nm = {name: 0.0 for name in CONFIG["devices"]}
+        self.frozen: dict[str, tuple[set[int], float]] = {}
+
+    # ---- what happens ----
+
+    @rule(fault=begun())
+    def begin(self, fault: tuple[str, str, dict[str, float | str]]) -> None:
+        kind, target, parameters = fault
+        number = self.bench.fault(kind, target, **parameters).number
+        begin_ns = self.bench.now_ns + round(float(parameters["start_s"]) * 1e9)
+        for_ns = round(float(parameters["for_s"]) * 1e9)
+        end_ns = begin_ns + for_ns if for_ns else math.inf
+        if FAULT_KINDS[kind].is_once:
+            end_ns = begin_ns
+        self.entries[number] = Entry(number, kind, target, dict(parameters), begin_ns, end_ns)
+
+    @precondition(lambda self: self.entries)
+    @rule(data=st.data())
+    def clear(self, data: st.DataObject) -> None:
+        number = data.draw(st.sampled_from(sorted(self.entries)))
+        self.rig.runtime.clear_fault(number)
+        del self.entries[number]
+
+    @rule(name=st.sampled_from(["s1", "m1", "m2"]))
+    def reset(self, name: str) -> None:
+        self.bench.device(name).reset()
+
+    @rule(name=st.sampled_from(["s1", "m1", "m2"]), torque_Nm=st.sampled_from([-0.1, 0.0, 0.03]))
+    def load(self, name: str, torque_Nm: float) -> None:
+        self.bench.axis(name).load_torque_Nm = self.loads_Nm[name] = torque_Nm
+
+    @rule(ms=st.sampled_from([1, 50, 100, 250, 2000]))
+    def time_passes(self, ms: int) -> None:
+        self.rig.run(ms)
+
+    @rule(name=st.sampled_from(["s1", "m1", "m2"]), line=st.sampled_from([b"vd\r", b"p", b"s", b"q"]))
+    def typed(self, name: str, line: bytes) -> None:
+        self.bench.port(name).write(line)
+
+    @rule()
+    def asked(self) -> None:
+        self.rig.master.write(encode(85, 1, b"y"))
+
+    # ---- what is to be ----
+
+    def on(self, target: str, *kinds: str) -> list[Entry]:
+        """Those in force on a device, or on exactly this target, in the order that they began."""
+        now_ns = self.bench.now_ns
+        in_force = [each for each in self.entries.values() if each.begin_ns <= now_ns < each.end_ns]
+        here = [
+            each
+            for each in in_force
+            if each.kind in kinds and target in (each.target, each.target.partition(".")[0])
+        ]
+        return sorted(here, key=lambda each: (each.begin_ns, each.number))
+
+    @invariant()
+    def list_is_what_was_asked_for(self) -> None:
+        self.entries = {n: each for n, each in self.entries.items() if each.end_ns > self.bench.now_ns}
+        assert set(self.rig.runtime.faults.active) == set(self.entries)
+
+    @invariant()
+    def boards(self) -> None:
+        for name, device in self.rig.runtime.devices.items():
+            is_off = bool(self.on(name, "node_brown_out"))
+            assert ("no power" in (device.failed or "")) == is_off, device.failed
+            if is_off:
+                assert int((device.failed or "").split()[-1].strip(")")) in self.entries
+            assert device.is_hung == bool(self.on(name, "node_hang"))
+
+    @invariant()
+    def ways_of_bytes(self) -> None:
+        bytes_kinds = [kind.name for kind in FAULT_KINDS.values() if kind.layer == "byte"]
+        for name, device in self.rig.runtime.devices.items():
+            for port, uart in device.uarts.items():
+                target = name if port == "main" else f"{name}.{port}"
+                here = [
+                    each
+                    for each in self.on(target, *bytes_kinds, "host_close", "host_stop_reading")
+                    if each.target == target
+                ]
+                rx = [e.number for e in here if e.parameters.get("towards") == "board"]
+                rx += [e.number for e in here if e.kind == "host_close"]
+                tx = [e.number for e in here if e.parameters.get("towards") != "board"]
+                assert list(uart.rx_faults) == sorted(rx, key=[e.number for e in here].index)
+                assert list(uart.tx_faults) == tx
+
+    @invariant()
+    def wire(self) -> None:
+        wire = self.rig.wire
+        assert list(wire.noise) == [each.number for each in self.on("bus0", "wire_noise")]
+        clashes = {f"fault {each.number}" for each in self.on("bus0", "node_clash")}
+        assert set(wire.stations) == {"s1.network", "bus0.master"} | clashes
+        packet_kinds = [kind.name for kind in FAULT_KINDS.values() if kind.layer == "packet"]
+        for target in PLACES[STATION]:
+            station = wire.stations[target]
+            assert station.is_cut == bool(self.on(target, "wire_cut"))
+            assert station.is_swapped == bool(self.on(target, "wire_swapped"))
+            assert station.is_stuck == bool(self.on(target, "driver_stuck"))
+            late = self.on(target, "driver_late")
+            assert station.release_ns == (late[-1].parameters["late_us"] * 1000 if late else 0)
+            assert list(station.transforms) == [each.number for each in self.on(target, *packet_kinds)]
+
+    @invariant()
+    def shafts(self) -> None:
+        for name in CONFIG["devices"]:
+            loads = [each.parameters["torque_Nm"] for each in self.on(name, "shaft_load")]
+            assert self.rig.field(name, "load_torque_Nm") == self.loads_Nm[name] + math.fsum(loads)
+            if self.on(name, "shaft_jam"):
+                assert self.rig.field(name, "velocity_rpm") == 0
+        sags = self.on("m2", "supply_sag")
+        supply_V = sags[-1].parameters["supply_V"] if sags else NOMINAL_V
+        assert self.rig.runtime.devices["m2"].axis.supply_V() == supply_V
+
+    @invariant()
+    def coils(self) -> None:
+        state = self.bench.axis("m1").snapshot()
+        off = self.on("m1", "thermal_trip", "node_brown_out")
+        broken = {each.parameters["coil"] for each in self.on("m1", "phase_open")}
+        for coil, current_A, told in (
+            ("A", state.current_a_A, state.vref1 * (state.in2 - state.in1)),
+            ("B", state.current_b_A, state.vref2 * (state.in4 - state.in3)),
+        ):
+            assert (current_A == 0) == bool(off or coil in broken or not told)
+
+    @invariant()
+    def encoder(self) -> None:
+        raw, frozen = self.rig.field("m1", "raw"), {each.number for each in self.on("m1", "encoder_freeze")}
+        before, count = self.frozen.pop("m1", (set(), 0.0))
+        if self.on("m1", "encoder_disconnect"):
+            assert raw == 16383
+        elif frozen:
+            if frozen & before:
+                assert raw == count
+            self.frozen["m1"] = frozen, raw
+        elif not any(each.parameters["counts"] for each in self.on("m1", "encoder_noise")[-1:]):
+            slips = sum(each.parameters["counts"] for each in self.on("m1", "encoder_slip"))
+            rev = self.rig.field("m1", "position_deg") / 360
+            assert abs((raw - slips - int(rev % 1 * 16384) + 8192) % 16384 - 8192) <= 1
+
+    @rule(name=st.sampled_from(["m1", "m2"]))
+    def push(self, name: str) -> None:
+        is_jammed = bool(self.on(name, "shaft_jam"))
+        moved_deg = self.rig.pushed_deg(name)
+        if is_jammed and self.on(name, "shaft_jam"):
+            assert moved_deg == 0
+        elif not is_jammed and not self.on(name, "shaft_jam"):
+            assert moved_deg > 0.01
+
+    def teardown(self) -> None:
+        for number in list(self.rig.runtime.faults.active):
+            self.rig.runtime.clear_fault(number)
+        self.entries.clear()
+        for name in CONFIG["devices"]:
+            self.load(name, 0.0)
+            self.bench.device(name).reset()
+        self.rig.run(5000)
+        self.rig.run(5000)
+        for check in (self.boards, self.ways_of_bytes, self.wire, self.shafts, self.coils, self.encoder):
+            check()
+        for name in ("m1", "m2"):
+            assert self.rig.pushed_deg(name) > 0.01
+        assert self.rig.answers() == UNTOUCHED
+        self.rig.log.seek(0)
+        assert replay(self.rig.log).difference() is None
+
+
+TestOverlaps = Overlaps.TestCase
+TestOverlaps.settings = settings(max_examples=25, stateful_step_count=30)
