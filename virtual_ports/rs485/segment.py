@@ -11,7 +11,7 @@ says what contention reads as), parity and other character formats than eight da
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
 from hil.vocab.segment import Receiver, SegmentEvent
@@ -33,8 +33,7 @@ PIECE_BYTES = 256
 """Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
 
 
-@dataclass(frozen=True)
-class Burst:
+class Burst(NamedTuple):
     """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
@@ -44,13 +43,8 @@ class Burst:
     on_ns: int
     off_ns: int
 
-    @property
-    def end_ns(self) -> int:
-        return self.start_ns + character_ns(len(self.data), self.baud)
 
-
-@dataclass(frozen=True)
-class _Clean:
+class _Clean(NamedTuple):
     """A burst that nothing has disturbed yet, and the decoder as it was before it."""
 
     burst: Burst
@@ -117,6 +111,8 @@ class Segment:
         self._piece_of: dict[str, None] = {}
         """Who has sent meanwhile."""
         self._monitor = Ear(MONITOR, 0)
+        self._waiting: set[str] = set()
+        """Stations that have a burst to send when the present one is out."""
         self._is_odd = False
 
     # ---- stations ----
@@ -236,6 +232,10 @@ class Segment:
         sender = self.stations.get(station)
         if sender is None:  # it has left meanwhile
             return
+        end_ns = self.stats.end_ns(station)
+        if end_ns > now_ns:
+            self._wait(station, end_ns, data, baud)
+            return
         for transform in sender.transforms.values():
             data = transform(data)
         for noise in self.noise.values():
@@ -249,12 +249,24 @@ class Segment:
         own.bytes += len(data)
         if sender.is_cut:
             return
-        has_line = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
-        if has_line and not self._line and not self._is_odd:
+        is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
+        if is_alone and not self._line and not self._is_odd:
             self._bring(burst)
         else:
             self._disturb(burst)
         self._clock.at(burst.off_ns, self._settle)
+
+    def _wait(self, station: str, end_ns: int, data: bytes, baud: int) -> None:
+        """A station that still sends is to send more, as by a fault. It has one UART, where one burst can
+        wait; more is lost."""
+
+        def begin(now_ns: SimTimeNs) -> None:
+            self._waiting.discard(station)
+            self._begin(station, data, baud, now_ns)
+
+        if station not in self._waiting:
+            self._waiting.add(station)
+            self._clock.at(end_ns, begin)
 
     def _settle(self, now_ns: SimTimeNs) -> None:
         """Count, and tell watchers, what has been on the line to its end by now."""

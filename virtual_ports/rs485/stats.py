@@ -43,20 +43,24 @@ class SegmentStats:
     _free_ns: int = 0
 
     def begin(self, station: str, size: int, start_ns: int, end_ns: int, off_ns: int) -> bool:
-        """A burst begins; answers whether it has the line for itself, so far."""
+        """A burst begins; answers whether no other driver is on."""
         sender = self.senders.get(station)
         is_alone = len(self.senders) == (1 if sender else 0)
-        is_whole = not sender or sender.end_ns <= start_ns
         if not sender:
             sender = self.senders[station] = _Sender(self.collisions)
         sender.bursts += 1
-        sender.end_ns = max(sender.end_ns, end_ns)
+        sender.end_ns = end_ns
         heappush(self._ends, (off_ns, station))
         self.collisions += not is_alone
         self.bytes += size
         self.busy_ns += max(end_ns - max(start_ns, self._free_ns), 0)
         self._free_ns = max(self._free_ns, end_ns)
-        return is_alone and is_whole
+        return is_alone
+
+    def end_ns(self, station: str) -> int:
+        """When the last bit of a station is out; its driver may stay on. 0: it is off."""
+        sender = self.senders.get(station)
+        return sender.end_ns if sender else 0
 
     def settle(self, now_ns: int) -> None:
         """Drivers have let go by now."""

@@ -222,3 +222,13 @@ def test_whatever_is_sent_every_byte_is_accounted_for_and_in_order(bursts):
     assert len(good) == wire.stats.packets
     assert wire._clean == []
     assert wire._line is None
+
+
+@pytest.mark.parametrize("baud", [38400, 1_000_000])
+def test_statistics_of_a_line_that_is_not_right_are_read_at_its_own_baud(baud):
+    wire = Wire("a", "b", bauds=[baud, baud])
+    wire.stations["b"].is_swapped = True
+    wire.changed()
+    wire.send("a", 0, Y)
+    wire.heard()
+    assert wire.stats.packets == 1

@@ -1,6 +1,7 @@
 """What a disturbed line costs: in proportion to its stations, and no more the longer it lasts."""
 
 import gc
+import itertools
 import sys
 import time
 from collections.abc import Callable
@@ -70,14 +71,14 @@ def test_in_a_collision_all_are_told_at_once() -> None:
 
 
 def babble(wire: Wire, name: str, every_ns: int) -> None:
-    """20 bytes at a time, for ever. They take 5.2 ms."""
+    """20 bytes at a time, for ever. They take 5.2 ms, so that more often is always."""
 
     def speak(now_ns: Any) -> None:
         data = bytes((now_ns * place >> 7) & 0xFF for place in range(1, 21))
         wire.transmit(name, now_ns, data, BAUD)
         wire.clock.at(now_ns + every_ns, speak)
 
-    wire.clock.at(0, speak)
+    wire.clock.at(every_ns, speak)
 
 
 def test_a_line_that_is_never_idle_always_costs_the_same() -> None:
@@ -85,7 +86,7 @@ def test_a_line_that_is_never_idle_always_costs_the_same() -> None:
     shown: list[int] = []
     wire.watchers.append(lambda event: shown.append(len(event.data)))
     babble(wire, "a", 5_000_000)
-    babble(wire, "b", 7_000_000)
+    babble(wire, "b", 4_900_000)
     costs = [calls(lambda: wire.clock.run(wire.clock.now_ns + 200_000_000)) for _ in range(6)]
     assert max(costs[1:]) < 1.2 * min(costs[1:])
     assert len(shown) > 5  # watchers and counters do not wait for its end
@@ -96,10 +97,23 @@ def test_a_line_that_is_never_idle_always_costs_the_same() -> None:
 def test_what_a_line_remembers_is_bounded() -> None:
     wire = Wire(*"abcd")
     babble(wire, "a", 5_000_000)
-    babble(wire, "b", 7_000_000)
+    babble(wire, "b", 4_900_000)
     sizes = []
     for _ in range(50):
         wire.clock.run(wire.clock.now_ns + 50_000_000)
         line: Any = wire._line
         sizes.append(len(line._drives) + sum(map(len, line._lows.values())) + len(line._own["a"]))
     assert max(sizes) < 100
+
+
+def test_a_station_that_is_to_send_more_than_its_line_takes_sends_one_burst_after_the_other() -> None:
+    wire = Wire("a", "b")
+    babble(wire, "a", 100_000)
+    cost = calls(lambda: wire.clock.run(200_000_000))
+    times_ns = [at_ns for at_ns, _ in wire.ears["b"].got]
+    gaps_ns = [later - sooner for sooner, later in itertools.pairwise(times_ns)]
+    assert len(times_ns) > 700
+    assert min(gaps_ns) > 260_000
+    assert wire.counters(200_000_000)["load"] == pytest.approx(1, abs=0.02)
+    assert wire.stats.collisions == 0
+    assert cost < 100_000

@@ -132,10 +132,10 @@ class SlowWire:
             return
         now_ns = burst.start_ns
         active = [each for each in self._clean + self._cluster if self.off_ns(each) > now_ns]
-        if any(each.station != burst.station for each in active):
+        is_disturbed = any(each.station != burst.station for each in active)
+        if is_disturbed:
             for name in {burst.station, *(each.station for each in active)}:
                 self.collisions[name] += 1
-        is_disturbed = any(each.station != burst.station or self.end_ns(each) > now_ns for each in active)
         if is_disturbed or self._cluster or any(each.is_odd for each in self.stations.values()):
             self._cluster += [*self._clean, burst]
             self._clean = []
