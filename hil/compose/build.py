@@ -157,10 +157,11 @@ def bench_runtime(
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
     for segment_name, wire_config in config.segments.items():
-        segment = bench.segments[segment_name] = make_segment()
+        group = bench.group_for(name for name, _ in wire_config.uarts())
+        segment = make_segment(group)
+        bench.add_segment(segment_name, segment, group)
         for name, uart in wire_config.uarts():
             bench.join_segment(segment, bench.devices[name], uart)
-        first = next((name for name, _ in wire_config.uarts()), None)
         for tap_name, tap in wire_config.taps.items():
             made = Tap(
                 f"{segment_name}.{tap_name}",
@@ -169,7 +170,6 @@ def bench_runtime(
                 only_listens=tap.listen,
                 is_real=tap.real,
             )
-            bench.add_tap(made, first)
+            bench.add_tap(made, group)
             segment.set_echo(made.name, tap.echo)
-            first = first or made.name
     return bench

@@ -15,6 +15,7 @@ from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
 from hil.vocab.terminal_axis import TerminalAxis
+from hil.vocab.time import Clock
 from hil.vocab.verbs import Verb, table_of
 
 PROFILES = "device_profiles"
@@ -127,7 +128,7 @@ def load_verbs(profile: str) -> BoardVerbs:
     )
 
 
-def make_segment() -> Segment:
-    """A wire without stations."""
-    segment: Segment = import_module(f"{PORTS}.rs485.segment").Segment()
+def make_segment(clock: Clock) -> Segment:
+    """A wire without stations, on which things happen at times of ``clock``."""
+    segment: Segment = import_module(f"{PORTS}.rs485.segment").Segment(clock)
     return segment

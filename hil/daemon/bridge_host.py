@@ -294,7 +294,7 @@ class Host:
         return readings(self._daemon)
 
     def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
-        return watch_segment(self._daemon, self._daemon.bench.segments[segment], call)
+        return watch_segment(self._daemon.bench.segments[segment], call)
 
     def on_bytes(self, port: str, call: Callable[[str, bytes], None]) -> Callable[[], None]:
         return watch_port(self._daemon, port, call)

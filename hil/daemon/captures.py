@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 from hil import __version__
 from hil.vocab.ports import Tap
-from hil.vocab.segment import Segment, SegmentEvent
+from hil.vocab.segment import SegmentEvent, SegmentView
 from hil.wire.pcapng import Event, header, record
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
-SETTLE_S = 0.02
-"""How long a burst that is over may be on its way to a reader."""
 BACKLOG_BYTES = 8 * 1024 * 1024
 """What may wait for a reader; more is lost, which the capture says."""
 
@@ -72,7 +70,7 @@ def open_capture(daemon: "Daemon", sources: Sequence[str]) -> tuple[Capture, Cal
             homes[name].append(tap)
             ends.append(partial(homes[name].remove, tap))
         else:
-            ends.append(_capture_segment(daemon, daemon.bench.segments[name], capture, index))
+            ends.append(_capture_segment(daemon.bench.segments[name], capture, index))
 
     def end() -> None:
         for each in ends:
@@ -81,14 +79,14 @@ def open_capture(daemon: "Daemon", sources: Sequence[str]) -> tuple[Capture, Cal
     return capture, end
 
 
-def _capture_segment(daemon: "Daemon", segment: Segment, capture: Capture, index: int) -> Callable[[], None]:
+def _capture_segment(segment: SegmentView, capture: Capture, index: int) -> Callable[[], None]:
     """Each burst with its time; what a disturbed line reads as, with errors."""
 
     def put(event: SegmentEvent) -> None:
         kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
         capture.put(index, kind, event.data, event.about, event.at_ns)
 
-    return watch_segment(daemon, segment, put)
+    return watch_segment(segment, put)
 
 
 def watch_port(daemon: "Daemon", name: str, tap: Tap) -> Callable[[], None]:
@@ -98,25 +96,10 @@ def watch_port(daemon: "Daemon", name: str, tap: Tap) -> Callable[[], None]:
     return partial(home.remove, tap)
 
 
-def watch_segment(
-    daemon: "Daemon", segment: Segment, put: Callable[[SegmentEvent], None]
-) -> Callable[[], None]:
-    """Call with what was on the line, soon after its end; answers what ends it."""
+def watch_segment(segment: SegmentView, put: Callable[[SegmentEvent], None]) -> Callable[[], None]:
+    """Call with what was on the line, when it is over; answers what ends it."""
     segment.watchers.append(put)
-    loop = asyncio.get_running_loop()
-    timer: list[asyncio.TimerHandle] = []
-
-    def settle() -> None:
-        segment.settle(daemon.bench.now_ns)
-        timer[:] = [loop.call_later(SETTLE_S, settle)]
-
-    settle()
-
-    def end() -> None:
-        timer[0].cancel()
-        segment.watchers.remove(put)
-
-    return end
+    return partial(segment.watchers.remove, put)
 
 
 def _taps(daemon: "Daemon", name: str) -> list[Tap]:

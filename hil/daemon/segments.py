@@ -11,7 +11,6 @@ def listed(daemon: "Daemon") -> list[dict[str, Any]]:
     now_ns = daemon.bench.now_ns
     rows = []
     for name, segment in daemon.bench.segments.items():
-        segment.settle(now_ns)
         taps = [
             {"tap": label, "address": session.port.address, "clients": session.port.stats().clients}
             for label, session in daemon.tap_sessions.items()

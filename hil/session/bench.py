@@ -3,7 +3,7 @@
 Every input goes through ``give``, which fixes its effective time once and logs it.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
 
@@ -15,7 +15,7 @@ from hil.session.input_log import InputLogWriter
 from hil.session.inputs import Clear, Do, Inject, Input, Logged, Stopped
 from hil.session.tap import Tap
 from hil.vocab.faults import Fault, FaultRefused
-from hil.vocab.segment import Segment
+from hil.vocab.segment import Segment, SegmentView
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
 
@@ -38,7 +38,7 @@ class BenchRuntime:
         self.taps: dict[str, Tap] = {}
         self.faults = Faults(self)
         self._fault_count = 0
-        self.segments: dict[str, Segment] = {}
+        self._segments: dict[str, Segment] = {}
         self.listeners: list[Listener] = []
         self.log: InputLogWriter | None = None
         self.on_refused: Callable[[Device, Do, VerbRefused], None] = lambda device, given, why: None
@@ -126,9 +126,26 @@ class BenchRuntime:
         uart.address_changed = lambda: segment.set_address(name, uart.address)
         uart.busy_flag = (segment.busy, name)
 
-    def add_tap(self, tap: Tap, device: str | None) -> None:
-        """A tap on the segment that a device is on; without one, on a segment of taps alone."""
-        group = self._group_of[device] if device else self._empty_group()
+    @property
+    def segments(self) -> Mapping[str, SegmentView]:
+        """By their names, for whoever looks."""
+        return self._segments
+
+    def segment(self, name: str) -> Segment:
+        """For what happens in its group's time."""
+        return self._segments[name]
+
+    def group_for(self, devices: Iterable[str]) -> Group:
+        """The group of devices that a segment joins; a new one for a segment of taps alone."""
+        return next((self._group_of[name] for name in devices), None) or self._empty_group()
+
+    def add_segment(self, name: str, segment: Segment, group: Group) -> None:
+        """A segment without stations, which lives in the time of a group."""
+        self._segments[name] = segment
+        self._group_of[name] = group
+
+    def add_tap(self, tap: Tap, group: Group) -> None:
+        """A tap on a segment of this group."""
         self._group_of[tap.name] = group
         self.taps[tap.name] = tap
         tap.at = group.at
@@ -141,13 +158,7 @@ class BenchRuntime:
 
     def group_of(self, name: str) -> Group:
         """Of a device, a tap or a segment."""
-        if name in self.segments:
-            return next(self._group_of[each] for each in self._on_segment(self.segments[name]))
         return self._group_of[name]
-
-    def _on_segment(self, segment: Segment) -> Iterator[str]:
-        yield from (device for (device, _), wire in self._segment_of.items() if wire is segment)
-        yield from (name for name, tap in self.taps.items() if tap.segment is segment)
 
     def segment_of(self, device: str, uart: str) -> Segment | None:
         """What a device's serial interface is on."""

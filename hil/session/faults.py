@@ -67,7 +67,7 @@ class Place:
 def place_of(bench: "BenchRuntime", target: str) -> Place | None:
     """What a target's name means in a bench, None for nothing."""
     if target in bench.segments:
-        return Place(bench.group_of(target), segment=bench.segments[target])
+        return Place(bench.group_of(target), segment=bench.segment(target))
     if target in bench.taps:
         return Place(bench.group_of(target), segment=bench.taps[target].segment, station=target)
     name, dot, uart_name = target.partition(".")

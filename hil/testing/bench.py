@@ -19,7 +19,7 @@ from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import MAIN
 from hil.vocab.parameters import Values
-from hil.vocab.segment import Segment
+from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.serial_line import character_ns
 
@@ -109,11 +109,9 @@ class Bench:
         number = self._runtime.inject(fault_refusal(kind, target, parameters))
         return FaultFace(number, self._runtime)
 
-    def segment(self, name: str) -> Segment:
-        """A segment, with its counters settled to now."""
-        segment = self._runtime.segments[name]
-        segment.settle(self._now_ns)
-        return segment
+    def segment(self, name: str) -> SegmentView:
+        """A segment, to look at."""
+        return self._runtime.segments[name]
 
     def axis(self, name: str) -> AxisFace:
         """The axis of a device."""

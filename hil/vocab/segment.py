@@ -47,11 +47,31 @@ class SegmentEvent:
     is_damaged: bool = False
 
 
-class Segment(Protocol):
-    """A wire with stations, each under its name."""
+class SegmentView(Protocol):
+    """A wire with stations, for whoever looks: nothing here moves the line on or changes what is heard."""
 
     watchers: list[Callable[[SegmentEvent], None]]
-    """Called with what has been on the wire to its end, in order, by ``settle`` and ``transmit``."""
+    """Called with what has been on the wire to its end, in order, at that time of the segment's group; in
+    pieces, as they come, of a disturbance that is long."""
+
+    def has(self, station: str) -> bool:
+        """Whether a station is on the wire."""
+
+    def baud_of(self, station: str) -> int:
+        """The speed of a station, in baud."""
+
+    def clashes(self) -> Mapping[int, list[str]]:
+        """Addresses that several stations have."""
+
+    def clashes_with(self, address: int, but: str) -> list[str]:
+        """Stations on the line, but one, that have an address."""
+
+    def counters(self, elapsed_ns: int) -> dict[str, Any]:
+        """Statistics since the start, for JSON."""
+
+
+class Segment(SegmentView, Protocol):
+    """A wire with stations, each under its name. Only what happens in the time of its group calls these."""
 
     busy: set[str]
     """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
@@ -66,25 +86,10 @@ class Segment(Protocol):
         """Whether a station hears what it sends."""
 
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """A station sends a burst; its first start bit is at ``start_ns``, now or a little later."""
-
-    def has(self, station: str) -> bool:
-        """Whether a station is on the wire."""
-
-    def baud_of(self, station: str) -> int:
-        """The speed of a station, in baud."""
+        """A station sends a burst, whose first start bit is at ``start_ns``: until then nothing happens."""
 
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
-
-    def clashes(self) -> Mapping[int, list[str]]:
-        """Addresses that several stations have."""
-
-    def clashes_with(self, address: int, but: str) -> list[str]:
-        """Stations on the line, but one, that have an address."""
-
-    def counters(self, elapsed_ns: int) -> dict[str, Any]:
-        """Statistics since the start, for JSON."""
 
     def inject(
         self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
@@ -94,6 +99,3 @@ class Segment(Protocol):
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         """A fault ends."""
-
-    def settle(self, until_ns: int) -> None:
-        """Count what has been on the line to its end by ``until_ns``."""

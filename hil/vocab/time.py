@@ -1,11 +1,24 @@
 """Simulated time: an ``int`` of nanoseconds since the bench's start, never a float, never wall time."""
 
-from typing import NewType
+from collections.abc import Callable
+from typing import NewType, Protocol
 
 SimTimeNs = NewType("SimTimeNs", int)
 
 FOREVER = SimTimeNs(2**63 - 1)
 """The horizon of a group in which nobody waits for a time (the largest signed 64-bit value)."""
+
+
+class Clock(Protocol):
+    """Simulated time, for what has to happen at times of its own."""
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """How far it has come."""
+
+    def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
+        """Call at a time that has not been reached yet; at one time, in the order of these calls."""
+
 
 NS_PER_US = 1_000
 NS_PER_MS = 1_000_000

@@ -8,26 +8,32 @@ Not modelled: the cable's length (no delay, no reflections), rise times, a recei
 says what contention reads as), parity and other character formats than eight data bits and one stop bit.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
-from hil.vocab.segment import HeardCharacter, Receiver, SegmentEvent
-from hil.vocab.time import SimTimeNs
+from hil.vocab.segment import Receiver, SegmentEvent
+from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults
 from hil.wire.packet import Malformed, Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
+from virtual_ports.rs485.disturbed import DisturbedLine, Ear
 from virtual_ports.rs485.packet_faults import Phantom, Transform, packet_fault
-from virtual_ports.rs485.waveform import Character, Drive, inverted, low_line, read
+from virtual_ports.rs485.stats import SegmentStats, StationStats, fault_of
+from virtual_ports.rs485.waveform import Character, Drive
 
 BROADCAST = 0
 MONITOR = ""
 """The name of the listener that the statistics come from."""
+WINDOW_CHARACTERS = 64
+"""How far ahead a disturbed line is read at a time, at the speed of its fastest sender."""
+PIECE_BYTES = 256
+"""Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
 
 
-@dataclass(frozen=True)
-class Burst:
+class Burst(NamedTuple):
     """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
@@ -37,38 +43,8 @@ class Burst:
     on_ns: int
     off_ns: int
 
-    @property
-    def end_ns(self) -> int:
-        return self.start_ns + character_ns(len(self.data), self.baud)
 
-
-@dataclass
-class StationStats:
-    """What a station has sent."""
-
-    bursts: int = 0
-    bytes: int = 0
-    collisions: int = 0
-
-
-@dataclass
-class SegmentStats:
-    """Counters since the start; ``errors`` by what was wrong with what a listener made of the line."""
-
-    packets: int = 0
-    bytes: int = 0
-    busy_ns: int = 0
-    collisions: int = 0
-    errors: dict[str, int] = field(default_factory=dict)
-    stations: dict[str, StationStats] = field(default_factory=dict)
-
-    def load(self, elapsed_ns: int) -> float:
-        """Part of the time that somebody drove the line."""
-        return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
-
-
-@dataclass(frozen=True)
-class _Clean:
+class _Clean(NamedTuple):
     """A burst that nothing has disturbed yet, and the decoder as it was before it."""
 
     burst: Burst
@@ -106,9 +82,13 @@ class Station:
 
 
 class Segment:
-    """Stations on one wire. Nobody senses the line before it sends: two that send at once collide."""
+    """Stations on one wire. Nobody senses the line before it sends: two that send at once collide.
 
-    def __init__(self) -> None:
+    All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
+    told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
+    """
+
+    def __init__(self, clock: Clock) -> None:
         self.stats = SegmentStats()
         self.stations: dict[str, Station] = {}
         self.watchers: list[Callable[[SegmentEvent], None]] = []
@@ -116,10 +96,26 @@ class Segment:
         """What the wire does to all bytes, by the numbers of faults."""
         self.busy: set[str] = set()
         """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
+        self._clock = clock
         self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
         self._decoder = PacketDecoder()
         self._clean: list[_Clean] = []
-        self._cluster: list[Burst] = []
+        self._line: DisturbedLine | None = None
+        """What is on the line, if it is disturbed."""
+        self._told: dict[str, tuple[Character, ...]] = {}
+        """What was read on it last, by stations."""
+        self._told_ns: int = FOREVER
+        """Receivers know what they hear up to then. What they knew of later was taken back."""
+        self._tell_ns: int = FOREVER
+        """When they are told more."""
+        self._piece: list[int] = []
+        """What it read as, and watchers were not shown yet."""
+        self._piece_ns = 0
+        self._piece_of: dict[str, None] = {}
+        """Who has sent meanwhile."""
+        self._monitor = Ear(MONITOR, 0)
+        self._waiting: set[str] = set()
+        """Stations that have a burst to send when the present one is out."""
         self._is_odd = False
 
     # ---- stations ----
@@ -166,14 +162,7 @@ class Segment:
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
-        return {
-            "load": self.stats.load(elapsed_ns),
-            "packets": self.stats.packets,
-            "bytes": self.stats.bytes,
-            "collisions": self.stats.collisions,
-            "errors": dict(self.stats.errors),
-            "stations": {name: vars(each).copy() for name, each in self.stats.stations.items()},
-        }
+        return self.stats.counters(elapsed_ns)
 
     # ---- faults (hil.vocab.faults) ----
 
@@ -236,55 +225,64 @@ class Segment:
     # ---- the wire ----
 
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """A station sends a burst; its first start bit is at ``start_ns``, now or later."""
-        self.settle(start_ns)
-        sender = self.stations[station]
+        """A station sends a burst, whose first start bit is at ``start_ns``: until then nothing happens."""
+        if start_ns > self._clock.now_ns:
+            self._clock.at(start_ns, partial(self._begin, station, data, baud))
+        else:
+            self._begin(station, data, baud, self._clock.now_ns)
+
+    def _begin(self, station: str, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
+        self._settle(now_ns)
+        sender = self.stations.get(station)
+        if sender is None:  # it has left meanwhile
+            return
+        end_ns = self.stats.end_ns(station)
+        if end_ns > now_ns:
+            self._wait(station, end_ns, data, baud)
+            return
         for transform in sender.transforms.values():
             data = transform(data)
         for noise in self.noise.values():
             data = b"".join(piece for _, piece in noise.apply(data))
         if not data:
             return
-        end_ns = start_ns + character_ns(len(data), baud)
-        burst = Burst(station, start_ns, data, baud, start_ns, end_ns + sender.release_ns)
+        end_ns = now_ns + character_ns(len(data), baud)
+        burst = Burst(station, now_ns, data, baud, now_ns, end_ns + sender.release_ns)
         own = self.stats.stations[station]
         own.bursts += 1
         own.bytes += len(data)
         if sender.is_cut:
             return
-        self.stats.bytes += len(data)
-        on_line = [clean.burst for clean in self._clean] + self._cluster
-        self.stats.busy_ns += max(end_ns - max([start_ns, *(each.end_ns for each in on_line)]), 0)
-        overlaps = [each for each in on_line if each.station != station and each.off_ns > start_ns]
-        if overlaps:
-            self.stats.collisions += 1
-            for name in {station, *(each.station for each in overlaps)}:
-                self.stats.stations[name].collisions += 1
-        if overlaps or self._cluster or self._is_odd:
-            self._spoil()
-            self._cluster.append(burst)
-            self._tell_all(start_ns)
-        else:
+        is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
+        if is_alone and not self._line and not self._is_odd:
             self._bring(burst)
+        else:
+            self._disturb(burst)
+        self._clock.at(burst.off_ns, self._settle)
 
-    def settle(self, until_ns: int) -> None:
-        """Count, and tell listeners, what has been on the line to its end by ``until_ns``."""
-        while self._clean and self._clean[0].burst.off_ns <= until_ns:
+    def _wait(self, station: str, end_ns: int, data: bytes, baud: int) -> None:
+        """A station that still sends is to send more, as by a fault. It has one UART, where one burst can
+        wait; more is lost."""
+
+        def begin(now_ns: SimTimeNs) -> None:
+            self._waiting.discard(station)
+            self._begin(station, data, baud, now_ns)
+
+        if station not in self._waiting:
+            self._waiting.add(station)
+            self._clock.at(end_ns, begin)
+
+    def _settle(self, now_ns: SimTimeNs) -> None:
+        """Count, and tell watchers, what has been on the line to its end by now."""
+        self.stats.settle(now_ns)
+        while self._clean and self._clean[0].burst.off_ns <= now_ns:
             clean = self._clean.pop(0)
-            self._count(clean.items)
-            wrong = dict.fromkeys(_fault(item) for item in clean.items)
+            self.stats.count(clean.items)
+            wrong = dict.fromkeys(fault_of(item) for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
             self._show(clean.burst.start_ns, clean.burst.data, about)
-        if self._cluster and all(burst.off_ns <= until_ns for burst in self._cluster):
-            heard = self._heard_by(Station(MONITOR, NOBODY))
-            self._count(self._decoder.feed(bytes(each.byte for each in heard)))
-            senders = " and ".join(dict.fromkeys(burst.station for burst in self._cluster))
-            about = (
-                f"collision of {senders}" if " and " in senders else f"{senders} on a line that is not right"
-            )
-            start_ns = min(burst.start_ns for burst in self._cluster)
-            self._show(start_ns, bytes(each.byte for each in heard), about, is_damaged=True)
-            self._cluster = []
+        if self._line and self._line.off_ns <= now_ns:
+            self._end(self._line, now_ns)
 
     def _show(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None:
         for watcher in self.watchers:
@@ -303,13 +301,6 @@ class Segment:
             if not station.is_cut and (station.name != burst.station or station.has_echo):
                 station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, burst.baud)
 
-    def _spoil(self) -> None:
-        """What is on the line is not what it was taken for."""
-        if self._clean:
-            self._decoder = self._clean[0].before
-            self._cluster += [clean.burst for clean in self._clean]
-            self._clean.clear()
-
     def _concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
         told: set[str] = set()
         addresses: dict[int | None, None] = {None: None}
@@ -327,91 +318,101 @@ class Segment:
             if name in self.stations:
                 yield self.stations[name]
 
-    def _count(self, items: list[Packet | Malformed]) -> None:
-        for item in items:
-            self.stats.packets += isinstance(item, Packet)
-            if fault := _fault(item):
-                self.stats.errors[fault] = self.stats.errors.get(fault, 0) + 1
+    # ---- a disturbed line ----
 
-    def _tell_all(self, now_ns: int) -> None:
-        """From ``now_ns`` on everybody's receiver reads the line anew."""
-        shared: dict[tuple[bool, int], tuple[Character, ...]] = {}
-        senders = {burst.station for burst in self._cluster}
+    def _disturb(self, burst: Burst) -> None:
+        """A burst that another overlaps, or on a line that is not right: from its start on everybody hears
+        something else. They are told before the next character can be complete, and not sooner: of all that
+        begins about then at once."""
+        now_ns = SimTimeNs(burst.start_ns)
+        was_clean = bool(self._clean)
+        if not self._line:
+            self._spoil(burst)
+        self._drive(burst)
+        if self._told_ns < self._tell_ns < FOREVER:
+            return
+        baud = 1
         for station in self.stations.values():
-            if station.is_cut:
-                continue
-            station.receiver.retract(SimTimeNs(now_ns))
-            if station.name in senders and not station.has_echo:
-                heard = self._heard_after(now_ns, station)
-            else:
-                key = (station.is_swapped, station.receiver.baud_now)
-                if key not in shared:
-                    shared[key] = self._heard_after(now_ns, station)
-                heard = shared[key]
-            station.receiver.hear_characters(heard)
+            if not station.is_cut:
+                station.receiver.retract(now_ns)
+                baud = max(baud, station.receiver.baud_now)
+        told = {id(characters): characters for characters in self._told.values()}.values()
+        under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
+        next_ns = now_ns + 1 if was_clean else min([now_ns + character_ns(1, baud), *under_way])
+        self._told_ns = now_ns
+        self._tell_at(next_ns)
 
-    def _heard_after(self, now_ns: int, listener: Station) -> tuple[Character, ...]:
-        return tuple(each for each in self._heard_by(listener) if each.at_ns > now_ns)
+    def _spoil(self, burst: Burst) -> None:
+        """What is on the line is not what it was taken for."""
+        bursts = [clean.burst for clean in self._clean]
+        if self._clean:
+            self._decoder = self._clean[0].before
+            self._clean.clear()
+        first = bursts[0] if bursts else burst
+        self._line = DisturbedLine(first.on_ns)
+        self._told = {}
+        self._piece_ns, self._piece_of = first.start_ns, {}
+        self._monitor = Ear(MONITOR, first.baud)
+        for each in bursts:
+            self._drive(each)
 
-    def _heard_by(self, listener: Station) -> list[Character]:
-        from_ns = min(burst.on_ns for burst in self._cluster)
-        to_ns = max(burst.off_ns for burst in self._cluster)
-        drives = [
-            Drive(b.start_ns, b.data, b.baud, b.on_ns, b.off_ns, self._is_swapped(b.station))
-            for b in self._cluster
-        ]
-        drives += [
-            Drive(from_ns, b"", 1, from_ns, to_ns, station.is_swapped)
-            for station in self.stations.values()
-            if station.is_stuck and not station.is_cut
-        ]
-        lows = low_line(drives)
-        if listener.is_swapped:
-            lows = inverted(lows, from_ns, to_ns)
-        if not listener.has_echo:
-            for burst in self._cluster:
-                if burst.station == listener.name:
-                    lows = _without(lows, burst.on_ns, burst.off_ns)
-        return list(read(lows, listener.receiver.baud_now))
+    def _drive(self, burst: Burst) -> None:
+        assert self._line
+        is_swapped = burst.station in self.stations and self.stations[burst.station].is_swapped
+        drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
+        self._line.add(burst.station, drive)
+        self._piece_of[burst.station] = None
 
-    def _is_swapped(self, name: str) -> bool:
-        return name in self.stations and self.stations[name].is_swapped
+    def _tell_at(self, at_ns: int) -> None:
+        self._tell_ns = at_ns
+        if at_ns < FOREVER:
+            self._clock.at(at_ns, self._tell)
 
+    def _tell(self, now_ns: SimTimeNs) -> None:
+        if self._line and now_ns == self._tell_ns:
+            until_ns = now_ns + character_ns(WINDOW_CHARACTERS, self._line.fastest_baud)
+            self._read(self._line, now_ns, until_ns if until_ns < self._line.off_ns else FOREVER)
+            if len(self._piece) >= PIECE_BYTES:
+                self._show_piece(now_ns)
 
-def _fault(item: Packet | Malformed) -> str:
-    """What is wrong with it, "" for nothing."""
-    if isinstance(item, Malformed):
-        return item.fault
-    return "" if item.is_good else "CRC"
+    def _read(self, line: DisturbedLine, now_ns: int, until_ns: int) -> None:
+        """Tell receivers what they do not know yet and hear up to a time; keep what is decided of what the
+        monitor does."""
+        told_ns = self._told_ns
+        members = [each for each in self.stations.values() if not each.is_cut and told_ns < FOREVER]
+        ears = [Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo) for each in members]
+        is_held = any(
+            each.is_stuck and not each.is_swapped and not each.is_cut for each in self.stations.values()
+        )
+        heard = line.read([*ears, self._monitor], now_ns, until_ns, is_held=is_held)
+        fresh: dict[int, tuple[Character, ...]] = {}
+        for member in members:
+            characters = heard[member.name]
+            if id(characters) not in fresh:
+                fresh[id(characters)] = tuple(each for each in characters if each.at_ns > told_ns)
+            if news := fresh[id(characters)]:
+                member.receiver.hear_characters(news)
+        self._piece += [each.byte for each in heard[MONITOR] if each.at_ns <= now_ns]
+        self._told, self._told_ns = heard, until_ns
+        self._tell_at(until_ns)
 
+    def _end(self, line: DisturbedLine, now_ns: int) -> None:
+        """The last driver has let go: what is under way reads an idle line."""
+        self._read(line, now_ns, FOREVER)
+        self._piece += [each.byte for each in self._told[MONITOR] if each.at_ns > now_ns]
+        self._show_piece(now_ns)
+        self._line = None
 
-class _Nobody:
-    """Where nothing is kept."""
-
-    baud_now = 38400
-
-    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        return
-
-    def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
-        return
-
-    def retract(self, after_ns: SimTimeNs) -> None:
-        return
-
-
-NOBODY = _Nobody()
-
-
-def _without(lows: list[tuple[int, int]], from_ns: int, to_ns: int) -> list[tuple[int, int]]:
-    """The line as a receiver sees it that is off between two times."""
-    kept = []
-    for low_ns, high_ns in lows:
-        if low_ns < from_ns:
-            kept.append((low_ns, min(high_ns, from_ns)))
-        if high_ns > to_ns:
-            kept.append((max(low_ns, to_ns), high_ns))
-    return kept
+    def _show_piece(self, now_ns: int) -> None:
+        data = bytes(self._piece)
+        self.stats.count(self._decoder.feed(data))
+        senders = " and ".join(self._piece_of)
+        about = (
+            f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
+        )
+        self._show(self._piece_ns, data, about, is_damaged=True)
+        self._piece.clear()
+        self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self.stats.senders)
 
 
 def poll_cycle_ns(nodes: int, command_bytes: int, baud: int, turnaround_characters: int = 2) -> int:

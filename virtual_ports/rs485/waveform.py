@@ -3,13 +3,21 @@
 Decision: where no driver is on, the bias holds the line idle (1). Drivers that agree make its level; where
 they do not, the difference is too small for a receiver, which then reads 1 (fail-safe). So the line is low
 only where every driver that is on drives low.
+
+Everything takes a span of time, so that a line can be read piece by piece, as it comes.
 """
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 _NS_PER_S = 10**9
 _BITS = 10  # start, eight data, stop
+_LOWS_OF_BYTE = [1 | (~byte & 0xFF) << 1 for byte in range(256)]
+"""The bits of a character that are low, the first one in the lowest place."""
+
+Lows = list[tuple[int, int]]
+"""When a line is low, from and to, ascending; two never touch."""
 
 
 class Drive(NamedTuple):
@@ -32,32 +40,20 @@ class Character(NamedTuple):
     is_framing_error: bool
 
 
-def low_times(drive: Drive) -> list[tuple[int, int]]:
-    """When a driver drives low, from and to, ascending."""
-    edges: list[tuple[int, int]] = []
-    level, since = 1, drive.start_ns
-    for index, byte in enumerate(drive.data):
-        for bit, new in enumerate((0, *(byte >> place & 1 for place in range(8)), 1)):
-            if new != level:
-                at_ns = drive.start_ns + (index * _BITS + bit) * _NS_PER_S // drive.baud
-                if new:
-                    edges.append((since, at_ns))
-                level, since = new, at_ns
-    if not drive.is_inverted:
-        return edges
-    ends = [drive.on_ns, *(at_ns for edge in edges for at_ns in edge), drive.off_ns]
-    return [(ends[i], ends[i + 1]) for i in range(0, len(ends), 2) if ends[i] < ends[i + 1]]
-
-
-def low_line(drives: Sequence[Drive]) -> list[tuple[int, int]]:
-    """When the line is low, from and to, ascending."""
-    changes: list[tuple[int, int, int]] = []  # time, change of drivers on, change of drivers low
+def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
+    """When the line is low between two times."""
+    alike: dict[tuple[object, ...], list[Drive]] = {}
     for drive in drives:
-        changes += [(drive.on_ns, 1, 0), (drive.off_ns, -1, 0)]
-        for from_ns, to_ns in low_times(drive):
-            changes += [(from_ns, 0, 1), (to_ns, 0, -1)]
+        if drive.on_ns < to_ns and drive.off_ns > from_ns:
+            what = (drive.start_ns, drive.baud, len(drive.data), drive.on_ns, drive.off_ns, drive.is_inverted)
+            alike.setdefault(what, []).append(drive)
+    changes: list[tuple[int, int, int]] = []  # time, change of drivers on, change of drivers low
+    for group in alike.values():
+        changes += [(max(group[0].on_ns, from_ns), 1, 0), (min(group[0].off_ns, to_ns), -1, 0)]
+        for low_ns, high_ns in _low_times(group, from_ns, to_ns):
+            changes += [(low_ns, 0, 1), (high_ns, 0, -1)]
     changes.sort()
-    lows: list[tuple[int, int]] = []
+    lows: Lows = []
     on = low = 0
     since = -1
     for index, (at_ns, more_on, more_low) in enumerate(changes):
@@ -69,39 +65,121 @@ def low_line(drives: Sequence[Drive]) -> list[tuple[int, int]]:
         if is_low and since < 0:
             since = at_ns
         elif not is_low and since >= 0:
-            if since < at_ns:
-                lows.append((since, at_ns))
+            lows.append((since, at_ns))
             since = -1
     return lows
 
 
-def inverted(lows: Sequence[tuple[int, int]], from_ns: int, to_ns: int) -> list[tuple[int, int]]:
+def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int) -> Lows:
+    """When drivers that begin and end together, at one baud, all drive low, between two times."""
+    start_ns, data, baud, on_ns, off_ns, is_inverted = group[0]
+    first = max((from_ns - start_ns) * baud // _NS_PER_S // _BITS, 0)
+    end = max(min((to_ns - start_ns) * baud // _NS_PER_S // _BITS + 1, len(data)), first)
+    different = {drive.data[first:end] for drive in group}
+    edges: Lows = []
+    for index in range(end - first):
+        if is_inverted:  # the others' highs are lows
+            bits = 0
+            for part in different:
+                bits |= _LOWS_OF_BYTE[part[index]]
+        else:
+            bits = -1
+            for part in different:
+                bits &= _LOWS_OF_BYTE[part[index]]
+        place = (first + index) * _BITS
+        while bits:
+            zeros = (bits & -bits).bit_length() - 1
+            bits >>= zeros
+            ones = (~bits & bits + 1).bit_length() - 1
+            bits >>= ones
+            place += zeros
+            edge = start_ns + place * _NS_PER_S // baud, start_ns + (place + ones) * _NS_PER_S // baud
+            edges.append(edge)
+            place += ones
+    if is_inverted:
+        edges = inverted(edges, on_ns, off_ns)
+    return [
+        (max(low_ns, from_ns), min(high_ns, to_ns))
+        for low_ns, high_ns in edges
+        if low_ns < to_ns and high_ns > from_ns
+    ]
+
+
+def inverted(lows: Sequence[tuple[int, int]], from_ns: int, to_ns: int) -> Lows:
     """The same between two times as a station with swapped wires sees it."""
     ends = [from_ns, *(at_ns for low in lows for at_ns in low), to_ns]
     return [(ends[i], ends[i + 1]) for i in range(0, len(ends), 2) if ends[i] < ends[i + 1]]
 
 
-def read(lows: Sequence[tuple[int, int]], baud: int) -> Iterator[Character]:
-    """What a UART at ``baud`` makes of it: it waits for a falling edge, checks the start bit's middle, takes
-    each bit in its middle, and looks for the next edge after the stop bit's middle."""
-    ready_ns = -1
-    index = 0
-    while index < len(lows):
+def joined(lows: Lows, more: Lows) -> Lows:
+    """A line and how it goes on."""
+    if lows and more and lows[-1][1] == more[0][0]:
+        return [*lows[:-1], (lows[-1][0], more[0][1]), *more[1:]]
+    return lows + more
+
+
+def without(lows: Lows, from_ns: int, to_ns: int) -> Lows:
+    """The line as a receiver sees it that is off between two times."""
+    kept = []
+    for low_ns, high_ns in lows:
+        if low_ns < from_ns:
+            kept.append((low_ns, min(high_ns, from_ns)))
+        if high_ns > to_ns:
+            kept.append((max(low_ns, to_ns), high_ns))
+    return kept
+
+
+def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> tuple[list[Character], int]:
+    """What a UART at ``baud`` makes of a line, of which it was ready for a start bit at ``ready_ns``: it
+    waits for a falling edge, checks the start bit's middle, takes each bit in its middle, and looks for the
+    next edge after the stop bit's middle.
+
+    Answers the characters that are complete by ``until_ns``; and from when on a later reading, of a line
+    that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.
+    """
+    characters: list[Character] = []
+    again_ns = ready_ns
+    is_known = True
+    for at_ns, next_ns, character in _readings(lows, baud, ready_ns):
+        if is_known:
+            is_over = character.at_ns <= known_ns if character else next_ns < known_ns
+            is_known = is_over and at_ns < known_ns
+            again_ns = next_ns if is_known else min(at_ns, known_ns)
+        if character:
+            if character.at_ns > until_ns:
+                break
+            characters.append(character)
+    else:
+        if is_known:
+            again_ns = max(again_ns, known_ns)
+    return characters, again_ns
+
+
+def _readings(lows: Lows, baud: int, ready_ns: int) -> Iterator[tuple[int, int, Character | None]]:
+    """Each falling edge that a UART tries as a start bit: when it was, when the UART looks for the next, and
+    what character it began, None if it was a glitch."""
+    samples_ns = [(2 * bit + 1) * _NS_PER_S // (2 * baud) for bit in range(_BITS)]
+    one_ns = _BITS * _NS_PER_S // baud
+    index, end = bisect_left(lows, (ready_ns,)), len(lows)
+    while index < end:
         start_ns = lows[index][0]
         if start_ns < ready_ns:
             index += 1
             continue
-        levels = []
+        levels = 0
         at = index
-        for bit in range(_BITS):
-            sample_ns = start_ns + (2 * bit + 1) * _NS_PER_S // (2 * baud)
-            while at < len(lows) and lows[at][1] <= sample_ns:
+        for bit, sample_ns in enumerate(samples_ns):
+            sample_ns += start_ns
+            while at < end and lows[at][1] <= sample_ns:
                 at += 1
-            levels.append(0 if at < len(lows) and lows[at][0] <= sample_ns else 1)
-        if levels[0]:  # a glitch
-            ready_ns = start_ns + _NS_PER_S // (2 * baud)
+            if at == end or lows[at][0] > sample_ns:
+                levels |= 1 << bit
+                if not bit:
+                    break
+        if levels == 1:
+            ready_ns = start_ns + samples_ns[0]
+            yield start_ns, ready_ns, None
         else:
-            byte = sum(level << place for place, level in enumerate(levels[1:9]))
-            yield Character(start_ns + _BITS * _NS_PER_S // baud, byte, levels[9] == 0)
-            ready_ns = start_ns + 19 * _NS_PER_S // (2 * baud)
+            ready_ns = start_ns + samples_ns[-1]
+            yield start_ns, ready_ns, Character(start_ns + one_ns, levels >> 1 & 0xFF, levels < 512)
         index += 1

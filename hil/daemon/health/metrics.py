@@ -80,7 +80,6 @@ def _of_segments(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], 
     def values(s: Scrape) -> Values:
         now_ns = s.daemon.bench.now_ns
         for name, segment in s.daemon.bench.segments.items():
-            segment.settle(now_ns)
             yield (name,), read(segment.counters(now_ns))
 
     return values

@@ -81,9 +81,9 @@ def _late(rig):
 
 
 def _collides(rig):
-    before = rig.bench.segment("bus0").stats.collisions
+    before = rig.bench.segment("bus0").counters(1)["collisions"]
     rig.ask(ms=300)
-    return rig.bench.segment("bus0").stats.collisions > before
+    return rig.bench.segment("bus0").counters(1)["collisions"] > before
 
 
 def _encoder(rig):

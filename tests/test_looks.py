@@ -1,0 +1,83 @@
+"""Looking changes nothing: a bench that is looked at, at odd times, sends the same at the same times."""
+
+from types import SimpleNamespace
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hil.daemon.health.metrics import METRICS
+from hil.daemon.segments import listed
+from hil.testing import Bench
+from hil.wire.packet import encode
+
+STATIONS = ("s1", "s2", "s3", "s4")
+CONFIG = {
+    "bench": "looks",
+    "devices": {name: {"profile": "sac"} for name in STATIONS},
+    "segments": {"bus0": {"stations": list(STATIONS), "taps": {"m": {"port": "memory"}}}},
+    "faults": [
+        {"fault": "node_babble", "target": "s1.network", "bytes": 3, "every_ms": 11},
+        {"fault": "node_babble", "target": "s2.network", "bytes": 3, "every_ms": 13},
+    ],
+}
+PACKETS = st.lists(st.tuples(st.integers(0, 60_000), st.sampled_from([b"v150", b"y", b"m20ad"])), max_size=8)
+LOOKS = st.lists(st.integers(0, 60_000), max_size=40)
+
+
+def look(bench: Bench) -> None:
+    """As the daemon does, and while the group is 2 ms behind the wall's time."""
+    runtime = bench._runtime
+    ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
+    daemon: Any = SimpleNamespace(bench=ahead, tap_sessions={})
+    listed(daemon)
+    scrape: Any = SimpleNamespace(daemon=daemon)
+    for row in METRICS:
+        if row.metric.labels[:1] == ("segment",):
+            list(row.read(scrape))
+    wire = bench.segment("bus0")
+    wire.counters(bench.now_ns)
+    wire.clashes()
+    for name in STATIONS:
+        bench.axis(name).snapshot()
+        runtime.snapshot(name)
+        wire.baud_of(f"{name}.network")
+
+
+def run(packets: Any, looks: Any) -> list[Any]:
+    """What all stations and the tap heard and sent; times are in microseconds after the cold start."""
+    with Bench(CONFIG) as bench:
+        shown: list[Any] = []
+        bench.segment("bus0").watchers.append(shown.append)
+        bench.run(1100)
+        if looks:
+            bench.axis("s3").record("position_deg", interval_ms=0.7)
+        events = [(at_us, 1, data) for at_us, data in packets] + [(at_us, 0, b"") for at_us in looks]
+        for at_us, is_packet, data in sorted(events):
+            bench.run_until(1100 + at_us / 1000)
+            if is_packet:
+                bench.tap("bus0.m").write(encode(85, 1, data))
+            else:
+                look(bench)
+        bench.run_until(1250)
+        told = [bench.port(name, uart).timeline for name in STATIONS for uart in ("main", "network")]
+        told += [bench.tap("bus0.m").read_timed(), shown]
+        return [*told, bench.segment("bus0").counters(1), *(bench.axis(name).snapshot() for name in STATIONS)]
+
+
+@settings(max_examples=15)
+@given(PACKETS, LOOKS)
+def test_what_is_looked_at_goes_on_as_if_nobody_had(packets: Any, looks: Any) -> None:
+    assert run(packets, looks) == run(packets, [])
+
+
+def test_a_burst_is_counted_and_shown_at_its_end_on_a_line_that_is_quiet_otherwise() -> None:
+    with Bench({**CONFIG, "faults": []}) as bench:
+        shown: list[Any] = []
+        bench.segment("bus0").watchers.append(shown.append)
+        bench.run(1100)
+        bench.tap("bus0.m").write(encode(99, 1, b"y"))
+        bench.run(1.8)
+        assert (bench.segment("bus0").counters(1)["packets"], shown) == (0, [])
+        bench.run(0.03)  # 7 characters take 1.823 ms
+        assert (bench.segment("bus0").counters(1)["packets"], len(shown)) == (1, 1)
