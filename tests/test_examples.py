@@ -57,4 +57,4 @@ def test_the_tuning_draws_both_responses(tmp_path: Path) -> None:
 def test_the_bus_masters_own_tests_pass() -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "bus_master"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)
-    assert "4 passed" in done.stdout, done.stdout
+    assert "5 passed" in done.stdout, done.stdout
