@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hil import __version__
 from hil.config import ConfigError
 from hil.core.core import octaves
-from hil.core.fields import FIELDS
 from hil.daemon import real_boards, segments
-from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.control import run_verbs
 from hil.daemon.control.client import ControlError
@@ -18,6 +16,7 @@ from hil.daemon.health.health import health
 from hil.daemon.reload.plan import ConfigUnreadable
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField
+from hil.session.settable import SURROUNDINGS, setting_problem
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.vocab.bridges import LOCAL
 from hil.vocab.firmware import MAIN, NETWORK
@@ -136,11 +135,11 @@ def _pin(daemon: "Daemon", device: str, pin: str, level: int) -> dict[str, int]:
 
 
 def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, int]:
-    if field not in SET_FIELDS:
-        raise ControlError(f"fields that can be set are {', '.join(SET_FIELDS)}")
+    if field not in SURROUNDINGS:
+        raise ControlError(f"fields that can be set are {', '.join(SURROUNDINGS)}")
     number = float(value)
-    if not abs(number) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= number <= 0x7FFF):
-        raise ControlError(f"{value} is not a value that {field} can have")
+    if problem := setting_problem(_device(daemon, device), field, number):
+        raise ControlError(f"{value} is not a value that {field} can have; {problem}")
     return _give(daemon, device, SetField(field, number))
 
 
@@ -263,7 +262,9 @@ VERBS = {
         ("device", "pin", "level"),
         "drive an input, of a Mechaduino D0 dir, D1 step, D2 enable, D3; level 0 or 1",
     ),
-    "set": Verb(_set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SET_FIELDS)}"),
+    "set": Verb(
+        _set, ("device", "field", "value"), f"set what surrounds the board: {', '.join(SURROUNDINGS)}"
+    ),
     "send": Verb(
         _send,
         ("device", "data"),
