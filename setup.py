@@ -1,4 +1,4 @@
-"""Only what pyproject.toml cannot say yet: the native core, the planner, the packet codec and the byte faults,
+"""Only what pyproject.toml cannot say yet: the native core, the planner, the packet codec, the byte faults,
 and that packages are made of what git tracks."""
 
 import subprocess

@@ -137,6 +137,7 @@ def test_fields_that_are_set_and_those_that_are_not(using: Using) -> None:
             ("pKp", "12", "bad_parameter"),
             ("diaagc", 0x8000, "bad_parameter"),
             ("errfl", -1, "bad_parameter"),
+            ("load_torque_Nm", 99.0, "bad_parameter"),
             ("r", 5.0, "no_parameter"),
             ("pkp", 5.0, "no_parameter"),
         ):

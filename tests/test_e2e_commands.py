@@ -188,6 +188,8 @@ def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
         assert "not a value that diaagc can have" in place.cli("set", "m1", "diaagc", wrong, code=1)
     for wrong in ("nan", "inf"):
         assert "nan and inf are no values here" in place.cli("set", "m1", "diaagc", wrong, code=1)
+    refused = place.cli("set", "m1", "load_torque_Nm", "99", code=1)
+    assert "write -4.95 to 4.95, 10 times what this motor holds (0.495 Nm)" in refused
     assert "Invalid value" in place.cli("set", "m1", "diaagc", "much", code=2)
 
 

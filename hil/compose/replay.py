@@ -98,7 +98,7 @@ def _lines(path: Path) -> Iterator[bytes]:
             line = file.readline(LONGEST_LINE_BYTES + 1)
             if len(line) > LONGEST_LINE_BYTES:
                 raise InputLogError(
-                    f"{place(str(path), number)}: a line without end; take a log as `hil serve --log` wrote it"
+                    f"{place(str(path), number)}: a line without end; take one as `hil serve --log` wrote it"
                 )
             if not line:
                 return

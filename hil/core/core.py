@@ -76,6 +76,8 @@ closed loop, or the SAC's motion engine."""
     _REPORT,
 ) = range(14)  # hil_motion_call
 
+FULL_SCALE_V = 0.33
+"""Of the Mechaduino's current command, at the driver's sense resistor: 3.3 V / 10."""
 SEED_MASK = (1 << 64) - 1
 
 FULL_PARAMETERS = (
@@ -158,6 +160,8 @@ class CoreAxis:
         self.id = axis
         self.nominal_supply_V = native.supply_V(axis)
         """Of the full plant as it was opened, 0 for the simple one."""
+        self.holding_Nm = 0.0
+        """The motor's largest torque, without that of its magnets."""
 
     def get(self, field: str) -> float:
         """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
@@ -361,7 +365,10 @@ class Core:
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
         axis = self.native.axis_open(group, plan.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
-        return CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
+        made = CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
+        most_A = motor["phase_current_A"] if plan.law == "sac" else FULL_SCALE_V / motor["sense_resistor_ohm"]
+        made.holding_Nm = motor["torque_constant_Nm_per_A"] * most_A
+        return made
 
     def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:
         """Join an output to an input of the same group, each an axis and its pin by name.

@@ -17,6 +17,7 @@ from hil.daemon.health.metrics import readings
 from hil.daemon.segments import listed as listed_segments
 from hil.runs.execute import How, Progress
 from hil.session.inputs import Bytes, Pin, Reset, SetField
+from hil.session.settable import SETTABLE, setting_problem
 from hil.telemetry import Sampler
 from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
 from hil.vocab.dialogue import DialogueError
@@ -28,19 +29,13 @@ from hil.vocab.verbs import Verb, VerbRefused
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
-SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl")
-"""Fields of an axis that are the world around the board and not the firmware's memory; `hil set` has them."""
-SETTABLE = (*SET_FIELDS, "clock_Hz", "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 STATE = (
     *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
     *("loop_on", "mode", "r", "u", "following"),
     *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
 )
 """What most want to see of an axis; each kind has some of them."""
-RANGES = {"uMAX": (0.0, 255.0), "PA": (-360.0, 360.0), "clock_Hz": (-1.0, 1e9)}
-_FIELD_LIMIT = 1e6
 _POLL_NS = 20_000_000
-_REGISTER_LIMIT = 0x7FFF
 _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
@@ -186,21 +181,12 @@ class Host:
         if name not in info.fields or not info.fields[name].is_settable:
             settable = [field.name for field in info.fields.values() if field.is_settable]
             raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
-        low, high = self._range(info, name)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-            raise VerbRefused("bad_parameter", f"{name}: write {low:g} to {high:g}")
-        at_ns = self._daemon.bench.give(self._daemon.bench.devices[device], SetField(name, float(value)))
+        twin = self._daemon.bench.devices[device]
+        if problem := setting_problem(twin, name, value):
+            raise VerbRefused("bad_parameter", problem)
+        assert isinstance(value, int | float)
+        at_ns = self._daemon.bench.give(twin, SetField(name, float(value)))
         return Done(at_ns, {name: value})
-
-    @staticmethod
-    def _range(info: DeviceInfo, name: str) -> tuple[float, float]:
-        """What a field may be set to; a gain as the board's verb has it."""
-        for parameter in info.verbs["gains"].parameters if "gains" in info.verbs else ():
-            if parameter.name == name:
-                return parameter.minimum, parameter.maximum
-        if name in RANGES:
-            return RANGES[name]
-        return (0.0, _REGISTER_LIMIT) if info.fields[name].type == "i32" else (-_FIELD_LIMIT, _FIELD_LIMIT)
 
     def fault(self, source: Source, target: str, given: Mapping[str, object]) -> Mapping[str, Any]:
         registry = self._daemon.faults

@@ -15,6 +15,7 @@ from hil.core.fields import OF_KIND
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.inputs import Reset
+from hil.session.settable import load_problem
 from hil.session.uart import DeviceUart
 from hil.vocab.faults import (
     FAULT_KINDS,
@@ -142,6 +143,9 @@ class Faults:
             fitting = [name for name in self.places() if (p := place_of(self._bench, name)) and p.has(wanted)]
             choice = ", ".join(fitting) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
+        is_load = fault.kind == "shaft_load" and place.device
+        if is_load and (problem := load_problem(is_load, fault.number("torque_Nm"))):
+            raise FaultRefused(f"torque_Nm: {problem}")
 
     def places(self) -> list[str]:
         """All targets."""

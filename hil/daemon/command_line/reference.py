@@ -9,12 +9,12 @@ import typer
 from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
-from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.command_line.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.daemon.control.verbs import CONTROL_VERSION, VERBS
 from hil.daemon.health.health import KINDS
 from hil.daemon.health.metrics import METRICS
 from hil.runs.reference import run_reference
+from hil.session.settable import SURROUNDINGS
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 
@@ -149,7 +149,7 @@ def _fields() -> str:
     rows = ["## Fields of an axis\n", "A snapshot has them all, in this order.\n"]
     rows += ["| field | type | unit | settable | meaning |", "|---|---|---|---|---|"]
     for field in FIELDS.values():
-        settable = "`hil set`" if field.name in SET_FIELDS else "by firmware" if field.writable else ""
+        settable = "`hil set`" if field.name in SURROUNDINGS else "by firmware" if field.writable else ""
         meaning = _cell(field.meaning)
         rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
     return "\n".join(rows)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hil import __version__
 from hil.config import ConfigError
 from hil.core.core import octaves
-from hil.core.fields import FIELDS, OF_KIND
+from hil.core.fields import OF_KIND
 from hil.daemon import real_boards, segments
-from hil.daemon.bridge_host import SET_FIELDS
 from hil.daemon.captures import Capture, names, open_capture
 from hil.daemon.control import run_verbs
 from hil.daemon.control.client import ControlError
@@ -30,6 +29,7 @@ from hil.daemon.health.health import health
 from hil.daemon.reload.plan import ConfigUnreadable
 from hil.session.device import Device
 from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField, bursts_problem
+from hil.session.settable import SURROUNDINGS, setting_problem
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.telemetry.sampler import MIN_INTERVAL_NS
 from hil.vocab.bridges import LOCAL
@@ -147,11 +147,12 @@ def _pin(daemon: "Daemon", device: str, pin: str, level: int) -> dict[str, int]:
 
 
 def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, int]:
-    fields = [name for name in SET_FIELDS if name in OF_KIND[_device(daemon, device).axis.kind]]
+    twin = _device(daemon, device)
+    fields = [name for name in SURROUNDINGS if name in OF_KIND[twin.axis.kind]]
     if field not in fields:
         raise ControlError(f"fields of {device} that can be set are {', '.join(fields)}")
-    if not abs(value) < 1e6 or (FIELDS[field].type == "i32" and not 0 <= value <= 0x7FFF):
-        raise ControlError(f"{value} is not a value that {field} can have")
+    if problem := setting_problem(twin, field, value):
+        raise ControlError(f"{value} is not a value that {field} can have; {problem}")
     return _give(daemon, device, SetField(field, float(value)))
 
 
@@ -273,7 +274,7 @@ VERBS = {
     "set": Verb(
         _set,
         {"device": NAME, "field": NAME, "value": NUMBER},
-        f"set what surrounds the board: {', '.join(SET_FIELDS)}",
+        f"set what surrounds the board: {', '.join(SURROUNDINGS)}",
     ),
     "send": Verb(
         _send,
