@@ -278,6 +278,12 @@ class BenchRuntime:
         self.looked()
         return state
 
+    def known_ns(self, name: str) -> SimTimeNs:
+        """Up to when it is decided what was on the line of a tap: its group may be behind the present."""
+        group = self._group_of[name]
+        with self._owning(group):
+            return group.wait_until(self.now_ns)
+
     def take_samples(self, device: str) -> tuple[list[bytes], int]:
         """A device's samples since the last call, in the binary layout, and how many were lost since
         ``watch``."""
