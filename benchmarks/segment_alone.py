@@ -1,4 +1,5 @@
-"""How many packets a second the segment and its codec carry in virtual time, without boards.
+"""How many packets a second the segment and its codec carry in virtual time, without boards; what a
+collision costs, and a line that is never idle.
 
 At least 50,000 are wanted. A master sends to one node after the other, each answers; 2 and 252 nodes.
 
@@ -9,6 +10,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from heapq import heappop, heappush
 
 from hil.vocab.segment import HeardCharacter
@@ -85,6 +87,42 @@ def packets_a_second(nodes: int) -> float:
     return 2 * TURNS / seconds
 
 
+def collision_ms(nodes: int) -> float:
+    """CPU time of a collision in which so many nodes acknowledge at once."""
+    timeline = Timeline()
+    segment = Segment(timeline)
+    names = [f"s{address}" for address in range(4, 4 + nodes)]
+    for name in names:
+        segment.join(name, Ear())
+    start_s = time.process_time()
+    for address, name in enumerate(names, 4):
+        segment.transmit(name, timeline.now_ns, encode(1, address, b"\6"), BAUD)
+    timeline.run(10**9)
+    assert segment.stats.collisions == nodes - 1
+    return (time.process_time() - start_s) * 1e3
+
+
+def busy_s(seconds: int) -> float:
+    """CPU time of the last second of a line of 38400 baud on which two stations never stop."""
+    timeline = Timeline()
+    segment = Segment(timeline)
+    for name in "abcd":
+        ear = Ear()
+        ear.baud_now = 38400
+        segment.join(name, ear)
+
+    def speak(name: str, now_ns: SimTimeNs) -> None:
+        segment.transmit(name, now_ns, bytes(range(now_ns % 200, now_ns % 200 + 20)), 38400)
+        timeline.at(now_ns + 5_000_000, partial(speak, name))
+
+    timeline.at(0, partial(speak, "a"))
+    timeline.at(2_345_678, partial(speak, "b"))
+    timeline.run((seconds - 1) * 10**9)
+    start_s = time.process_time()
+    timeline.run(seconds * 10**9)
+    return time.process_time() - start_s
+
+
 def python_can() -> float | None:
     try:
         import can
@@ -110,6 +148,11 @@ def main() -> None:
         print(
             f"{name:12} {statistics.median(rates):10,.0f} a second" if rates else f"{name:12} not installed"
         )
+    for nodes in (64, 252):
+        least_ms = min(collision_ms(nodes) for _ in range(RUNS))
+        print(f"{nodes} nodes that answer at once: {least_ms:.1f} ms, wanted at most 20")
+    for seconds in (2, 5):
+        print(f"second {seconds} of a line that is never idle: {busy_s(seconds):.2f} s")
 
 
 main()

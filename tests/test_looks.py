@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from hil.daemon.health.metrics import METRICS
 from hil.daemon.segments import listed
+from hil.session.tap_session import TapSession
 from hil.testing import Bench
+from hil.vocab.time import SimTimeNs
 from hil.wire.packet import encode
 
 STATIONS = ("s1", "s2", "s3", "s4")
@@ -81,3 +83,22 @@ def test_a_burst_is_counted_and_shown_at_its_end_on_a_line_that_is_quiet_otherwi
         assert (bench.segment("bus0").counters(1)["packets"], shown) == (0, [])
         bench.run(0.03)  # 7 characters take 1.823 ms
         assert (bench.segment("bus0").counters(1)["packets"], len(shown)) == (1, 1)
+
+
+def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
+    """The wall's time is ahead of the group's, in which somebody may send before that."""
+    segment = {"stations": ["s1"], "taps": {"m": {"port": "memory"}, "n": {"port": "memory"}}}
+    with Bench({"bench": "x", "devices": {"s1": {"profile": "sac"}}, "segments": {"bus0": segment}}) as bench:
+        got = bytearray()
+        port: Any = SimpleNamespace(write=got.extend)
+        lines: Any = SimpleNamespace(fresh=[])
+        session = TapSession(bench._runtime, bench._runtime.taps["bus0.n"], port, lines)
+        bench.run(1100)
+        packet = encode(99, 1, b"y")
+        bench.tap("bus0.m").write(packet)
+        wall_ns = SimTimeNs(bench.now_ns + 1_500_000)
+        assert session.release(wall_ns) <= wall_ns
+        assert got == b""
+        bench.run(1.5)
+        assert session.release(wall_ns) > wall_ns
+        assert got == packet[:5]

@@ -300,6 +300,12 @@ class BenchRuntime:
         """Virtual time: take one device's group to ``until_ns``."""
         self._group_of[device.name].advance(until_ns)
 
+    def known_ns(self, name: str) -> SimTimeNs:
+        """Up to when it is decided what was on the line of a tap: its group may be behind the present."""
+        group = self._group_of[name]
+        with self._owning(group):
+            return group.wait_until(self.now_ns)
+
     def run_real_time(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
         """Hand the groups to the core's real-time thread; simulated time 0 is now.
 

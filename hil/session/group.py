@@ -97,6 +97,11 @@ class Group:
             if is_over and asks and self.due_ns > now_ns and is_over():
                 return  # all of this time has happened: an input that comes now comes after it
 
+    def wait_until(self, until_ns: SimTimeNs) -> SimTimeNs:
+        """Run axes up to ``until_ns``, or to when a firmware has to run, and no firmware; how far it came."""
+        self._native.advance(self.id, self.due_ns, until_ns)
+        return self.now_ns
+
     def _step(self, now_ns: SimTimeNs) -> None:
         """Run the firmwares that are due, in the order of their devices."""
         while self._timers and self._timers[0][0] <= now_ns:

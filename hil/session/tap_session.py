@@ -61,7 +61,8 @@ class TapSession:
         self._is_fresh = False
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
-        if data := self.tap.take(now_ns):
+        due_ns = self.tap.next_ns
+        if due_ns <= now_ns and (data := self.tap.take(min(now_ns, self._bench.known_ns(self.tap.name)))):
             for listener in self.taps:
                 listener("client", data)
             self.port.write(data)

@@ -17,7 +17,7 @@ class StationStats:
     collisions: int = 0
 
 
-@dataclass
+@dataclass(slots=True)
 class _Sender:
     """A station whose driver is on."""
 
