@@ -236,6 +236,28 @@ def test_a_client_that_asks_for_much_is_no_runaway(place: Place) -> None:
     server.stop()
 
 
+def test_who_types_much_gets_no_board_stopped(place: Place) -> None:
+    """516 MB of answers: the board takes no more at a time than from a client, and the other one goes on."""
+    server = place.serve(config(speed=1, devices={"m1": {}, "m2": {}})).ready("m2")
+    place.cli("axis", "m1", "type", "q" * 4096)
+    with server.client("m2") as other:
+        for _ in range(3):
+            other.ask(b"p")
+    unheard = until(lambda: (n := server.status("m1")["unheard_bytes"]) > 4096 * 120_000 and n, "all answers")
+    assert unheard < 4096 * 140_000
+    assert server.status("m1")["failed"] is None
+    server.stop()
+
+
+def test_byte_faults_on_a_long_answer_get_no_board_stopped(place: Place) -> None:
+    server = place.serve(config(speed=1, devices={"m1": {}})).ready()
+    server.ask("inject", fault="byte_flip", target="m1", parameters={"rate": 0.0001})
+    place.cli("axis", "m1", "type", "q" * 64)
+    until(lambda: server.status("m1")["unheard_bytes"] > 64 * 120_000, "all answers")
+    assert server.status("m1")["failed"] is None
+    server.stop()
+
+
 def test_a_daemon_that_was_stopped_suspects_nobody(place: Place) -> None:
     """Its devices catch up; the time in which it did not run is nobody's."""
     server = place.serve(config(speed=20, devices={f"m{i}": {} for i in range(1, 9)})).ready()

@@ -16,7 +16,7 @@ from hil.daemon.health.health import health
 from hil.daemon.health.metrics import readings
 from hil.daemon.segments import listed as listed_segments
 from hil.runs.execute import How, Progress
-from hil.session.inputs import Bytes, Pin, Reset, SetField
+from hil.session.inputs import Pin, Reset, SetField
 from hil.session.settable import SETTABLE, setting_problem
 from hil.telemetry import Sampler
 from hil.vocab.bridges import AxisField, DeviceInfo, Done, Source
@@ -173,7 +173,7 @@ class Host:
             if pin not in device.axis.pins:
                 raise VerbRefused("bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}")
             return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
-        return Done(bench.give(device, Bytes(typed(str(parameters["text"])))), {})
+        return Done(self._daemon.sessions[name].type(typed(str(parameters["text"]))), {})
 
     def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
         self._twin(device)

@@ -4,6 +4,7 @@ In:  port -> ``Session.received`` -> ``BenchRuntime.give`` -> device's UART -> f
 Out: firmware -> device's UART -> ``Session.send`` -> port.
 """
 
+import asyncio
 from collections import deque
 from collections.abc import Callable
 from typing import Protocol
@@ -14,12 +15,15 @@ from hil.session.inputs import Bytes, Reset
 from hil.vocab.firmware import MAIN
 from hil.vocab.ports import Port, Tap
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns, resample
 
 BACKLOG_HOLD_BYTES = 64 * 1024
 """While more than this waits for a client to read, the device takes no more commands: a board is held
 up in print() by a host that does not read."""
 
+TYPED_BYTES = 4096
+"""What may wait of what was typed beside the port; the longest text of the verb ``type``."""
 TOUCH_BAUD = 1200
 """A board with native USB resets when its port is closed at this rate: Arduino platform specification, "1200
 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before, and
@@ -133,6 +137,8 @@ class Session:
         """Called with all that passes at the port."""
         self._is_vacant = False
         self._held = False
+        self._typed = bytearray()
+        self._is_typing = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
 
@@ -140,6 +146,7 @@ class Session:
         """No board is at the port: clients are held up, what it has sent and is not out is lost."""
         self._is_vacant = True
         self._lines.forget(self)
+        self._typed.clear()
         self._fresh.clear()
         self._line.clear()
 
@@ -155,6 +162,41 @@ class Session:
             tap("board", data)
         client_baud = self.port.client_baud() if self._uart.baud else None
         self._bench.give(self.device, Bytes(data, client_baud, self._name))
+
+    def type(self, data: bytes) -> SimTimeNs:
+        """Bytes from somebody beside the port: they take effect as a client's do, the first of them now, on
+        USB no more at a time than the board takes: it may have much to say to each. Answers the time.
+
+        Raises:
+            VerbRefused: too much that was typed before waits still.
+        """
+        if self._uart.baud is not None:
+            at_ns = self._bench.give(self.device, Bytes(data, None, self._name))
+        elif len(self._typed) + len(data) > TYPED_BYTES:
+            raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
+        else:
+            self._typed += data
+            at_ns = self._bench.now_ns if self._is_typing else self._type_on()
+        self._lines.flush()
+        return at_ns
+
+    def _type_on(self) -> SimTimeNs:
+        self._is_typing = False
+        room = self.room()
+        if not room or not self._typed or not self._bench.real_time:
+            return self._bench.now_ns
+        piece = bytes(self._typed[:room])
+        del self._typed[:room]
+        at_ns = self._bench.give(self.device, Bytes(piece, None, self._name))
+        self._lines.flush()
+        self._go_on_typing()
+        return at_ns
+
+    def _go_on_typing(self) -> None:
+        """In the next turn of the event loop, so that others have theirs between."""
+        if self._typed and not self._is_typing and self.room():
+            self._is_typing = True
+            asyncio.get_running_loop().call_soon(self._type_on)
 
     def room(self) -> int:
         """What the port may read from its clients now."""
@@ -181,6 +223,7 @@ class Session:
     def refresh(self) -> None:
         if self._held and self.room():
             self.port.resume_reading()
+        self._go_on_typing()
 
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; ``Lines.flush`` comes when its group's turn is over."""

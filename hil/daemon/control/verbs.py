@@ -164,6 +164,8 @@ def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
     uart = uart if dot else MAIN
     if uart not in _device(daemon, name).uarts:
         raise ControlError(f"{name} has no serial interface {uart!r}")
+    if session := daemon.sessions.get(port_label(name, uart)):
+        return {"effective_at_ns": session.type(bytes.fromhex(data))}
     return _give(daemon, name, Bytes(bytes.fromhex(data), port=uart))
 
 
