@@ -97,13 +97,14 @@ kills: $(VENV)/.dev
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
-# 100,000 requests at the control socket: an hour.
+# 100,000 requests at the control socket, 100,000 damaged logs: two hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/tests/test_packet.py -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/daemon/control/tests/test_control_fuzz.py
+	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/compose/tests/test_replay_fuzz.py
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
 bench: $(VENV)/.dev

@@ -17,12 +17,15 @@ from hil.session.bench import BenchRuntime
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.guard import LoggedStops
-from hil.session.input_log import InputLog, Sent, place, read_input_log, sent_now
+from hil.session.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.session.inputs import Clear, Inject, InputLogError, Logged, Stopped
 from hil.vocab.time import FOREVER, SimTimeNs
 
 LONGEST_LINE_BYTES = 64 * 1024 * 1024
 """The header of the largest bench, 512 boards with their tables, has two thirds of it."""
+
+LONGEST_PROBLEM = 1000
+"""Characters; names in a forged log may be of any length."""
 
 
 class MemoryOptions(BaseModel):
@@ -97,9 +100,7 @@ def _lines(path: Path) -> Iterator[bytes]:
         for number in count(1):
             line = file.readline(LONGEST_LINE_BYTES + 1)
             if len(line) > LONGEST_LINE_BYTES:
-                raise InputLogError(
-                    f"{place(str(path), number)}: a line without end; take one as `hil serve --log` wrote it"
-                )
+                raise InputLogError(f"{place(str(path), number)}: a line without end; {REMEDY}")
             if not line:
                 return
             yield line
@@ -137,9 +138,9 @@ def replay_log(read: InputLog) -> Replayed:
         )
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):
-            raise InputLogError(
-                f"{read.where(index)}: {problem}; replay it with what wrote it, {read.program}"
-            )
+            said = problem if problem.isprintable() else repr(problem)
+            remedy = f"replay it with what wrote it, {read.program}"
+            raise InputLogError(f"{read.where(index)}: {said[:LONGEST_PROBLEM]}; {remedy}")
         if isinstance(logged.input, Stopped):
             runtime.take_to(runtime.devices[logged.device], logged.at_ns)
         elif isinstance(logged.input, Inject | Clear):

@@ -130,21 +130,21 @@ def read_input_log(lines: Iterable[str | bytes], name: str = "") -> InputLog:
                 log.inputs.append(decode(values))
                 log.lines.append(number)
         except InputLogError as error:
-            raise InputLogError(f"{place(name, number)}: {error}; {_REMEDY}") from None
+            raise InputLogError(f"{place(name, number)}: {error}; {REMEDY}") from None
     if log is None:
-        raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {_REMEDY}")
+        raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {REMEDY}")
     return replace(log, cut=cut)
 
 
-_REMEDY = "take a log as `hil serve --log` wrote it"
+REMEDY = "take a log as `hil serve --log` wrote it"
 
 
 def _header(values: dict[str, Any], name: str) -> InputLog:
     if values.get("format") != LOG_FORMAT:
         raise InputLogError("this is not an input log")
-    program = str(values.get("program", "another program"))[:80]
+    program = ascii(values.get("program", "another program"))[:80].strip("'")
     if values.get("version") != LOG_VERSION or isinstance(values["version"], bool):
-        version = str(values.get("version"))[:80]
+        version = ascii(values.get("version"))[:80]
         raise InputLogError(f"the log has version {version}, of {program}; this program reads {LOG_VERSION}")
     config, nvm = values.get("config"), values.get("nvm")
     if not isinstance(config, dict) or not isinstance(nvm, dict):

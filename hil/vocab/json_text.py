@@ -6,8 +6,6 @@ of surrogate pairs.
 """
 
 import json
-import re
-from itertools import islice
 from math import isfinite
 from typing import Any, NoReturn
 
@@ -16,10 +14,10 @@ DEEPEST = 32
 LEAST, MOST = -(1 << 63), (1 << 64) - 1
 """Integers. Seeds have all 64 bits."""
 _LONGEST_INTEGER = len(str(LEAST))
-_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
-_OPENS = re.compile(r"[\[{]")
-_LONG_NUMBER = re.compile(r"\d{19}|[eE]\+?\d{3}")
-"""Other numbers need no look."""
+_LONG_NUMBERS = (b"0" * 19, b"e000", b"E000", b"e+000", b"E+000")
+"""Of numbers that need a look, with all digits made 0."""
+_ZEROED = bytes.maketrans(b"123456789", b"000000000")
+_SURROGATES = (b"\\ud", b"\\uD")
 _CONTAINERS = (dict, list)
 _TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
 
@@ -35,12 +33,13 @@ def read_json(text: str | bytes) -> Any:
         JsonError: it is none.
     """
     try:
-        decoded = text.decode("utf-8") if isinstance(text, bytes) else text
-        if _LONG_NUMBER.search(decoded):
+        data = text.encode() if isinstance(text, str) else text
+        decoded = text if isinstance(text, str) else text.decode()
+        if _has(data.translate(_ZEROED), _LONG_NUMBERS):
             value = json.loads(decoded, parse_constant=_no_constant, parse_int=_integer, parse_float=_finite)
         else:
             value = json.loads(decoded, parse_constant=_no_constant)
-        if _SURROGATE.search(decoded):
+        if _has(data, _SURROGATES):
             json.dumps(value, ensure_ascii=False).encode()
     except RecursionError:
         raise JsonError(_TOO_DEEP) from None
@@ -50,19 +49,18 @@ def read_json(text: str | bytes) -> Any:
         raise JsonError("half of a surrogate pair is no character") from None
     except json.JSONDecodeError as error:
         raise JsonError(f"{error.msg}, at character {error.pos + 1}") from None
-    _check_depth(value, decoded)
+    if data.count(b"[") + data.count(b"{") > DEEPEST:
+        _check_depth(value)
     return value
 
 
-_TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
+def _has(data: bytes, marks: tuple[bytes, ...]) -> bool:
+    return any(mark in data for mark in marks)
 
 
-def _check_depth(value: Any, text: str) -> None:
+def _check_depth(value: Any) -> None:
     """A level at a time, for which nesting is no recursion."""
-    opened = sum(1 for _ in islice(_OPENS.finditer(text), DEEPEST + 1))
-    if opened <= DEEPEST or not isinstance(value, _CONTAINERS):
-        return
-    level: list[Any] = [value]
+    level = [value] if isinstance(value, _CONTAINERS) else []
     for _ in range(DEEPEST):
         children = (each.values() if isinstance(each, dict) else each for each in level)
         level = [child for some in children for child in some if isinstance(child, _CONTAINERS)]

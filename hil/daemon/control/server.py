@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
 _LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
+_LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _ARGUMENTS = {name: verb.arguments for name, verb in VERBS.items()}
 REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
 
@@ -128,7 +129,7 @@ class ControlServer:
                 return {"ok": True, "result": {}, "capture": result}
             return {"ok": True, "result": await result if isawaitable(result) else result}
         except REFUSALS as error:
-            return {"ok": False, "error": str(error)}
+            return {"ok": False, "error": str(error)[:_LONGEST_REFUSAL]}
         except Exception:
             if not self._daemon.reloader.is_open:
                 return {"ok": False, "error": "the bench has not started yet, or is ending; ask again"}
