@@ -13,6 +13,7 @@ that went wrong leaves its folder behind and says how to do it again.
 import argparse
 import dataclasses
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -29,7 +30,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 from e2e_support import HIL, PATIENCE_S, Place, Server
 from soak_benches import random_bench
 from soak_clients import Scene, Watcher, actors
-from test_e2e_runs import free_port
 
 SEED_S = 25.0
 AT_ONCE = 2
@@ -61,7 +61,8 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
     """One bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
     chance = Random(seed)
     name = f"soak{seed}"
-    metrics_port, zenoh_port = free_port(), free_port()
+    metrics_port = 10_000 + 2 * os.getpid() % 20_000  # below those that the kernel gives to others
+    zenoh_port = metrics_port + 1
     config = random_bench(chance, name, metrics_port, zenoh_port)
     log = place.folder / LOG
     server = place.serve(json.dumps(config), "--log", str(log), bench=name)

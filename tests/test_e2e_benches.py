@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -413,9 +414,17 @@ def test_a_network_that_is_too_slow_moves_nothing(site: Site, delay_s: float, wh
         mill, lathe = enabled(site.launch("mill")), enabled(site.launch("lathe"))
         until(lambda: sees(mill, "lathe"), "a sight of lathe")
         before_deg = [server.status("m1")["snapshot"]["r"] for server in (mill, lathe)]
-        answer = submit(mill, run("r", FAR))
-        said = answer.get("problems") or ended(mill, "r")["why"]
-        assert why in said
+        tries = count()
+
+        def refused() -> bool:
+            name = f"r{next(tries)}"
+            said = submit(mill, run(name, FAR)).get("problems") or ended(mill, name)["why"]
+            assert why in said or "did not answer" in said, (
+                said
+            )  # on a busy machine the network is slower yet
+            return why in said
+
+        until(refused, f"an answer with {why!r}")
         assert [server.status("m1")["snapshot"]["r"] for server in (mill, lathe)] == before_deg
 
 

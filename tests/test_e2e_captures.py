@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
+from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, config, until
 
 from hil.wire.packet import encode
 
@@ -54,7 +54,7 @@ class Captured:
 @pytest.fixture
 def server(place: Place) -> Any:
     server = place.serve(ONE)
-    until(lambda: server.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")
+    server.ready(boot_ns=SAC_READY_NS)
     return server
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 import serial
-from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, until
+from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, Server, config, until
 from service_manager import Manager
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -185,7 +185,7 @@ def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> No
     with real.client("s2") as terminal:
         for turn in range(2):
             until(lambda: "is away" not in (real.status("s2")["note"] or ""), "the board")
-            until(lambda: twins.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")  # noqa: B023
+            twins.ready(boot_ns=SAC_READY_NS)
             terminal.quiet(0.1)
             assert terminal.ask(b"vd\r", b"0\t0\r\nSAC>").endswith(b"vd\r\n0\t0\r\nSAC>")
             if turn == 0:

@@ -266,7 +266,7 @@ def test_a_table_that_cannot_be_read(place: Place) -> None:
 def kept_acceleration(server: Server, client: Client) -> bytes:
     """Of the settings that a SAC has in its memory. A byte while it starts would restore the factory's."""
     now_ns = server.ask("status")["sim_ns"]
-    until(lambda: server.ask("status")["sim_ns"] > now_ns + SAC_START_NS, "the cold start")
+    server.ready(since_ns=now_ns, boot_ns=SAC_START_NS)
     client.quiet(0.1)
     text = client.ask(b"$C\r", b"SAC>")
     client.ask(b"x\r", b"SAC>")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import serial
-from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
+from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, config, until
 
 from hil.wire.packet import encode
 
@@ -27,7 +27,7 @@ def bench(taps: dict[str, Any], count: int = 2, speed: float = 5, **segment: Any
 
 def start(place: Place, text: str, *options: str) -> Any:
     server = place.serve(text, *options)
-    until(lambda: server.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")
+    server.ready(boot_ns=SAC_READY_NS)
     for n, row in enumerate(server.ask("list")["devices"]):
         if n:  # the first one keeps 85
             with server.client(row["device"]) as terminal:
@@ -70,7 +70,7 @@ def test_a_master_at_a_pty_and_one_at_rfc2217(place: Place) -> None:
 
 def test_two_nodes_with_one_address_collide_and_status_says_so(place: Place) -> None:
     server = place.serve(bench({"master": {}}))
-    until(lambda: server.ask("status")["sim_ns"] > 1_200_000_000, "the cold start")
+    server.ready(boot_ns=SAC_READY_NS)
     with Client(address(server, "bus0.master")) as master:
         master.write(encode(85, 1, b"v99"))
         until(lambda: server.ask("segments")[0]["packets"] == 2, "the answer")  # equal bits at equal times
