@@ -41,8 +41,8 @@ def random_bench(random: Random, name: str, metrics_port: int, zenoh_port: int) 
             "metrics": {"listen": f"127.0.0.1:{metrics_port}"},
             "zenoh": {
                 "listen": [f"tcp/127.0.0.1:{zenoh_port}"],
-                "state_hz": random.choice((1.0, 10.0, 20.0)),
-                "packed_hz": random.choice((10.0, 100.0, 200.0)),
+                "state_hz": random.choice((0.7, 7.0, 10.0, 30.0)),
+                "packed_hz": random.choice((10.0, 77.7, 100.0, 300.0)),
             },
         },
     }

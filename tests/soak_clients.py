@@ -250,6 +250,7 @@ class Looker(Actor):
     def watch(self, device: str) -> None:
         if len(self.watches) < 4:
             interval_ns = self.chance.choice((1, 2, 5, 10, 50, 1000)) * inputs.MS
+            interval_ns += self.chance.choice((0, 0, 1, -1, self.chance.randrange(inputs.MS // 2)))
             answer = self.scene.ask("watch", device=device, signals=[], interval_ns=interval_ns)
             if answer:
                 self.watches.append(answer["watch"])
