@@ -171,14 +171,11 @@ class Session:
             VerbRefused: too much that was typed before waits still.
         """
         if self._uart.baud is not None:
-            at_ns = self._bench.give(self.device, Bytes(data, None, self._name))
-        elif len(self._typed) + len(data) > TYPED_BYTES:
+            return self._bench.give(self.device, Bytes(data, None, self._name))
+        if len(self._typed) + len(data) > TYPED_BYTES:
             raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
-        else:
-            self._typed += data
-            at_ns = self._bench.now_ns if self._is_typing else self._type_on()
-        self._lines.flush()
-        return at_ns
+        self._typed += data
+        return self._bench.now_ns if self._is_typing else self._type_on()
 
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
@@ -188,7 +185,6 @@ class Session:
         piece = bytes(self._typed[:room])
         del self._typed[:room]
         at_ns = self._bench.give(self.device, Bytes(piece, None, self._name))
-        self._lines.flush()
         self._go_on_typing()
         return at_ns
 
