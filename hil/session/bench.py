@@ -134,8 +134,12 @@ class BenchRuntime:
 
     def group_of(self, name: str) -> Group:
         """Of a device, a tap or a segment."""
-        if name in self.segments:
-            return next(self._group_of[each] for each in self._on_segment(self.segments[name]))
+        for each in self._on_segment(self.segments[name]) if name in self.segments else ():
+            return self._group_of[each]
+        if name in self.segments and name not in self._group_of:  # a line with nobody on it
+            group = self._group_of[name] = self._empty_group()
+            if self.real_time:
+                self.core.native.release(group.id)
         return self._group_of[name]
 
     def _on_segment(self, segment: Segment) -> Iterator[str]:
