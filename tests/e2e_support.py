@@ -215,7 +215,7 @@ class Server:
 
         def have_booted() -> bool:
             rows = [row for row in self.ask("status")["devices"] if device in (None, row["device"])]
-            times_ns = [row["snapshot"]["at_ns"] for row in rows if "snapshot" in row]
+            times_ns = [row["snapshot"]["at_ns"] for row in rows if row.get("snapshot")]  # a twin
             return min(times_ns, default=FOREVER) > since_ns + boot_ns + 50_000_000
 
         until(have_booted, "the boards' boot")

@@ -75,7 +75,7 @@ def test_a_hundred_runs_at_once_are_all_done_in_their_order(place: Place) -> Non
         )
         assert answer["state"] in ("queued", "running"), answer
     done = [ended(server, f"r{n}") for n in range(100)]
-    assert not [progress for progress in done if progress["state"] != "done"]
+    assert not [(progress["why"], progress["run"]) for progress in done if progress["state"] != "done"]
     for parity in (0, 1):
         ends = [progress["ended_at_ns"] for progress in done[parity::2]]
         assert ends == sorted(ends)
@@ -202,7 +202,7 @@ def test_many_submit_at_once(place: Place) -> None:
     for thread in threads:
         thread.join(PATIENCE_S * 2)
     assert failures == []
-    assert {ended(server, f"r{n}")["state"] for n in range(100)} == {"done"}
+    assert {(end["state"], end["why"]) for end in (ended(server, f"r{n}") for n in range(100))} == {("done", None)}
 
 
 def test_long_documents_hold_nobody_up_and_leave_no_memory(place: Place) -> None:

@@ -115,7 +115,7 @@ def replay_log(read: InputLog) -> Replayed:
     catalogue = find_catalogue({"memory": MemoryOptions})
     runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
-    missing = Counter(runtime.group_of(sent.device) for sent in read.sent)
+    missing = Counter(runtime.group_of(sent.device) for sent in read.sent if sent.device in runtime.devices)
     ends: dict[Group, SimTimeNs] = {}
 
     def heard(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:

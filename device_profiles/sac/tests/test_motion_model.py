@@ -156,7 +156,8 @@ class Engine:
                 self.axis.gap(value)
 
     def play_until(self, until: int) -> None:
-        self.core.native.advance(self.group, END, until * 500)
+        while self.core.native.advance(self.group, END, until * 500)[0] < until * 500:
+            pass  # one call does only so much
 
     def edges(self) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
         """Pulses with their direction, and edges of OP SA; half-us."""

@@ -207,6 +207,14 @@ def test_the_log_itself_is_identical_again() -> None:
     assert replayed(lines).difference() is None
 
 
+def test_a_fault_on_a_line_with_nobody_on_it() -> None:
+    config = from_dict(CONFIG | {"segments": {"bus0": {}}}, catalogue())
+    runtime = bench_runtime(config, catalogue(), {}, MemoryStore())
+    number = runtime.inject(fault_refusal("wire_noise", "bus0", {"rate": 0.5}))
+    runtime.advance(SimTimeNs(10**6))
+    runtime.clear_fault(number)
+
+
 def test_any_log_is_replayed_or_refused_with_its_place() -> None:
     mutations = Mutations(SEED, written())
     refused = 0
