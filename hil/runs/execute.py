@@ -256,9 +256,8 @@ class Execution:
     def _check(self, axis: str) -> None:
         """Whether a servo does what it was told, and nobody told it otherwise."""
         start_ns, end_ns, last_deg = self._holds[axis]
-        names = ("loop_on", "mode", "following", "r")
-        now_ns = self._bench.now_ns
-        loop_on, mode, following, r = self._bench.fields(axis, names)
+        names = ("at_ns", "loop_on", "mode", "following", "r")
+        now_ns, loop_on, mode, following, r = self._bench.fields(axis, names)
         if isnan(loop_on):
             return
         if not loop_on:
@@ -291,9 +290,13 @@ class Execution:
             if begun:
                 self.progress.step = self._steps_before + begun[-1]
             self._look()
-            if now_ns >= end_ns:
+            if now_ns >= end_ns and self._have_reached(end_ns):
                 return
-            yield min(now_ns + POLL_NS, end_ns)
+            yield min(now_ns + POLL_NS, end_ns) if now_ns < end_ns else now_ns + POLL_NS
+
+    def _have_reached(self, at_ns: int) -> bool:
+        """Whether what is read of the axes is of then, or later: a board that has much to do comes behind."""
+        return not any(self._bench.fields(axis, ("at_ns",))[0] < at_ns for axis in self._mine)
 
     def _look(self) -> None:
         on_fault = self.plan.run.on_fault

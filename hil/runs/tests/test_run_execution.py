@@ -7,7 +7,7 @@ import pytest
 
 from hil.config import ConfigError
 from hil.runs import Execution
-from hil.runs.execute import Progress
+from hil.runs.execute import Progress, Soon
 from hil.testing import Bench
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
@@ -97,6 +97,32 @@ def test_steppers_start_at_the_same_nanosecond() -> None:
     assert progress.state == "done"
     assert {round(report.position_deg, 1) for report in progress.axes.values()} == {90.0}
     assert len({made.device(name).pin("clk").edges()[0][0] for name in axes}) == 1
+
+
+class Ahead:
+    """The bench of a run whose clock is ahead of its groups, as the wall's is on a busy machine."""
+
+    def __init__(self, bench: Any, by_ns: int) -> None:
+        self._bench, self._by_ns = bench, by_ns
+
+    @property
+    def now_ns(self) -> int:
+        return self._bench.now_ns + self._by_ns
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bench, name)
+
+
+@pytest.mark.parametrize("behind_ms", [1, 30, 400])
+def test_a_board_that_is_behind_the_wall_is_not_taken_for_one_that_was_interfered_with(behind_ms: int) -> None:
+    made = bench(steppers=1)
+    axes = {"m1": {"velocity_rpm": 60.0}, "s1": {"velocity_rpm": 60.0}}
+    made_for = made.execute(run({"move": {"m1": 40.0, "s1": 20.0}}, {"move": {"m1": 0.0}}, axes=axes))
+    ahead = Ahead(made_for._bench, behind_ms * 1_000_000)
+    execution = Execution(made_for.plan, ahead, Soon(ahead, 2_000_000))
+    for until_ns in execution.run():
+        made.run_until((until_ns - behind_ms * 1_000_000) / 1e6)
+    assert (execution.progress.state, execution.progress.why) == ("done", None)
 
 
 def test_a_mixed_run_with_waits_pins_and_repetitions() -> None:
