@@ -322,10 +322,16 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     assert "axes.'lathe/m1': it is in the run own" in submit(mill, run("r", FAR))["problems"]
     lathe.ask("cancel_run", name="own", how="prejudice")
     ended(lathe, "own")
+    away = {"run": "own", "axes": {"s1": {}}, "steps": [{"move": {"s1": 36000.0}}]}
+    submit(lathe, json.dumps(away))
     submit(mill, run("own", {"move": {"m1": 1.0, "lathe/m1": 1.0}}))
     progress = ended(mill, "own")
     assert progress["state"] == "failed"
     assert "this bench has a run 'own' already" in progress["why"]
+    lathe.ask("cancel_run", name="own", how="prejudice")
+    ended(lathe, "own")
+    submit(mill, run("own", {"move": {"m1": 1.0, "lathe/m1": 1.0}}))
+    assert ended(mill, "own")["state"] == "done", "one that has ended keeps its name from nobody"
     lathe.ask("do", device="m1", name="disable", parameters={})
     assert "axes.'lathe/m1': its control loop is off" in submit(mill, run("s", FAR))["problems"]
 

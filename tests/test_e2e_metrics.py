@@ -170,7 +170,7 @@ def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
         ("9464", "write an address and a port, as in 127.0.0.1:9464"),
         ("127.0.0.1:70000", "write an address and a port"),
         ("127.0.0.1:\N{SUPERSCRIPT TWO}", "write an address and a port"),
-        ("127.0.0.1\0:0", "is no address and no name of a computer"),
+        ("127.0.0.1\0:0", "holds the character NUL"),
         (f"{70 * 'a'}.example:0", "is no address and no name of a computer"),
     ],
 )

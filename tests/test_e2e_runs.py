@@ -202,7 +202,9 @@ def test_many_submit_at_once(place: Place) -> None:
     for thread in threads:
         thread.join(PATIENCE_S * 2)
     assert failures == []
-    assert {(end["state"], end["why"]) for end in (ended(server, f"r{n}") for n in range(100))} == {("done", None)}
+    assert {(end["state"], end["why"]) for end in (ended(server, f"r{n}") for n in range(100))} == {
+        ("done", None)
+    }
 
 
 def test_long_documents_hold_nobody_up_and_leave_no_memory(place: Place) -> None:

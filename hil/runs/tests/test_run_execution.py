@@ -114,7 +114,9 @@ class Ahead:
 
 
 @pytest.mark.parametrize("behind_ms", [1, 30, 400])
-def test_a_board_that_is_behind_the_wall_is_not_taken_for_one_that_was_interfered_with(behind_ms: int) -> None:
+def test_a_board_that_is_behind_the_wall_is_not_taken_for_one_that_was_interfered_with(
+    behind_ms: int,
+) -> None:
     made = bench(steppers=1)
     axes = {"m1": {"velocity_rpm": 60.0}, "s1": {"velocity_rpm": 60.0}}
     made_for = made.execute(run({"move": {"m1": 40.0, "s1": 20.0}}, {"move": {"m1": 0.0}}, axes=axes))

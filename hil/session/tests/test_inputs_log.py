@@ -36,10 +36,10 @@ INPUTS: st.SearchStrategy[Input] = st.one_of(
     st.builds(CommitDone, st.booleans()),
     st.builds(
         Stopped,
-        st.integers(0),
-        st.text(max_size=10),
+        st.integers(0, 2**63 - 1),
+        TEXT,
         st.lists(
-            st.tuples(st.text(max_size=8), st.none() | st.integers(50), st.binary(max_size=9).map(bytes.hex)),
+            st.tuples(TEXT, st.none() | st.integers(50, 2**32), st.binary(max_size=9).map(bytes.hex)),
             max_size=3,
         ).map(tuple),
     ),

@@ -36,7 +36,7 @@ def serve(listener: socket.socket) -> None:
             client, _ = listener.accept()
             with client, suppress(OSError):  # a client that has gone
                 client.recv(1000)
-                client.sendall(b'{"ok": true, "result": 1}\n')
+                client.sendall(b'{"ok": true, "result": {"effective_at_ns": 1}}\n')
                 client.recv(1000)
 
 
@@ -52,7 +52,7 @@ def interrupted(control: Path, line: int) -> bool:
 
     try:
         sys.settrace(trace)
-        ask(control, "status")
+        ask(control, "pin", device="m1", pin="D0", level=1)
     except KeyboardInterrupt:
         return True
     finally:
