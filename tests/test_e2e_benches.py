@@ -324,13 +324,15 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     ended(lathe, "own")
     away = {"run": "own", "axes": {"s1": {}}, "steps": [{"move": {"s1": 36000.0}}]}
     submit(lathe, json.dumps(away))
-    submit(mill, run("own", {"move": {"m1": 1.0, "lathe/m1": 1.0}}))
+    steps = [{"move": {"m1": 1.0, "lathe/m1": 1.0}}]
+    own = json.dumps({"run": "own", "axes": {"m1": {}, "lathe/m1": {}}, "steps": steps})
+    submit(mill, own)
     progress = ended(mill, "own")
     assert progress["state"] == "failed"
     assert "this bench has a run 'own' already" in progress["why"]
     lathe.ask("cancel_run", name="own", how="prejudice")
     ended(lathe, "own")
-    submit(mill, run("own", {"move": {"m1": 1.0, "lathe/m1": 1.0}}))
+    submit(mill, own)
     assert ended(mill, "own")["state"] == "done", "one that has ended keeps its name from nobody"
     lathe.ask("do", device="m1", name="disable", parameters={})
     assert "axes.'lathe/m1': its control loop is off" in submit(mill, run("s", FAR))["problems"]
