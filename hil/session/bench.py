@@ -95,7 +95,7 @@ class BenchRuntime:
         self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
         group.advance(now_ns)
         if self.real_time:
-            self.core.native.release(group.id)
+            group.give_back()
             self.turn_over()
 
     def remove(self, name: str) -> None:
@@ -316,7 +316,7 @@ class BenchRuntime:
         self.real_time = True
         for group in self._groups.values():
             group.advance(SimTimeNs(0))
-            self.core.native.release(group.id)
+            group.give_back()
         self.turn_over()
 
     def service(self) -> None:

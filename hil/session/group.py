@@ -47,6 +47,12 @@ class Group:
         self._native.acquire(self.id)
 
     def __exit__(self, *_: object) -> None:
+        self.give_back()
+
+    def give_back(self) -> None:
+        """The core's thread goes on with it, as far as what is waited for now: an interrupt may have come
+        last, or what an input has caused."""
+        self._native.advance(self.id, self.due_ns, self.now_ns)
         self._native.release(self.id)
 
     @property
