@@ -10,7 +10,7 @@ from soak_mixed import LOG, Outcome, check_replay, run_seed
 
 def test_a_short_one_and_a_log_that_lacks_an_input(place: Place) -> None:
     outcome = run_seed(5, 4, place, without=["watcher"])
-    assert outcome.troubles == []
+    assert outcome.troubles == [], (place.folder / "output").read_text()
     assert outcome.bytes > 0
     assert outcome.asked > outcome.refused
     log = place.folder / LOG

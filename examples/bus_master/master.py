@@ -40,7 +40,7 @@ def answer(line: serial.Serial, node: int) -> str:
 
 def main(port: str, command: str, first: str, last: str) -> int:
     lost = 0
-    with serial.Serial(port, 38400, timeout=0.1) as line:
+    with serial.Serial(port, 38400, timeout=0.5) as line:  # a busy computer may answer late
         for node in range(int(first), int(last) + 1):
             said = []
             while len(said) < TRIES and said[-1:] != ["ACK"]:

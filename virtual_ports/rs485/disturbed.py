@@ -25,6 +25,7 @@ class DisturbedLine:
     """From ``from_ns`` on. Times that are given never go back; bursts are added when they begin."""
 
     def __init__(self, from_ns: int) -> None:
+        self.from_ns = from_ns
         self.off_ns = from_ns
         """When the last driver lets go, of the bursts that have begun."""
         self._known_ns = from_ns

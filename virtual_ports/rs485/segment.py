@@ -352,7 +352,7 @@ class Segment:
         self._line = DisturbedLine(first.on_ns)
         self._told = {}
         self._piece_ns, self._piece_of = first.start_ns, {}
-        self._monitor = Ear(MONITOR, first.baud)
+        self._monitor = Ear(MONITOR, 0)
         for each in bursts:
             self._drive(each)
 
@@ -361,6 +361,8 @@ class Segment:
         is_swapped = burst.station in self.stations and self.stations[burst.station].is_swapped
         drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
         self._line.add(burst.station, drive)
+        if burst.start_ns == self._line.from_ns:  # of several, the order in which they came does not matter
+            self._monitor = Ear(MONITOR, max(self._monitor.baud, burst.baud))
         self._piece_of[burst.station] = None
 
     def _tell_at(self, at_ns: int) -> None:
