@@ -207,7 +207,7 @@ class ZenohBridge:
         """A few; the ports have their turn in between."""
         for _ in range(SLICE):
             with self._lock:
-                if not self._queue:
+                if not self._queue or self._is_closed:  # what would answer is being put away
                     self._is_awake = False
                     return
                 key, payload, attachment, query = self._queue.popleft()

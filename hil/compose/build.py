@@ -142,9 +142,10 @@ def bench_runtime(
     """All twins of a configuration at simulated time 0, none of which has run yet.
 
     ``memories`` has each device's non-volatile sections. The core has room for twice the devices, and for
-    ``LEAST_AXES``, so that a reload can add some.
+    ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations.
     """
-    bench = BenchRuntime(config.bench, Core(max(2 * len(config.devices), LEAST_AXES)))
+    room = max(2 * len(config.devices), LEAST_AXES)
+    bench = BenchRuntime(config.bench, Core(room + len(config.segments)))
     joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
     joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
     joined = partners(config.twins, joints)

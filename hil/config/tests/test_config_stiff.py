@@ -24,7 +24,9 @@ def test_a_motor_that_is_too_stiff(plant: str, parameter: str, value: str) -> No
         parse(TEXT.format(plant=plant, parameter=parameter, value=value), "bench.yaml", find_catalogue())
 
 
-@pytest.mark.parametrize(("parameter", "value"), [("start_deg", 1e300), ("load_torque_Nm", -1e7)])
+@pytest.mark.parametrize(
+    ("parameter", "value"), [("start_deg", 1e300), ("load_torque_Nm", -1e7), ("rotor_teeth", 1 << 31)]
+)
 def test_numbers_that_would_run_out_of_range(parameter: str, value: float) -> None:
     with pytest.raises(ConfigError, match=f"devices.m1.axis.{parameter}: .*(too large|too small)"):
         Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino", "axis": {parameter: value}}}})
@@ -35,3 +37,15 @@ def test_a_load_that_is_none(torque_Nm: float) -> None:
     bench = Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}})
     with pytest.raises(ValueError, match="write at most 1e"):
         bench.axis("m1").load_torque_Nm = torque_Nm
+
+
+@pytest.mark.parametrize("segments", [8, 300])
+def test_segments_without_stations_need_no_device(segments: int) -> None:
+    bench = Bench(
+        {
+            "bench": "t",
+            "devices": {"m1": {"profile": "mechaduino"}},
+            "segments": {f"b{n}": {} for n in range(segments)},
+        }
+    )
+    bench.run(ms=10)
