@@ -33,6 +33,7 @@ from hil.vocab.loads import load_problem
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
+from hil.wire.serial_line import character_ns
 
 if TYPE_CHECKING:
     from hil.session.bench import BenchRuntime
@@ -239,10 +240,14 @@ class Faults:
     def _babble(self, number: int, fault: Fault, place: Place, chance: Chance, now_ns: SimTimeNs) -> None:
         if number not in self._in_force:
             return
-        data = bytes(chance.bits() & 0xFF for _ in range(int(fault.number("bytes"))))
         assert place.segment
-        _send(place.segment, place.station, data, now_ns)
         period_ns = round(fault.number("every_ms") * NS_PER_MS)
+        if place.segment.has(place.station):
+            count = int(fault.number("bytes"))
+            data = bytes(chance.bits() & 0xFF for _ in range(count))
+            _send(place.segment, place.station, data, now_ns)
+            # What came before this burst is out would be lost, and its bytes drawn for nothing.
+            period_ns = max(period_ns, character_ns(count, place.segment.baud_of(place.station)))
         place.group.at(now_ns + period_ns, partial(self._babble, number, fault, place, chance))
 
     def _renew(self, group: Group, device: Device, layer: str, now_ns: SimTimeNs) -> None:

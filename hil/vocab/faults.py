@@ -97,7 +97,14 @@ _KINDS = (
         "a station sends nonsense, whoever else does",
         (
             Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
-            Parameter("every_ms", "from one time to the next", "ms", 0.1, 1e6, 100.0),
+            Parameter(
+                "every_ms",
+                "from one time to the next, or when the last is out if that takes longer",
+                "ms",
+                0.1,
+                1e6,
+                100.0,
+            ),
             _SEED,
         ),
     ),
