@@ -126,6 +126,8 @@ def fault_parameters(random: Random, kind: FaultKind) -> dict[str, Any]:
             given[parameter.name] = _value(random, parameter)
     if "rate" in given and random.random() < 0.7:
         given["rate"] = random.choice((0.0001, 0.003, 0.1))
+    if kind.name == "shaft_load" and random.random() < 0.9:
+        given["torque_Nm"] = random.choice((-0.3, -0.05, 0.01, 0.3))  # several of them each motor takes
     if kind.name == "node_babble":
         given["bytes"] = float(random.choice((1, 5, 20, 100, 300)))
         given["every_ms"] = random.choice((2.0, 5.0, 7.0, 33.3, 100.0))

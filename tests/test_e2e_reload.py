@@ -406,6 +406,13 @@ def test_faults_of_the_configuration_come_and_go_with_their_device(place: Place)
         ("byte_drop", "m2"),
         ("shaft_jam", "m3"),
     ]
+    load = {"fault": "shaft_load", "target": "m1", "torque_Nm": 99}
+    place.write(config(devices={"m1": {}, "m2": {}, "m3": {}}, faults=[load]), "t.yaml")
+    before = server.ask("list"), server.ask("faults")
+    said = str(server.ask("reload")["problems"])
+    assert "faults.0.torque_Nm" in said
+    assert "10 times what this motor holds" in said
+    assert (server.ask("list"), server.ask("faults")) == before
     server.stop()
 
 

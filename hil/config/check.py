@@ -15,10 +15,11 @@ from hil.config.explain import findings_of, nearest, shown, unknown_key
 from hil.config.faults import fault_findings
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
+from hil.config.motors import motor_findings
 from hil.config.segments import segment_findings
 from hil.config.wires import wire_findings
 from hil.config.yaml_text import document_from_yaml
-from hil.core import FULL_PARAMETERS, Core
+from hil.core import FULL_PARAMETERS
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import port_label
 
@@ -109,7 +110,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
         findings += fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
         findings += _same_at(value["devices"])
     if config is not None and not findings:
-        findings += _too_stiff(config, catalogue)
+        findings += motor_findings(config, catalogue)
     if config is None or findings:
         raise document.error(findings)
     return config
@@ -123,17 +124,6 @@ def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
             yield Finding(
                 ("devices", name, "at"), f"device {taken[at]} is there", "each board has its own port"
             )
-
-
-def _too_stiff(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
-    """Motors that the core would not open."""
-    core = Core(len(config.twins) or 1)
-    for name, device in config.twins.items():
-        try:
-            core.open_axis(core.native.group_open(0), device.axis_plan(catalogue.profiles[device.profile], 0))
-        except ValueError as error:
-            what, _, remedy = str(error).partition(": ")
-            yield Finding(("devices", name, "axis"), what, remedy)
 
 
 class _Segments:

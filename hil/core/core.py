@@ -138,6 +138,13 @@ class AxisPlan:
     seed: int = 0
     law: str = "mechaduino"
 
+    @property
+    def holding_Nm(self) -> float:
+        """The motor's largest torque, without that of its magnets."""
+        of = self.parameters
+        most_A = of["phase_current_A"] if self.law == "sac" else FULL_SCALE_V / of["sense_resistor_ohm"]
+        return of["torque_constant_Nm_per_A"] * most_A
+
 
 def entry_of(values: Mapping[str, int]) -> MotionEntry:
     """An entry from the numbers that the core holds."""
@@ -161,7 +168,9 @@ class CoreAxis:
         self.nominal_supply_V = native.supply_V(axis)
         """Of the full plant as it was opened, 0 for the simple one."""
         self.holding_Nm = 0.0
-        """The motor's largest torque, without that of its magnets."""
+        """``AxisPlan.holding_Nm``."""
+        self.set_load_Nm = 0.0
+        """``load_torque_Nm`` as it was set last, without that of faults."""
 
     def get(self, field: str) -> float:
         """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
@@ -170,6 +179,8 @@ class CoreAxis:
     def set(self, field: str, value: float) -> None:
         """Set a writable field. Raises KeyError, or AttributeError for one that is read-only."""
         self._native.set(self.id, INDEX[field], value)
+        if field == "load_torque_Nm":
+            self.set_load_Nm = value
 
     def output(self, theta_deg: float, effort: int) -> None:
         self._native.output(self.id, theta_deg, effort)
@@ -366,8 +377,8 @@ class Core:
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
         axis = self.native.axis_open(group, plan.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
         made = CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
-        most_A = motor["phase_current_A"] if plan.law == "sac" else FULL_SCALE_V / motor["sense_resistor_ohm"]
-        made.holding_Nm = motor["torque_constant_Nm_per_A"] * most_A
+        made.holding_Nm = plan.holding_Nm
+        made.set_load_Nm = motor["load_torque_Nm"]
         return made
 
     def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:

@@ -171,6 +171,7 @@ class BenchRuntime:
             FaultRefused: it cannot be where it is wanted.
         """
         self.faults.check(fault)
+        self.faults.check_sum(fault)
         number = self.new_fault_number()
         self.give_fault(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
         return number

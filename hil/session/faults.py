@@ -15,7 +15,6 @@ from hil.core.fields import OF_KIND
 from hil.session.device import Device
 from hil.session.group import Group
 from hil.session.inputs import Reset
-from hil.session.settable import load_problem
 from hil.session.uart import DeviceUart
 from hil.vocab.faults import (
     FAULT_KINDS,
@@ -30,9 +29,11 @@ from hil.vocab.faults import (
     FaultRefused,
 )
 from hil.vocab.firmware import MAIN
+from hil.vocab.loads import load_problem
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
+from hil.wire.serial_line import character_ns
 
 if TYPE_CHECKING:
     from hil.session.bench import BenchRuntime
@@ -41,6 +42,7 @@ COUNTS = 16384
 """Of an encoder, in a turn."""
 SERVO_FIELD = "raw"
 """A field that axes with an encoder have."""
+LOAD = "shaft_load"
 
 
 @dataclass(frozen=True)
@@ -143,9 +145,30 @@ class Faults:
             fitting = [name for name in self.places() if (p := place_of(self._bench, name)) and p.has(wanted)]
             choice = ", ".join(fitting) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
-        is_load = fault.kind == "shaft_load" and place.device
-        if is_load and (problem := load_problem(is_load, fault.number("torque_Nm"))):
-            raise FaultRefused(f"torque_Nm: {problem}")
+        if fault.kind == LOAD and place.device:
+            _refuse(load_problem(fault.number("torque_Nm"), place.device.axis.holding_Nm))
+
+    def check_sum(self, fault: Fault) -> None:
+        """Whether it can be beside the loads that are there. Not for what a log has: that was taken then, and
+        the faults here are those of an earlier time.
+
+        Raises:
+            FaultRefused: in all it is too much.
+        """
+        place = place_of(self._bench, fault.target)
+        if fault.kind == LOAD and place and place.device:
+            axis = place.device.axis
+            others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
+            _refuse(load_problem(fault.number("torque_Nm"), axis.holding_Nm, others_Nm))
+
+    def load_problem(self, device: Device, torque_Nm: object) -> str | None:
+        """What is wrong with a torque to be set on a device's shaft, or None."""
+        return load_problem(torque_Nm, device.axis.holding_Nm, self._loads_Nm(device))
+
+    def _loads_Nm(self, device: Device) -> list[float]:
+        """Of the faults on a device, in force or still to begin."""
+        here = [fault for fault in self.active.values() if fault.target.partition(".")[0] == device.name]
+        return [fault.number("torque_Nm") for fault in here if fault.kind == LOAD]
 
     def places(self) -> list[str]:
         """All targets."""
@@ -217,10 +240,14 @@ class Faults:
     def _babble(self, number: int, fault: Fault, place: Place, chance: Chance, now_ns: SimTimeNs) -> None:
         if number not in self._in_force:
             return
-        data = bytes(chance.bits() & 0xFF for _ in range(int(fault.number("bytes"))))
         assert place.segment
-        _send(place.segment, place.station, data, now_ns)
         period_ns = round(fault.number("every_ms") * NS_PER_MS)
+        if place.segment.has(place.station):
+            count = int(fault.number("bytes"))
+            data = bytes(chance.bits() & 0xFF for _ in range(count))
+            _send(place.segment, place.station, data, now_ns)
+            # What came before this burst is out would be lost, and its bytes drawn for nothing.
+            period_ns = max(period_ns, character_ns(count, place.segment.baud_of(place.station)))
         place.group.at(now_ns + period_ns, partial(self._babble, number, fault, place, chance))
 
     def _renew(self, group: Group, device: Device, layer: str, now_ns: SimTimeNs) -> None:
@@ -240,6 +267,11 @@ class Faults:
         if layer == "node":
             device.step(now_ns)
             group.note_due(device)
+
+
+def _refuse(load_problem: str | None) -> None:
+    if load_problem:
+        raise FaultRefused(f"torque_Nm: {load_problem}")
 
 
 def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:

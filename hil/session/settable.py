@@ -1,7 +1,12 @@
 """What may be set on an axis from outside, whoever asks: commands, bridges, faults."""
 
+from typing import TYPE_CHECKING
+
 from hil.core.fields import OF_KIND
 from hil.session.device import Device
+
+if TYPE_CHECKING:
+    from hil.session.bench import BenchRuntime
 
 SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that are the world around the board and not the firmware's memory."""
@@ -14,31 +19,17 @@ _RANGES = {
     "errfl": (0.0, float(0x7FFF)),
 }
 _FIELD_LIMIT = 1e6
-MOST_LOADS = 10
-"""A load of twice what a motor holds drags it along; ten times leaves room for knocks. More is a wrong unit:
-Ncm are a hundred, mNm a thousand times too much."""
 
 
-def setting_problem(device: Device, name: str, value: object) -> str | None:
+def setting_problem(bench: "BenchRuntime", device: Device, name: str, value: object) -> str | None:
     """What is wrong with a value for a field of ``SETTABLE``, or None."""
     if name not in OF_KIND[device.axis.kind]:
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == "load_torque_Nm":
-        problem = load_problem(device, value)
+        problem = bench.faults.load_problem(device, value)
         return problem and f"{name}: {problem}"
     low, high = _range(device, name)
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
-
-
-def load_problem(device: Device, torque_Nm: object) -> str | None:
-    """What is wrong with an external torque on a device's shaft, or None."""
-    most_Nm = MOST_LOADS * device.axis.holding_Nm
-    if _is_between(-most_Nm, torque_Nm, most_Nm):
-        return None
-    return (
-        f"write {-most_Nm:g} to {most_Nm:g}, {MOST_LOADS} times what this motor holds"
-        f" ({device.axis.holding_Nm:g} Nm): whatever is more only spins it"
-    )
 
 
 def _range(device: Device, name: str) -> tuple[float, float]:

@@ -129,6 +129,10 @@ class Bench:
         """An input takes effect now; what the faces call."""
         self._runtime.give(device, given)
 
+    def load_problem(self, device: Device, torque_Nm: float) -> str | None:
+        """What ``AxisFace.load_torque_Nm`` asks."""
+        return self._runtime.faults.load_problem(device, torque_Nm)
+
     def do(self, device: Device, verb: str, parameters: Values) -> dict[str, Any]:
         """What ``AxisFace.do`` calls."""
         at_ns, answer = self._runtime.do(device, verb, parameters)

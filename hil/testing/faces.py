@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 TX_ENABLE = "TxEn"
 """The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
-MOST_LOAD_NM = 1e6
-"""As the configuration has it: with much more the shaft's numbers would run out of range."""
 
 
 class PortFace:
@@ -177,17 +175,18 @@ class AxisFace:
 
     @property
     def load_torque_Nm(self) -> float:
-        """External torque on the shaft, positive towards larger counts; set it at any time, up to 1e6 Nm.
+        """External torque on the shaft with that of faults, positive towards larger counts. Set it at any
+        time, without that of faults, up to ten times what the motor holds.
 
         Raises:
-            ValueError: more, or not a number.
+            ValueError: more, alone or with the ``shaft_load`` that pushes the same way; or not a number.
         """
         return self._device.axis.get("load_torque_Nm")
 
     @load_torque_Nm.setter
     def load_torque_Nm(self, torque_Nm: float) -> None:
-        if not abs(torque_Nm) <= MOST_LOAD_NM:
-            raise ValueError(f"a load of {torque_Nm} Nm; write at most {MOST_LOAD_NM:g} either way")
+        if problem := self._bench.load_problem(self._device, torque_Nm):
+            raise ValueError(f"load_torque_Nm: {problem}")
         self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
 
 

@@ -7,6 +7,7 @@ A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from hil.vocab.loads import LOAD_LIMITS
 from hil.vocab.parameters import Parameter, filled
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
@@ -96,7 +97,14 @@ _KINDS = (
         "a station sends nonsense, whoever else does",
         (
             Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
-            Parameter("every_ms", "from one time to the next", "ms", 0.1, 1e6, 100.0),
+            Parameter(
+                "every_ms",
+                "from one time to the next, or when the last is out if that takes longer",
+                "ms",
+                0.1,
+                1e6,
+                100.0,
+            ),
             _SEED,
         ),
     ),
@@ -124,8 +132,9 @@ _KINDS = (
         "shaft_load",
         "physics",
         SHAFT,
-        "a torque on the shaft beside the load that was set; several add up",
-        (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3),),
+        "a torque on the shaft beside the load that was set; several add up, those that push the same way to"
+        " the limit at most",
+        (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3, limits=LOAD_LIMITS),),
     ),
     FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
     FaultKind(

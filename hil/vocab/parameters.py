@@ -22,6 +22,9 @@ class Parameter:
     is_whole: bool = False
     is_optional: bool = False
     """It may be left out, and then has no value."""
+    limits: str = ""
+    """Not empty: what to write, where the target says how much it takes. Beyond ``minimum`` and ``maximum``
+    none does."""
 
     def problem(self, value: object) -> str | None:
         """What is wrong with a value, or None."""
@@ -34,17 +37,21 @@ class Parameter:
         if isinstance(value, bool) or not isinstance(value, int | float):
             return "write a number"
         if not self.minimum <= value <= self.maximum:  # not a number is not in between either
-            return f"write {self.minimum:g} to {self.maximum:g}"
+            return f"write {self._range}"
         if self.is_whole and value != int(value):
             return "write a whole number"
         return None
 
+    @property
+    def _range(self) -> str:
+        return self.limits or f"{self.minimum:g} to {self.maximum:g}"
+
     def described(self) -> str:
         """Values, unit and default, in one line."""
-        values = " or ".join(self.choices) or f"{self.minimum:g} to {self.maximum:g}"
+        values = " or ".join(self.choices) or self._range
         if self.is_text:
             values = f"text, at most {self.maximum:g} characters"
-        unit = f" {self.unit}" if self.unit else ""
+        unit = f"{', in' if self.limits else ''} {self.unit}" if self.unit else ""
         default = "needed" if self.default is None else f"default {self.default}"
         return f"{self.about}, {values}{unit}, {'may be left out' if self.is_optional else default}"
 

@@ -1,5 +1,7 @@
 """What may be set on an axis from outside: by the motor's own torque, and what the board has."""
 
+import re
+
 import pytest
 
 from hil.session.settable import setting_problem
@@ -15,14 +17,38 @@ INFINITE, NO_NUMBER = float("inf"), float("nan")
 @pytest.mark.parametrize("torque_Nm", [99.0, -99.0, 5.0, INFINITE, NO_NUMBER])
 def test_a_load_is_bounded_by_the_motor(name: str, torque_Nm: float) -> None:
     bench = Bench(CONFIG)
-    device = bench._runtime.devices[name]
-    assert LIMITS[name] in str(setting_problem(device, "load_torque_Nm", torque_Nm))
+    runtime, device = bench._runtime, bench._runtime.devices[name]
+    assert LIMITS[name] in str(setting_problem(runtime, device, "load_torque_Nm", torque_Nm))
+    with pytest.raises(ValueError, match=f"load_torque_Nm: write {re.escape(LIMITS[name])}"):
+        bench.axis(name).load_torque_Nm = torque_Nm
     if abs(torque_Nm) <= 1000:
         with pytest.raises(FaultRefused, match="torque_Nm: write -") as refused:
             bench.fault("shaft_load", name, torque_Nm=torque_Nm)
         assert LIMITS[name] in str(refused.value)
     for allowed_Nm in (0.0, 1.5, -1.5):
-        assert setting_problem(device, "load_torque_Nm", allowed_Nm) is None
+        assert setting_problem(runtime, device, "load_torque_Nm", allowed_Nm) is None
+
+
+SUM = "with {} Nm that push the same way it is {}; in all write -1.55 to 1.55, 10 times what this motor holds"
+
+
+def test_loads_on_one_shaft_add_up_to_the_bound_at_most() -> None:
+    bench = Bench(CONFIG)
+    bench.axis("s1").load_torque_Nm = 0.55
+    bench.fault("shaft_load", "s1.main", torque_Nm=0.9, start_s=1.0)
+    with bench.fault("shaft_load", "s1", torque_Nm=-1.55), pytest.raises(FaultRefused) as refused:
+        bench.fault("shaft_load", "s1", torque_Nm=1.55)
+    assert SUM.format("1.45", "3") in str(refused.value)
+    bench.fault("shaft_load", "s1", torque_Nm=0.1)
+    bench.run(ms=1100)
+    assert bench.axis("s1").load_torque_Nm == pytest.approx(1.55)
+    with pytest.raises(ValueError, match=re.escape(SUM.format("1", "1.56"))):
+        bench.axis("s1").load_torque_Nm = 0.56
+    for lighter_Nm in (0.5, 0.0, -1.55, 0.55):
+        bench.axis("s1").load_torque_Nm = lighter_Nm
+    with pytest.raises(FaultRefused, match=r"1.55 Nm that push the same way"):
+        bench.fault("shaft_load", "s1", torque_Nm=0.001)
+    bench.fault("shaft_load", "m1", torque_Nm=4.9)
 
 
 @pytest.mark.parametrize(
@@ -37,4 +63,5 @@ def test_a_load_is_bounded_by_the_motor(name: str, torque_Nm: float) -> None:
     ],
 )
 def test_what_a_field_cannot_have(name: str, field: str, value: object, why: str) -> None:
-    assert str(setting_problem(Bench(CONFIG)._runtime.devices[name], field, value)).startswith(why)
+    runtime = Bench(CONFIG)._runtime
+    assert str(setting_problem(runtime, runtime.devices[name], field, value)).startswith(why)

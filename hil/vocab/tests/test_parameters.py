@@ -98,6 +98,9 @@ def test_described_for_people() -> None:
         "what, text, at most 5 characters, needed",
         "a speed, 0 to 10 rpm, may be left out",
     ]
+    load = Parameter("torque_Nm", "a torque", "Nm", -1e3, 1e3, limits="-3 to 3 times of what it holds")
+    assert load.described() == "a torque, -3 to 3 times of what it holds, in Nm, needed"
+    assert load.problem(2e3) == "write -3 to 3 times of what it holds"
 
 
 def test_the_common_verbs_stand_in_every_table() -> None:

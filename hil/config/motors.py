@@ -1,0 +1,38 @@
+"""What the motors of a configuration cannot have; for one whose keys are all good."""
+
+from collections.abc import Iterator
+
+from hil.config.catalogue import Catalogue
+from hil.config.document import Finding, KeyPath
+from hil.config.explain import shown
+from hil.config.model import BenchConfig
+from hil.core import AxisPlan, Core
+from hil.vocab.loads import load_problem
+
+LOAD = "load_torque_Nm"
+
+
+def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
+    """Motors that the core would not open, and loads that the bench would not take."""
+    core = Core(len(config.twins) or 1)
+    for name, device in config.twins.items():
+        plan = device.axis_plan(catalogue.profiles[device.profile], 0)
+        try:
+            core.open_axis(core.native.group_open(0), plan)
+        except ValueError as error:
+            what, _, remedy = str(error).partition(": ")
+            yield Finding(("devices", name, "axis"), what, remedy)
+        yield from _load_findings(config, name, plan)
+
+
+def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[Finding]:
+    """A device's own load, then those of the faults: each beside all before it."""
+    loads: list[tuple[KeyPath, float]] = [(("devices", name, "axis", LOAD), plan.parameters[LOAD])]
+    for index, fault in enumerate(config.faults):
+        if fault.fault == "shaft_load" and fault.target.partition(".")[0] == name:
+            loads.append((("faults", index, "torque_Nm"), (fault.model_extra or {})["torque_Nm"]))
+    before_Nm: list[float] = []
+    for path, torque_Nm in loads:
+        if problem := load_problem(torque_Nm, plan.holding_Nm, before_Nm):
+            yield Finding(path, f"{shown(torque_Nm)} does not do here", problem)
+        before_Nm.append(torque_Nm)

@@ -1,0 +1,34 @@
+"""How much torque from outside a shaft takes, whoever asks: configuration, commands, faults, test kit."""
+
+import math
+from collections.abc import Iterable
+
+MOST_LOADS = 10
+"""A load of twice what a motor holds drags it along; ten times leaves room for knocks. More is a wrong unit:
+Ncm are a hundred, mNm a thousand times too much."""
+LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
+
+
+def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float] = ()) -> str | None:
+    """What is wrong with a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are
+    or will be there; or None.
+
+    Those that push the same way add up to the limit at most. What pushes against it does not count: it may
+    end first.
+    """
+    most_Nm = MOST_LOADS * holding_Nm
+    words = (
+        f"write {-most_Nm:g} to {most_Nm:g}, {MOST_LOADS} times what this motor holds"
+        f" ({holding_Nm:g} Nm): whatever is more only spins it"
+    )
+    if isinstance(torque_Nm, bool) or not isinstance(torque_Nm, int | float):
+        return words
+    beside_Nm = math.fsum(other_Nm for other_Nm in others_Nm if other_Nm * torque_Nm > 0)
+    sum_Nm = beside_Nm + torque_Nm
+    if abs(sum_Nm) <= most_Nm or math.isclose(abs(sum_Nm), most_Nm):
+        return None
+    return (
+        f"with {beside_Nm:g} Nm that push the same way it is {sum_Nm:g}; in all {words}"
+        if beside_Nm
+        else words
+    )
