@@ -52,6 +52,15 @@ def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
     until(lambda: server.ask("status")["devices"][0]["failed"] is None, "the device")
 
 
+def test_a_step_into_a_pulse_train_is_no_success(place: Place) -> None:
+    place.serve(config(speed=2)).ready()
+    place.hil("axis", "m1", "enable")
+    place.hil("drive", "m1", "--steps", "100000", "--rate", "100")
+    text = place.hil("step", "m1", "45", code=1)
+    assert "another motion is under way; end it (`hil drive m1 --stop`" in text
+    assert "settled" not in text
+
+
 def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     place.serve(config(speed=4, devices={"m1": {"flash": {"table": "empty"}}})).ready()
     assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=1)

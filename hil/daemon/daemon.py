@@ -396,7 +396,8 @@ class Daemon:
             self.watches.stop()
             self.vitals.stop()
             self.bench.stop()
-        await loop.run_in_executor(None, files.close)  # its answers to commits are inputs, for the log too
+            await self.store.end()  # its answers to commits are inputs, for the log too
+        await loop.run_in_executor(None, files.close)
         if self._release_timer:
             self._release_timer.cancel()
         for session in self._line_sessions():

@@ -23,6 +23,7 @@ class DaemonStore:
         self._counters = counters
         self.bench: BenchRuntime | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
+        self._ends = False
         self.failures: dict[str, str] = {}
         self.writes = {"ok": 0, "failed": 0}
 
@@ -31,7 +32,16 @@ class DaemonStore:
         self._counters[device] = counter
         self.failures.pop(device, None)
 
+    async def end(self) -> None:
+        """Wait for the answers to all commits so far. What they make the boards commit is never answered, as
+        when their power goes in the middle of it."""
+        self._ends = True
+        assert self.loop is not None
+        await self.loop.run_in_executor(None, self._files.close)
+
     def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        if self._ends:
+            return
         self._counters[device.name] = self._counters.get(device.name, 0) + 1
         content = Content(device.profile, self._counters[device.name], dict(sections))
         loop = self.loop

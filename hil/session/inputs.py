@@ -7,7 +7,7 @@ time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name be
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 from hil.vocab.firmware import MAIN
@@ -77,6 +77,10 @@ class Play:
     """Bursts that a tap sends: rows of (nanoseconds from now, bytes as hexadecimal digits), ascending."""
 
     bursts: tuple[tuple[int, str], ...]
+
+
+MAX_BURSTS = 50_000
+"""Of one ``Play``: they take some 0.2 s of a processor at once."""
 
 
 def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
@@ -182,9 +186,9 @@ class InputLogError(Exception):
 
 def encode_line(logged: Logged) -> str:
     """One line of the log, without its end."""
-    values = asdict(logged.input)
+    values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
     if isinstance(logged.input, Drive):
-        values["train"] = [astuple(edges) for edges in logged.input.train]
+        values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]
     if isinstance(logged.input, Follow):
         values["path"] = [astuple(piece) for piece in logged.input.path]
     if isinstance(logged.input, Do):

@@ -6,7 +6,7 @@ its figures; ``terminal.py`` and ``picture.py`` draw it. Imports ``hil.vocab`` a
 
 from hil.telemetry.recording import DEFAULT_SIGNALS, Recording, check_signals
 from hil.telemetry.sampler import Sampler, Subscription
-from hil.telemetry.step_response import StepResponse, step_response
+from hil.telemetry.step_response import StepResponse, other_motion, step_response
 
 __all__ = [
     "DEFAULT_SIGNALS",
@@ -15,5 +15,6 @@ __all__ = [
     "StepResponse",
     "Subscription",
     "check_signals",
+    "other_motion",
     "step_response",
 ]

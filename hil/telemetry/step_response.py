@@ -1,11 +1,17 @@
 """The figures of a step response."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from hil.telemetry.recording import Recording
 
 BAND = 0.02
 """Settled: within 2 % of the step, for good. The usual band of control engineering."""
+
+_TYPED = 0.01
+"""A set-point is typed with two digits after the point."""
+_HELD = 2**-22
+"""Relative: a board holds it in 32 bits of floating point."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,20 @@ def step_response(recording: Recording, setpoint: str = "r", value: str = "yw") 
         settling_ms=_settling(share, after),
         final_error=sum(tail) / len(tail) - target,
     )
+
+
+def other_motion(recording: Recording, asked: float, setpoint: str = "r") -> str | None:
+    """What the set-point did in a recording other than the one step by ``asked``, or None."""
+    wanted = recording.column(setpoint)
+    steps = [(before, after) for before, after in pairwise(wanted) if before != after]
+    if len(steps) > 1:
+        return f"{setpoint} changed {len(steps)} times: another motion is under way"
+    for before, after in steps:
+        if abs(after - before - asked) > _TYPED + _HELD * max(abs(before), abs(after)):
+            return (
+                f"{setpoint} stepped by {after - before:.2f} instead of {asked:.2f}: something else moves it"
+            )
+    return None
 
 
 def _rise(share: list[float], after: list[float]) -> float | None:

@@ -10,8 +10,10 @@ MAX_RATE_HZ = 200_000
 """Of a run of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles for each step)."""
 MAX_STEPS = 100_000_000
 """Of one run."""
-MAX_RAMP_STEPS = 150_000
-"""Each is a row of its own, and what the control socket takes in one request is some 400,000 rows."""
+MAX_ROWS = 200_000
+"""Of one train: they take some 0.2 s of a processor at once."""
+MAX_RAMP_STEPS = MAX_ROWS // 2 - 1
+"""Each is a row of its own, up and down; the direction and the steps between are two more."""
 MAX_NS = 1 << 60
 MAX_FILE_VALUE = 1_000_000_000
 _NS_PER_S = 1_000_000_000

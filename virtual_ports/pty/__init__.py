@@ -6,5 +6,6 @@ project.
 
 What a pty cannot do, whatever runs behind it: modem lines and break (a client that asks for DTR or RTS
 after opening gets ENOTTY), parity and 7 bits (the kernel drops them silently), and an entry in a
-tool's list of serial ports (the path has to be typed).
+tool's list of serial ports (the path has to be typed). It cannot tell which client has stopped the output
+(tcflow) either: the stop ends when any of them closes.
 """

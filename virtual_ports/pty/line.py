@@ -53,6 +53,11 @@ def discard_unread(slave: int) -> None:
 def let_go_on(slave: int) -> None:
     """End a stop (tcflow) and a line discipline that a client has left: both stay for the next."""
     fcntl.ioctl(slave, termios.TIOCSETD, struct.pack("i", _N_TTY))
+    end_stop(slave)
+
+
+def end_stop(slave: int) -> None:
+    """Let clients' bytes go on that one of them has stopped (tcflow)."""
     fcntl.ioctl(slave, termios.TCXONC, termios.TCOON)
 
 

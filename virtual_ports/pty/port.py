@@ -254,6 +254,8 @@ class PtyPort:
         if emptied:
             self._last_client_left()
         with self._failing_loudly():
+            if -1 in steps and not emptied:
+                line.end_stop(self._slave)  # nobody can tell whose it is, and it would hold up those who stay
             line.baud(self._slave)  # after a hang-up nothing else would tell
         if doubtful:
             self._audit_in(_AUDIT_AFTER_S)

@@ -82,7 +82,7 @@ def step(
 
     Types x, y and r at the board, which has to be calibrated and at its main menu.
     """
-    from hil.telemetry import step_response
+    from hil.telemetry import other_motion, step_response
 
     _check_output(output)
     names = ("r", "yw", "u", "loop_on", "mode")
@@ -104,6 +104,9 @@ def step(
     first_ns = recording.rows[at][0] - min(seconds / 10, 0.05) * 1e9
     shown = _recorded(names[:3])
     shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
+    if other := other_motion(shown, degrees):
+        _show(shown, output, f"{device}: not a step of {degrees:g} deg")
+        raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
     try:
         figures = step_response(shown)
     except ValueError as error:

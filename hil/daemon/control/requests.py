@@ -4,7 +4,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from hil.daemon.control.client import ControlError
+from hil.session.inputs import MAX_BURSTS
 from hil.vocab.json_text import JsonError, read_json
+from hil.wire.step_dir import MAX_ROWS
 
 NAME_CHARACTERS = 256
 HEX_BYTES = 65536
@@ -63,10 +65,13 @@ WHOLE = Kind("a whole number", _is_whole)
 NUMBER = Kind("a number", lambda value: _is_whole(value) or isinstance(value, float))
 FLAG = Kind("true or false", lambda value: isinstance(value, bool))
 OBJECT = Kind("an object", lambda value: isinstance(value, dict))
-EDGES = Kind("rows of at_ns, pin, level, steps, duration_ns", lambda value: _are(value, _is_edge))
+EDGES = Kind(
+    f"at most {MAX_ROWS:,} rows of at_ns, pin, level, steps, duration_ns",
+    lambda value: _are(value, _is_edge) and len(value) <= MAX_ROWS,
+)
 BURSTS = Kind(
-    f"rows of nanoseconds and hexadecimal digits of at most {HEX_BYTES} bytes",
-    lambda value: _are(value, _is_burst),
+    f"at most {MAX_BURSTS:,} rows of nanoseconds and hexadecimal digits of at most {HEX_BYTES} bytes",
+    lambda value: _are(value, _is_burst) and len(value) <= MAX_BURSTS,
 )
 
 

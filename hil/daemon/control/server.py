@@ -23,6 +23,7 @@ from hil.daemon.control.door import open_door
 from hil.daemon.control.requests import read_request
 from hil.daemon.control.verbs import VERBS
 from hil.daemon.reload.plan import ReloadRefused
+from hil.daemon.runs.off_loop import off_loop
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.verbs import VerbRefused
@@ -31,7 +32,7 @@ from hil.vocab.visitors import Visit, Visitors
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
-_LINE_LIMIT = 16 * 1024 * 1024  # a pulse train of some 400,000 rows
+_LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _ARGUMENTS = {name: verb.arguments for name, verb in VERBS.items()}
 REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
@@ -123,7 +124,7 @@ class ControlServer:
         try:
             if isinstance(line, TooLong):
                 raise ControlError(f"not a request: longer than {_LINE_LIMIT} bytes")
-            name, arguments = read_request(line, _ARGUMENTS)
+            name, arguments = await off_loop(line, read_request, line, _ARGUMENTS)
             result = VERBS[name].run(self._daemon, **arguments)
             if name == "capture":
                 return {"ok": True, "result": {}, "capture": result}

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from hil import __version__
 from hil.config import ConfigError
@@ -27,8 +27,9 @@ from hil.daemon.control.requests import (
 )
 from hil.daemon.health.health import health
 from hil.daemon.reload.plan import ConfigUnreadable
+from hil.daemon.runs.off_loop import off_loop
 from hil.session.device import Device
-from hil.session.inputs import Bytes, Drive, Input, Pin, Play, Reset, SetField, bursts_problem
+from hil.session.inputs import MAX_BURSTS, Bytes, Drive, Input, Pin, Play, Reset, SetField, bursts_problem
 from hil.session.settable import SURROUNDINGS, setting_problem
 from hil.telemetry import DEFAULT_SIGNALS, check_signals
 from hil.telemetry.sampler import MIN_INTERVAL_NS
@@ -36,11 +37,12 @@ from hil.vocab.bridges import LOCAL
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
 from hil.vocab.verbs import described
-from hil.wire.step_dir import Edges, train_length_ns, train_problem
+from hil.wire.step_dir import MAX_ROWS, Edges, Train, train_length_ns, train_problem
 
 if TYPE_CHECKING:
     from hil.daemon.daemon import Daemon
 
+T = TypeVar("T")
 CONTROL_VERSION = 1
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
@@ -169,12 +171,37 @@ def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
     return _give(daemon, name, Bytes(bytes.fromhex(data), port=uart))
 
 
-def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, int]:
-    rows = tuple(Edges(*row) for row in train)
+async def _read(daemon: "Daemon", rows: list[list[Any]], read: Callable[[list[list[Any]]], T]) -> T:
+    """What ``read`` makes of rows; while it has many of them the bench goes on, and what is known of it is
+    known no more.
+
+    Raises:
+        ControlError: they are wrong, or the bench ends.
+    """
+    result = await off_loop(rows, read, rows)
+    if not daemon.reloader.is_open:
+        raise ControlError("the bench is ending")
+    return result
+
+
+def _train(rows: list[list[Any]]) -> Train:
+    train = tuple(Edges(*row) for row in rows)
+    if problem := train_problem(train):
+        raise ControlError(problem)
+    return train
+
+
+def _bursts(rows: list[list[Any]]) -> tuple[tuple[int, str], ...]:
+    bursts = tuple((at_ns, data) for at_ns, data in rows)
+    if problem := bursts_problem(bursts):
+        raise ControlError(problem)
+    return bursts
+
+
+async def _drive(daemon: "Daemon", device: str, train: list[list[Any]]) -> dict[str, int]:
+    rows = await _read(daemon, train, _train)
     if "step" not in _device(daemon, device).axis.pins:
         raise ControlError(f"{device} has no step input")
-    if problem := train_problem(rows):
-        raise ControlError(problem)
     return _give(daemon, device, Drive(rows)) | {"length_ns": train_length_ns(rows)}
 
 
@@ -220,12 +247,10 @@ def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], 
         raise ControlError(f"there is no port {error}; there are {', '.join(names(daemon))}") from None
 
 
-def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]:
+async def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]:
+    rows = await _read(daemon, bursts, _bursts)
     if tap not in daemon.bench.taps:
         raise ControlError(f"there is no tap {tap!r}; there are {', '.join(daemon.bench.taps) or 'none'}")
-    rows = tuple((at_ns, data) for at_ns, data in bursts)
-    if problem := bursts_problem(rows):
-        raise ControlError(problem)
     return {"effective_at_ns": daemon.bench.give_tap(daemon.bench.taps[tap], Play(rows))}
 
 
@@ -286,7 +311,8 @@ VERBS = {
     "drive": Verb(
         _drive,
         {"device": NAME, "train": EDGES},
-        "play a pulse train on the step/dir inputs: rows of at_ns, pin, level, steps, duration_ns; [] ends",
+        f"play a pulse train on the step/dir inputs: up to {MAX_ROWS:,} rows of at_ns, pin, level, steps,"
+        " duration_ns; [] ends",
     ),
     "watch": Verb(
         _watch,
@@ -313,7 +339,7 @@ VERBS = {
     "play": Verb(
         _play,
         {"tap": NAME, "bursts": BURSTS},
-        "send bursts on a segment: rows of nanoseconds from now, hexadecimal digits",
+        f"send up to {MAX_BURSTS:,} bursts on a segment: rows of nanoseconds from now, hexadecimal digits",
     ),
     "do": Verb(
         _do,

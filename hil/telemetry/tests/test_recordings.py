@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from hil.telemetry import Recording, check_signals, picture, step_response, terminal
+from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, terminal
 from hil.testing import Bench
 from hil.wire.step_dir import generate
 
@@ -60,6 +60,23 @@ def test_what_never_arrives_never_settles() -> None:
 def test_no_step_is_no_response(rows: list[tuple[float, ...]]) -> None:
     with pytest.raises(ValueError, match="no step of r"):
         step_response(Recording(("r", "yw"), rows))
+
+
+@pytest.mark.parametrize(
+    ("setpoints", "told"),
+    [
+        ([96.3341] * 9 + [141.33] * 30, None),
+        ([-1e6] * 9 + [-1e6 + 45.0625] * 30, None),
+        ([96.33] * 9, None),
+        ([96.33] * 9 + [96.39] * 30, "r stepped by 0.06 instead of 45.00: something else moves it"),
+        ([96.33] * 9 + [141.39] * 30, "r stepped by 45.06 instead of 45.00: something else moves it"),
+        ([96.33] * 9 + [96.39] * 9 + [141.33] * 30, "r changed 2 times: another motion is under way"),
+    ],
+    ids=["typed", "far", "nothing", "a pulse", "a pulse more", "both"],
+)
+def test_a_step_that_is_not_the_one_asked_for_is_told(setpoints: list[float], told: str | None) -> None:
+    rows = [(i * 1e6, r, r) for i, r in enumerate(setpoints)]
+    assert other_motion(Recording(("r", "yw"), rows), 45.0) == told
 
 
 def test_a_step_of_the_twin() -> None:

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from hil.wire.step_dir import (
     MAX_NS,
+    MAX_RAMP_STEPS,
+    MAX_ROWS,
     MAX_STEPS,
     Edges,
     TrainError,
@@ -162,5 +164,8 @@ def test_what_is_generated_is_no_problem(steps: int, rate_hz: float, acceleratio
 
 
 def test_a_ramp_has_so_many_rows() -> None:
-    with pytest.raises(TrainError, match="write an acceleration that reaches the rate in 150,000"):
+    # v^2 / 2a is as long as a ramp may be, and a bit
+    longest = generate(MAX_STEPS, 200_000, 200_000**2 / (2 * MAX_RAMP_STEPS + 1))
+    assert len(longest) == MAX_ROWS
+    with pytest.raises(TrainError, match="write an acceleration that reaches the rate in 99,999"):
         generate(MAX_STEPS, 200_000, 0.001)

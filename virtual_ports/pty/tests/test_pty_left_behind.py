@@ -103,6 +103,27 @@ def test_one_that_is_there_before_the_port_has_noticed_is_not_held_up(tmp_path: 
     run(tmp_path, scenario)
 
 
+@pytest.mark.parametrize("leave", [LEFT["stopped"], stopped_by_xoff], ids=["stopped", "and XON/XOFF"])
+def test_a_stop_that_one_client_has_left_does_not_hold_up_the_others(
+    tmp_path: Path, leave: Callable[[int], object]
+) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
+        stays = client(port)
+        leaves = client(port)
+        await until(lambda: port.stats().clients == 2)
+        leave(leaves)
+        os.close(leaves)
+        await until(lambda: port.stats().clients == 1)
+        comes = client(port)
+        for fd in (stays, comes):
+            board.got.clear()
+            os.write(fd, b"p")
+            await until(lambda: board.got == b"p")
+            os.close(fd)
+
+    run(tmp_path, scenario)
+
+
 @needs_root
 @pytest.mark.parametrize(
     "kill",

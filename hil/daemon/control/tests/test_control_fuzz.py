@@ -18,11 +18,14 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import parse
+from hil.daemon.control.client import ControlError
+from hil.daemon.control.requests import read_request
 from hil.daemon.control.server import ControlServer
 from hil.daemon.control.verbs import VERBS
 from hil.daemon.daemon import CONTROL_SOCKET, Daemon
+from hil.session.inputs import MAX_BURSTS
 from hil.vocab.faults import FAULT_KINDS
-from hil.wire.step_dir import generate
+from hil.wire.step_dir import MAX_ROWS, generate
 
 CASES = int(os.environ.get("HIL_FUZZ", "3000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
@@ -248,6 +251,53 @@ def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureF
     assert CASES * 0.1 < accepted < CASES * 0.9, "some mean something, and some do not"
 
 
+LONG = {
+    "a train": {
+        "verb": "drive",
+        "device": "m1",
+        "train": [[i * 10**4, "step", 0, 1, 10**4] for i in range(50_000)],
+    },
+    "bursts": {"verb": "play", "tap": "bus0.t", "bursts": [[10**15 + i, "04"] for i in range(50_000)]},
+    "a train of nobody": {"verb": "drive", "device": "m9", "train": [[0, "dir", 0, 0, 0]] * 50_000},
+    "no train": {"verb": "drive", "device": "m1", "train": [[9 - i, "dir", 0, 0, 0] for i in range(10_000)]},
+    "nothing": [0] * 50_000,
+}
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_nobody_waits_for_a_long_request_to_be_read(tmp_path: Path, kind: str) -> None:
+    answered = []
+
+    async def use(daemon: Daemon) -> None:
+        server = ControlServer(daemon, tmp_path / "unused")
+
+        async def ask(name: str, request: object) -> None:
+            answer = await server.answer(json.dumps(request).encode())
+            answered.append((name, answer["ok"]))
+
+        await asyncio.gather(ask("long", LONG[kind]), ask("short", {"verb": "list"}))
+
+    in_a_daemon(tmp_path, use)
+    assert answered == [("short", True), ("long", kind in ("a train", "bursts"))]
+
+
+@pytest.mark.parametrize(
+    ("request_of", "told"),
+    [
+        (
+            {"verb": "drive", "device": "m1", "train": [[0, "dir", 0, 0, 0]] * (MAX_ROWS + 1)},
+            "at most 200,000 rows",
+        ),
+        ({"verb": "play", "tap": "bus0.t", "bursts": [[0, ""]] * (MAX_BURSTS + 1)}, "at most 50,000 rows"),
+    ],
+    ids=["drive", "play"],
+)
+def test_more_rows_than_can_be_taken_at_once_are_refused(request_of: dict[str, Any], told: str) -> None:
+    arguments = {name: verb.arguments for name, verb in VERBS.items()}
+    with pytest.raises(ControlError, match=told):
+        read_request(json.dumps(request_of).encode(), arguments)
+
+
 def test_a_connection_outlives_whatever_was_no_request(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -278,7 +328,7 @@ def test_a_connection_outlives_whatever_was_no_request(
     for line, answer in zip([*lines, b""], answers, strict=True):
         check(json.loads(answer), line)
     refusals = [json.loads(answer).get("error", "") for answer in answers]
-    assert refusals[-4] == "not a request: longer than 16777216 bytes"
+    assert refusals[-4] == "not a request: longer than 12582912 bytes"
     assert refusals[-5].startswith("not a request: more than 32 objects and arrays in each other")
     assert json.loads(answers[-1])["ok"]
     assert [record for record in caplog.records if record.exc_info] == []
