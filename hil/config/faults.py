@@ -17,10 +17,13 @@ from hil.vocab.faults import (
     STATION,
     SUPPLIED,
     TARGETS,
+    TIMING,
     TWIN_PORT,
     fault_of,
 )
 from hil.vocab.firmware import MAIN, NETWORK
+
+REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
 
 def fault_findings(
@@ -63,6 +66,8 @@ def fault_findings(
                 findings.append(Finding((*path, name), f"{shown(given[name])} does not do here", problem))
             else:
                 findings.append(Finding((*path, name), "this key is missing", problem))
+        for name in (each.name for each in TIMING if target in real and given.get(each.name)):
+            findings.append(Finding((*path, name), f"{target} is a real board", REAL_REMEDY))
     return findings
 
 

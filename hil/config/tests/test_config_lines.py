@@ -111,6 +111,8 @@ def test_a_wire_to_a_real_board():
         ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "towards": "up"}, '"up" does not do here ('),
         ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "spin": 1}, "the number 1 does not do here"),
         ({"target": "s2"}, "this key is missing"),
+        ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "for_s": 5}, "s2 is a real board (leave this"),
+        ({"fault": "byte_flip", "target": "s2", "rate": 0.1, "start_s": 5}, "s2 is a real board (leave this"),
     ],
 )  # fmt: skip
 def test_a_fault_that_cannot_be(fault, problem):

@@ -379,8 +379,10 @@ class Reloader:
             if fault.target.partition(".")[0] == name:
                 try:
                     self._daemon.faults.inject(fault.fault, fault.target, fault.model_extra or {})
-                except FaultRefused as error:
-                    log.error("%s: %s", name, error)
+                except (
+                    FaultRefused
+                ) as error:  # the configuration's check knows all reasons; if not, it is told
+                    log.error("%s: a fault of the configuration is left out: %s", name, error)
 
 
 def _ports(config: DeviceConfig) -> dict[str, object]:
