@@ -15,7 +15,8 @@ ENVIRONMENT = {
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"
     " configuration says another folder. Without it: `$HOME/.local/state/hil`.",
     "HOME": "where the state is kept without XDG_STATE_HOME.",
-    "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket.",
+    "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket; a command in the"
+    " unit looks for benches there only.",
     "STATE_DIRECTORY": "of a service: where its boards' memories are kept.",
     "LOGS_DIRECTORY": "of a service: where a relative `--log` file stands.",
     "NOTIFY_SOCKET": "of a service: where it says that it is ready, and how it is.",
