@@ -81,7 +81,7 @@ def test_what_is_no_log_is_refused_with_its_place(tmp_path: Path) -> None:
         assert said.startswith(f"hil: {path}:{why}"), said
         assert said.count("\n") == 1
     path.write_text(log_of(config={"bench": "b", "devices": {"m1": {"profile": "toaster"}}}))
-    assert refused(path).startswith(f"hil: {path}:1: the configuration of this log does not do here:\n")
+    assert refused(path).startswith(f"hil: {path}:1: the configuration of this log is refused:\n")
 
 
 def test_a_line_without_end_is_refused(tmp_path: Path) -> None:

@@ -97,6 +97,8 @@ def test_a_command_that_goes_on_ends(bench: tuple[Place, Server], name: str, num
         assert len(list(read(file.read_bytes()))) >= 0  # whole up to its end
     if name == "run":
         assert b"far: cancelled" in said
+    if name == "drive":
+        assert b"the train goes on; `hil drive m1 --stop` ends it" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

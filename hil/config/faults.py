@@ -63,7 +63,7 @@ def fault_findings(
         _, problems = fault_of(kind, target, given)
         for name, problem in problems.items():
             if name in given:
-                findings.append(Finding((*path, name), f"{shown(given[name])} does not do here", problem))
+                findings.append(Finding((*path, name), f"{shown(given[name])} is not allowed here", problem))
             else:
                 findings.append(Finding((*path, name), "this key is missing", problem))
         for name in (each.name for each in TIMING if target in real and given.get(each.name)):

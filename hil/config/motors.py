@@ -34,5 +34,5 @@ def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[F
     before_Nm: list[float] = []
     for path, torque_Nm in loads:
         if problem := load_problem(torque_Nm, plan.holding_Nm, before_Nm):
-            yield Finding(path, f"{shown(torque_Nm)} does not do here", problem)
+            yield Finding(path, f"{shown(torque_Nm)} is not allowed here", problem)
         before_Nm.append(torque_Nm)

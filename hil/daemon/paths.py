@@ -28,9 +28,11 @@ def runtime_base(
 
 
 def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
-    """Where to look for running benches: the option alone, or the user's and the services'."""
+    """Where to look for running benches: the option alone, in a service its own folder alone (its
+    ``ExecReload`` means no other's bench), or the user's and the services'."""
     base = runtime_base(option, None, env)
-    return [base] if option else list(dict.fromkeys([base, SERVICES]))
+    is_meant = option or _service_directory("RUNTIME_DIRECTORY", env)
+    return [base] if is_meant else list(dict.fromkeys([base, SERVICES]))
 
 
 def state_base(option: Path | None, configured: Path | None, env: Mapping[str, str], bench: str = "") -> Path:

@@ -28,7 +28,7 @@ def said(own_Nm: float, torque_Nm: float) -> list[str]:
 
 def test_a_fault_that_the_motor_cannot_have() -> None:
     (problem,) = said(0.0, 99.0)
-    assert problem.startswith("b.yaml:7:53: faults.1.torque_Nm: 99.0 does not do here (with 0.5 Nm")
+    assert problem.startswith("b.yaml:7:53: faults.1.torque_Nm: 99.0 is not allowed here (with 0.5 Nm")
     assert f"it is 99.5; in all {LIMIT}" in problem
 
 

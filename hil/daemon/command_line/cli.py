@@ -280,7 +280,7 @@ def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --lo
     except InputLogError as error:
         raise fail(f"hil: {error}", 2) from None
     except ConfigError as error:
-        raise fail(f"hil: {log}:1: the configuration of this log does not do here:\n{error}", 2) from None
+        raise fail(f"hil: {log}:1: the configuration of this log is refused:\n{error}", 2) from None
     except OSError as error:
         raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
     if difference := replayed.difference():

@@ -166,7 +166,11 @@ def drive(
         answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
         _played(answer, train)
         end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
-        _until(more, recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
+        try:
+            _until(more, recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
+        except KeyboardInterrupt:
+            typer.echo(f"the train goes on; `hil drive {device} --stop` ends it", err=True)
+            raise
     worst = max(abs(row[3]) for row in recording.rows)
     _show(recording, output, f"{device}: following a pulse train", f"largest following error {worst:.3f} deg")
 

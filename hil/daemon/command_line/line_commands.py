@@ -76,7 +76,7 @@ def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
     for row in rows:
         parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
         changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
-        typer.echo(f"{row['number']}: {row['kind']} {row['target']} {parameters}{changed}")
+        typer.echo(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
     if not rows:
         typer.echo("no fault is active")
 

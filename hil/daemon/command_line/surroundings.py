@@ -2,12 +2,13 @@
 
 EXIT_CODES = {
     0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
-    1: "it did not work out: no bench answers, a run failed, a log differs, the doctor found a problem",
+    1: "it did not work out: no bench answers, a run failed or was ended (by Ctrl-C too), a log differs, the"
+    " doctor found a problem",
     2: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration or a file"
     " with problems, which are listed;"
     " of `hil serve`: what it needs is refused or taken",
     70: "of `hil serve`: a firmware could not be interrupted; the next start says whose it was",
-    130: "Ctrl-C or SIGTERM ended it before it was done",
+    130: "Ctrl-C or SIGTERM ended it before it was done; of `hil run`, which ends its run with grace: 1",
 }
 ENVIRONMENT = {
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"
@@ -15,7 +16,8 @@ ENVIRONMENT = {
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"
     " configuration says another folder. Without it: `$HOME/.local/state/hil`.",
     "HOME": "where the state is kept without XDG_STATE_HOME.",
-    "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket.",
+    "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket; a command in the"
+    " unit looks for benches there only.",
     "STATE_DIRECTORY": "of a service: where its boards' memories are kept.",
     "LOGS_DIRECTORY": "of a service: where a relative `--log` file stands.",
     "NOTIFY_SOCKET": "of a service: where it says that it is ready, and how it is.",

@@ -154,7 +154,7 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
     if field not in fields:
         raise ControlError(f"fields of {device} that can be set are {', '.join(fields)}")
     if problem := setting_problem(daemon.bench, twin, field, value):
-        raise ControlError(f"{value} is not a value that {field} can have; {problem}")
+        raise ControlError(f"{value} is not allowed; {problem}")
     return _give(daemon, device, SetField(field, float(value)))
 
 
