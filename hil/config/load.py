@@ -28,7 +28,9 @@ class ConstantLoad(_Load):
 
     kind: Literal["constant"]
     torque_Nm: _Number = Field(
-        default=0.0, description="Torque on the shaft in Nm, positive towards larger encoder counts."
+        default=0.0,
+        description="Torque on the shaft in Nm, positive towards larger encoder counts; up to ten times what"
+        " the motor holds.",
     )
 
     def parts(self) -> Load:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from hil.config.catalogue import Catalogue
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
+from hil.config.load import ConstantLoad
 from hil.config.model import BenchConfig
 from hil.core import AxisPlan, Core
 from hil.vocab.loads import load_problem
@@ -23,6 +24,9 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
             what, _, remedy = str(error).partition(": ")
             yield Finding(("devices", name, "axis"), what, remedy)
         yield from _load_findings(config, name, plan)
+        torque_Nm = device.load.torque_Nm if isinstance(device.load, ConstantLoad) else 0.0
+        if problem := load_problem(torque_Nm, plan.holding_Nm):
+            yield _refused(("devices", name, "load", "torque_Nm"), torque_Nm, problem)
 
 
 def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[Finding]:
@@ -34,5 +38,9 @@ def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[F
     before_Nm: list[float] = []
     for path, torque_Nm in loads:
         if problem := load_problem(torque_Nm, plan.holding_Nm, before_Nm):
-            yield Finding(path, f"{shown(torque_Nm)} is not allowed here", problem)
+            yield _refused(path, torque_Nm, problem)
         before_Nm.append(torque_Nm)
+
+
+def _refused(path: KeyPath, torque_Nm: float, problem: str) -> Finding:
+    return Finding(path, f"{shown(torque_Nm)} is not allowed here", problem)

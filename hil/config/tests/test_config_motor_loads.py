@@ -47,3 +47,12 @@ def test_what_the_check_passes_the_bench_takes() -> None:
         bench.fault("shaft_load", "s1", torque_Nm=0.01)
     (problem,) = said(0.4, 0.195)
     assert "with 0.9 Nm that push the same way it is 1.095" in problem
+
+
+def test_a_constant_load_that_drags_any_motor_along() -> None:
+    text = (
+        "bench: t\ndevices:\n  s1: {{profile: sac, plant: full, load: {{kind: constant, torque_Nm: {}}}}}\n"
+    )
+    parse(text.format(0.2), "b.yaml", find_catalogue())
+    with pytest.raises(ConfigError, match=r"b.yaml:3:\d+: devices.s1.load.torque_Nm: 99.0 does .* 10 times"):
+        parse(text.format(99.0), "b.yaml", find_catalogue())
