@@ -35,7 +35,7 @@ def test_a_fault_that_the_motor_cannot_have() -> None:
 def test_the_own_load_of_an_axis() -> None:
     own, *others = said(-99.0, 0.5)
     assert own.startswith("b.yaml:3:")
-    assert "devices.s1.axis.load_torque_Nm: -99.0 does" in own
+    assert "devices.s1.axis.load_torque_Nm: -99.0 is not" in own
     assert LIMIT in own
     assert len(others) == 1
     assert "-100" in others[0]  # the last fault's, which pushes the same way
@@ -54,5 +54,7 @@ def test_a_constant_load_that_drags_any_motor_along() -> None:
         "bench: t\ndevices:\n  s1: {{profile: sac, plant: full, load: {{kind: constant, torque_Nm: {}}}}}\n"
     )
     parse(text.format(0.2), "b.yaml", find_catalogue())
-    with pytest.raises(ConfigError, match=r"b.yaml:3:\d+: devices.s1.load.torque_Nm: 99.0 does .* 10 times"):
+    with pytest.raises(
+        ConfigError, match=r"b.yaml:3:\d+: devices.s1.load.torque_Nm: 99.0 is not .* 10 times"
+    ):
         parse(text.format(99.0), "b.yaml", find_catalogue())
