@@ -307,7 +307,7 @@ def test_requests_that_are_wrong(place: Place) -> None:
         writer = threading.Thread(target=_send_all, args=(client, b"x" * 20_000_000 + b"\n{}\n"))
         writer.start()
         answers = client.makefile()
-        assert "longer than 16777216 bytes" in answers.readline()
+        assert "longer than 12582912 bytes" in answers.readline()
         assert answers.readline().startswith('{"ok": false'), "the connection goes on"
         writer.join(PATIENCE_S)
         assert not writer.is_alive()
