@@ -68,16 +68,16 @@ def answers() -> list[bytes]:
 
 
 def test_a_calibration_survives_a_restart(place: Place, answers: list[bytes]) -> None:
-    server = place.serve(stored())
+    server = place.serve(stored()).ready()
     with server.client() as client:
-        server.ask("reset", device="m1")  # on a busy machine it may have booted before somebody listened
+        server.ask("reset", device="m1")  # its boot text once, to somebody who listens, on a busy machine too
         assert WARNING in client.read_until(b"Run calibration\r\n")
         calibrate(client)
         calibrated = query(client)
     assert calibrated == answers[0]
     server.stop()
     for end in ("stop", "kill"):
-        again = place.serve(stored())
+        again = place.serve(stored()).ready()
         with again.client() as client:
             again.ask("reset", device="m1")
             client.read_until(b"encoder...\r\n")

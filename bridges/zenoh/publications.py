@@ -104,7 +104,7 @@ class _Stream:
             self._end()
 
     def _try(self) -> None:
-        """What is too much now may not be later."""
+        """Try again: other watchers may have gone since."""
         try:
             self._samples = self._begin()
         except VerbRefused as refusal:

@@ -27,7 +27,7 @@ class Terminal:
         self.line_began_ns = SimTimeNs(0)
         """When the first byte of the last line came."""
         self._line = bytearray()
-        """What has been typed of the next one."""
+        """The typed part of the next line."""
 
     def println(self, lines: Iterable[str]) -> None:
         """Lines, each with CR LF."""
@@ -38,7 +38,7 @@ class Terminal:
         self.uart.write(PROMPT.encode())
 
     def message(self, text: bytes) -> None:
-        """What came over the network; a line that is being typed stays in force and is drawn again."""
+        """Show what came over the network. The typed part of a line stays in force and is drawn again."""
         self.uart.write(b"\r\n" + text + b"\r\n" + PROMPT.encode() + self._line)
 
     def read_line(

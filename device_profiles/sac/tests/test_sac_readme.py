@@ -1,4 +1,4 @@
-"""What the README of this profile says under "Good to know", tried on the twin; Estop is in
+"""Facts of the profile's README, "Good to know", tried on the twin; Estop is in
 ``test_sac_firmware.py``, the encoder's beginning too."""
 
 from itertools import pairwise
@@ -144,7 +144,7 @@ def test_a_factory_restore_by_a_byte_is_silent() -> None:
 
 
 def test_a_linear_ramp_has_half_the_steps_of_appendix_d() -> None:
-    """Of 100 RPM at 10 rad/s2 the table says 349; v2 / (2 alpha a) is 174, and it takes v / a."""
+    """The table has 349 steps for 100 RPM at 10 rad/s2; v2 / (2 alpha a) is 174, and the ramp takes v / a."""
     board = Board()
     board.say("m1000v100a10d999l1", ms=15_000)
     periods = board.steps_us()
