@@ -10,6 +10,8 @@ from hil.runs.plan import Phrase, Plan
 from hil.session.inputs import Do, Follow, Input
 from hil.vocab.verbs import VerbRefused
 
+SHOWS_NS = 1_000_000
+"""Some steps of a control law, of 154 us each."""
 POLL_NS = 10_000_000
 """How often an axis is looked at while it moves."""
 SAMPLE_NS = 1_000_000
@@ -216,15 +218,23 @@ class Execution:
         return start_ns
 
     def _phrase(self, phrase: Phrase, start_ns: int) -> Generator[int, None, None]:
+        lasts_ns = phrase.duration_ns
         for axis, path in phrase.paths.items():
             if axis in self._mine:
                 self._give(axis, Follow(start_ns, path))
-                self._holds[axis] = (start_ns, start_ns + phrase.duration_ns, path[-1].r)
+                (given_ns,) = self._bench.fields(axis, ("at_ns",))
+                if given_ns > start_ns:  # late: what it does shows with the law's next step
+                    begin_ns = round(given_ns)
+                    end_ns = max(start_ns + phrase.duration_ns, begin_ns + SHOWS_NS)
+                else:
+                    begin_ns, end_ns = start_ns, start_ns + phrase.duration_ns
+                self._holds[axis] = (begin_ns, end_ns, path[-1].r)
+                lasts_ns = max(lasts_ns, end_ns - start_ns)
         for event in phrase.events:
             if event.axis in self._mine:
                 at_ns = start_ns + event.at_ns
                 self._give(event.axis, Do(event.verb, tuple(event.parameters.items()), at_ns))
-        end_ns = start_ns + phrase.duration_ns + (BEGINS_NS if phrase.steppers else 0)
+        end_ns = start_ns + lasts_ns + (BEGINS_NS if phrase.steppers else 0)
         marks = [(start_ns + at_ns, number) for number, (at_ns, _) in enumerate(phrase.marks, 1)]
         yield from self._until(end_ns, marks)
         self._steps_before += len(phrase.marks)

@@ -127,6 +127,17 @@ def test_a_board_that_is_behind_the_wall_is_not_taken_for_one_that_was_interfere
     assert (execution.progress.state, execution.progress.why) == ("done", None)
 
 
+@pytest.mark.parametrize("late_ms", [50, 5000])
+def test_a_path_that_is_given_late_is_not_taken_for_a_change(late_ms: int) -> None:
+    """The event loop was held up between the plan and the input: the path, or all of it, lies in the past."""
+    made = bench()
+    made_for = made.execute(run({"move": {"m1": 20.0}}, axes={"m1": {"velocity_rpm": 60.0}}))
+    execution = Execution(made_for.plan, made_for._bench, Soon(made_for._bench, -late_ms * 1_000_000))
+    for until_ns in execution.run():
+        made.run_until(until_ns / 1e6)
+    assert (execution.progress.state, execution.progress.why) == ("done", None)
+
+
 def test_a_mixed_run_with_waits_pins_and_repetitions() -> None:
     made = bench(servos=2, steppers=1)
     axes = {"m1": {"velocity_rpm": 120.0}, "m2": {"velocity_rpm": 120.0}, "s1": {}}
