@@ -93,7 +93,7 @@ soak-mixed: $(VENV)/.dev
 
 # Two thousand kills of a store, and two hundred of daemons, each in the middle of a write: half an hour.
 kills: $(VENV)/.dev
-	HIL_KILLS=2000 $(BIN)/python -m pytest -q -s hil/daemon/tests/test_nvm_store_kills.py
+	HIL_KILLS=2000 $(BIN)/python -m pytest -q -s hil/live/tests/test_nvm_store_kills.py
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
@@ -103,7 +103,7 @@ fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/tests/test_packet.py -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
-	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/daemon/control/tests/test_control_fuzz.py
+	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/operations/tests/test_control_fuzz.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/compose/tests/test_replay_fuzz.py
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.

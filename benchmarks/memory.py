@@ -45,8 +45,7 @@ def main() -> None:
         prefix=(
             sys.executable,
             "-c",
-            f"{everything};import sys;from hil.daemon.command_line.entry import main;"
-            "sys.argv=sys.argv[1:];main()",
+            f"{everything};import sys;from hil.cli.entry import main;sys.argv=sys.argv[1:];main()",
         ),
     ) as running:
         time.sleep(1)

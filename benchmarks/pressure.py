@@ -20,7 +20,7 @@ from _processes import Daemon, daemon, have
 from _report import is_quick, report
 from wake_latency import MISSED_LIMIT, cyclictest, of_cyclictest
 
-from hil.daemon.control.client import ask
+from hil.net.control_client import ask
 
 RATE_HZ = 1000
 DEAF, SILENT = 32, 1000

@@ -17,7 +17,7 @@ from pathlib import Path
 from _processes import Daemon, cpu_s, daemon
 from _report import is_quick, report
 
-from hil.daemon.control.client import ask
+from hil.net.control_client import ask
 from hil.wire.packet import PacketDecoder, encode
 
 SEGMENTS = 16

@@ -19,8 +19,8 @@ from typing import Any, TypeVar
 import pytest
 from typer.testing import CliRunner
 
-from hil.daemon.command_line.cli import app
-from hil.daemon.control.client import ask
+from hil.cli.cli import app
+from hil.net.control_client import ask
 from hil.vocab.time import FOREVER
 
 HIL = str(Path(sys.executable).with_name("hil"))

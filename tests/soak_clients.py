@@ -19,7 +19,7 @@ from e2e_support import HIL, TERMINAL, Client
 from soak_benches import Config, changed, targets
 
 from hil.client import ClientError, connect_sync
-from hil.daemon.control.client import ControlError, ask
+from hil.net.control_client import ControlError, ask
 from hil.vocab.faults import FAULT_KINDS
 
 ASK_S = 30.0

@@ -11,8 +11,8 @@ import pytest
 from hil.compose import find_catalogue
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
-from hil.daemon.bridge_host import Host
-from hil.daemon.daemon import Daemon
+from hil.daemon import Daemon
+from hil.operations.bridge_host import Host
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
 

@@ -16,8 +16,8 @@ import pytest
 import serial
 from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 
-from hil.session.input_reading import decode_line
-from hil.session.inputs import Reset
+from hil.sim.input_reading import decode_line
+from hil.sim.inputs import Reset
 
 TCP = {"port": {"kind": "tcp", "port": 0}}
 HELLO = 'HELLO 1 "Arduino IDE 2.3.4"'

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from e2e_support import HIL, TERMINAL, Place, config, until
 
-from hil.daemon.command_line.cli import app
-from hil.daemon.command_line.commands import TAKES, commands
-from hil.daemon.command_line.names import KINDS
+from hil.cli.cli import app
+from hil.cli.commands import TAKES, commands
+from hil.cli.names import KINDS
 
 SAC = {"profile": "sac", "flash": {}, "network": {"kind": "pty"}}
 BASH = """

@@ -145,9 +145,9 @@ def test_no_descriptor_at_all(place: Place) -> None:
 import dataclasses, json, resource, sys
 from pathlib import Path
 from hil.core import Core
-from hil.daemon.linux.doctor import judge
-from hil.daemon.linux.probes import try_all
-from hil.daemon.linux.system import read_system
+from hil.host.doctor import judge
+from hil.host.probes import try_all
+from hil.host.system import read_system
 
 resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
 tried = try_all(8, Path(sys.argv[1]), Path(sys.argv[1]))

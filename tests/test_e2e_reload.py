@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from e2e_support import Client, Place, Server, config, until
 
-from hil.daemon.control.client import ControlError
+from hil.net.control_client import ControlError
 
 TCP: dict[str, Any] = {"port": {"kind": "tcp", "port": 0}}
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -339,8 +339,8 @@ def test_the_memory_of_another_kind_of_board_is_kept_aside_and_the_note_of_it_en
 SLOW = """
 import sys, time
 from pathlib import Path
-from hil.daemon.command_line.cli import app
-from hil.daemon.store import Files
+from hil.cli.cli import app
+from hil.live.store import Files
 
 fsync = Files.fsync
 

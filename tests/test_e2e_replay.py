@@ -15,9 +15,9 @@ import asyncio, sys, time
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.command_line.started import started as say_started
-from hil.daemon.service.log_writer import LogWriter
-from hil.daemon.daemon import Daemon
+from hil.cli.started import started as say_started
+from hil.host.log_writer import LogWriter
+from hil.daemon import Daemon
 
 def started(daemon):
     loop = asyncio.get_running_loop()

@@ -12,7 +12,7 @@ import pytest
 from e2e_support import HIL, PATIENCE_S, TERMINAL, until
 from typer.testing import CliRunner
 
-from hil.daemon.command_line.cli import app
+from hil.cli.cli import app
 
 DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
 

@@ -11,9 +11,9 @@ import asyncio, logging, re, sys, time
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.daemon.command_line.started import started as say_started
-from hil.daemon.service.log_writer import LogWriter
-from hil.daemon.daemon import Daemon
+from hil.cli.started import started as say_started
+from hil.host.log_writer import LogWriter
+from hil.daemon import Daemon
 from hil.vocab.firmware import ByteAvailable, Delay
 
 class Runaway:

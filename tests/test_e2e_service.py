@@ -19,8 +19,8 @@ import asyncio, os, signal, sys, time
 from pathlib import Path
 from hil.compose import find_catalogue
 from hil.config import parse
-from hil.daemon.daemon import Daemon
-from hil.daemon.service.notify import Notifier
+from hil.daemon import Daemon
+from hil.host.notify import Notifier
 
 path, runtime, state = map(Path, sys.argv[1:4])
 bench = parse(path.read_text(), str(path), find_catalogue())

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from e2e_support import Place, Server, until
 
-from hil.daemon.control.client import ask
+from hil.net.control_client import ask
 
 NUL = {
     "path": {"port": {"kind": "pty", "path": "a\0b"}},

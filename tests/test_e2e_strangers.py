@@ -17,10 +17,10 @@ import pytest
 from e2e_support import AS_STRANGER, HIL, PATIENCE_S, STRANGER_UID, TERMINAL, Place, config, needs_stranger
 from typer.testing import CliRunner
 
-from hil.daemon.command_line.cli import app
-from hil.daemon.control import client
-from hil.daemon.control.answers import FORMS, misfit
-from hil.daemon.control.client import ControlError, ask
+from hil.cli.cli import app
+from hil.net import control_client as client
+from hil.net.answers import FORMS, misfit
+from hil.net.control_client import ControlError, ask
 
 SAC = {"profile": "sac", "flash": {}}
 RUN = '{"run": "r", "axes": {"m1": {}}, "steps": [{"dwell_s": 0.1}]}'

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from e2e_support import HIL, PATIENCE_S, Place, config, until
 
-from hil.daemon.control.client import ControlError, ask
+from hil.net.control_client import ControlError, ask
 
 OPEN_DOOR = config(bridges={"metrics": {"listen": "0.0.0.0:0", "insecure": True}})
 

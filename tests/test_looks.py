@@ -6,9 +6,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.daemon.health.metrics import METRICS
-from hil.daemon.segments import listed
-from hil.session.tap_session import TapSession
+from hil.live.tap_joint import TapSession
+from hil.operations.metrics import METRICS
+from hil.operations.segments import listed
 from hil.testing import Bench
 from hil.vocab.time import SimTimeNs
 from hil.wire.packet import encode

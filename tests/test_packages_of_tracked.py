@@ -42,7 +42,7 @@ def setup(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
 def test_a_file_that_git_does_not_track_is_in_no_wheel(checkout: Path) -> None:
     built = setup(checkout, "build_py", "-d", "out")
     assert built.returncode == 0, built.stderr
-    assert (checkout / "out/hil/session/bench.py").exists()
+    assert (checkout / "out/hil/sim/bench.py").exists()
     for name in STRANGE:
         (checkout / name).write_text("")
     refused = setup(checkout, "build_py", "-d", "out")

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from hil.daemon.command_line.cli import app
-from hil.daemon.command_line.commands import commands
-from hil.daemon.command_line.man import man_page
-from hil.daemon.command_line.reference import reference
-from hil.daemon.command_line.surroundings import ENVIRONMENT
+from hil.cli.cli import app
+from hil.cli.commands import commands
+from hil.cli.man import man_page
+from hil.cli.reference import reference
+from hil.cli.surroundings import ENVIRONMENT
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reference.md"

@@ -14,8 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
+from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridges import BridgeError, BridgeHost
-from hil.vocab.visitors import Visit, Visitors
 
 __all__ = ["Options", "make", "reference"]
 

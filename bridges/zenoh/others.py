@@ -14,10 +14,10 @@ import zenoh
 from bridges.zenoh.documents import RUN_BYTES
 from bridges.zenoh.keys import prefix
 from bridges.zenoh.security import Gate
+from hil.net.signature import signed
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeHost, Source
 from hil.vocab.json_text import JsonError, read_json
-from hil.vocab.signature import signed
 from hil.vocab.verbs import VerbRefused
 
 _LIVE_S = 1.0

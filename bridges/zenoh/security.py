@@ -1,7 +1,7 @@
 """Who may: users with roles, the signature on a command, and what zenoh itself is told to let through.
 
 Zenoh tells a program nothing about who sent a message. So each command carries a signature
-(``hil.vocab.signature``), which ``Gate`` checks. Beside it zenoh's own access control refuses at the door, by
+(``hil.net.signature``), which ``Gate`` checks. Beside it zenoh's own access control refuses at the door, by
 password and certificate. With no users the bridge listens on this computer only.
 """
 
@@ -22,9 +22,9 @@ import zenoh
 
 from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, prefix
 from bridges.zenoh.options import Options, TlsOptions
+from hil.net.signature import mac_of
 from hil.vocab.bridges import Source
 from hil.vocab.json_text import JsonError, read_json
-from hil.vocab.signature import mac_of
 from hil.vocab.verbs import Role, VerbRefused
 
 FRESH_NS = 30_000_000_000

@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 
 from hil.client.messages import Ack, ClientError, State, ack_of, error_of, read, state_of
-from hil.vocab.signature import signed
+from hil.net.signature import signed
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0

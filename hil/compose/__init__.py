@@ -22,7 +22,7 @@ from hil.compose.find import (
     make_port,
     serial_port_config,
 )
-from hil.compose.regular_file import NotRegularError, read_regular, read_text
+from hil.host.regular_file import NotRegularError, read_regular, read_text
 
 __all__ = [
     "NotRegularError",

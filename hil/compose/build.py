@@ -6,14 +6,14 @@ from importlib import import_module
 from pathlib import Path
 
 from hil.compose.find import PROFILES, load_verbs, make_segment
-from hil.compose.regular_file import read_regular
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
 from hil.core import Core
-from hil.session.bench import BenchRuntime
-from hil.session.device import Device, Store
-from hil.session.group import Group
-from hil.session.setpoints import TimeOut
-from hil.session.tap import Tap
+from hil.host.regular_file import read_regular
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device, Store
+from hil.sim.group import Group
+from hil.sim.setpoints import TimeOut
+from hil.sim.station import Tap
 from hil.vocab.firmware import Board, Firmware
 
 LEAST_AXES = 8

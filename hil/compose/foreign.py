@@ -2,10 +2,10 @@
 not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
-from hil.session.bench import BenchRuntime
-from hil.session.device import Device
-from hil.session.faults import place_of
-from hil.session.inputs import (
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.faults import place_of
+from hil.sim.inputs import (
     Bytes,
     Clear,
     Do,

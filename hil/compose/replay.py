@@ -11,14 +11,14 @@ from pydantic import BaseModel, ConfigDict
 from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
 from hil.compose.foreign import input_problem
-from hil.compose.regular_file import open_regular
 from hil.config import from_dict
-from hil.session.bench import BenchRuntime
-from hil.session.device import Device
-from hil.session.group import Group
-from hil.session.guard import LoggedStops
-from hil.session.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
-from hil.session.inputs import Clear, Inject, InputLogError, Logged, Stopped
+from hil.host.regular_file import open_regular
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.group import Group
+from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
+from hil.sim.inputs import Clear, Inject, InputLogError, Logged, Stopped
+from hil.sim.stops import LoggedStops
 from hil.vocab.time import FOREVER, SimTimeNs
 
 LONGEST_LINE_BYTES = 64 * 1024 * 1024

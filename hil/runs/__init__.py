@@ -1,7 +1,7 @@
 """Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
 anything moves (``plan.py``), and how that is carried out (``execute.py``).
 
-Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.session`` for inputs;
+Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.sim`` for inputs;
 knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol
 
 from hil.runs.document import WaitUntil
 from hil.runs.plan import Phrase, Plan
-from hil.session.inputs import Do, Follow, Input
+from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.verbs import VerbRefused
 
 SHOWS_NS = 1_000_000

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from hil.core.fields import OF_KIND, SERVO
 from hil.runs.execute import ANGLES, TURNS_RPM, Rows, RunBench
 from hil.runs.plan import AxisNow
-from hil.session.bench import BenchRuntime
-from hil.session.device import Device
-from hil.session.inputs import Do, Follow, Input
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.inputs import Do, Follow, Input
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.verbs import VerbRefused
 

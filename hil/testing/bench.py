@@ -10,9 +10,9 @@ from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
-from hil.session.device import Device
-from hil.session.inputs import Input
-from hil.session.tap import Tap
+from hil.sim.device import Device
+from hil.sim.inputs import Input
+from hil.sim.station import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send

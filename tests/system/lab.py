@@ -14,7 +14,7 @@ from container import Container, until
 from debian import HIL_PYTHON
 from frozen_thread import host_pid
 
-from hil.daemon.control.client import ControlError, ask
+from hil.net.control_client import ControlError, ask
 
 UNIT = "hil@lab.service"
 LAB = """\

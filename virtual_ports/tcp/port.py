@@ -10,8 +10,8 @@ from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hil.vocab.acceptor import ACCEPT_AGAIN_S, Acceptor
-from hil.vocab.limits import Limit
+from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
+from hil.net.limits import Limit
 from hil.vocab.ports import Port, PortContext, PortError, PortHost, PortStats
 from virtual_ports.tcp.client import Client
 

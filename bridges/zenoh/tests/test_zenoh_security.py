@@ -29,7 +29,7 @@ from bridges.zenoh.security import (
     session_config,
 )
 from bridges.zenoh.site_keys import Site, make_site
-from hil.vocab.signature import signed
+from hil.net.signature import signed
 from hil.vocab.verbs import Role
 
 NOW_NS = 1_795_254_243_000_000_000

@@ -17,7 +17,7 @@ import zenoh
 
 from bridges.zenoh.options import Options
 from bridges.zenoh.security import Gate, Rejected, made, open_session
-from hil.vocab.signature import signed
+from hil.net.signature import signed
 from hil.vocab.verbs import Role
 
 DAEMON, ATTACKER = "10.213.0.1", "10.213.0.2"

@@ -20,9 +20,9 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
-from hil.session.bench import BenchRuntime
-from hil.session.input_log import InputLogWriter, read_input_log
-from hil.session.inputs import (
+from hil.sim.bench import BenchRuntime
+from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.inputs import (
     Bytes,
     Drive,
     Follow,

@@ -10,7 +10,7 @@ from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS, PACKED_BYTES, SIZES, reader
-from hil.session.bench import BenchRuntime
+from hil.sim.bench import BenchRuntime
 from hil.testing.bench import MemoryStore
 from hil.vocab.time import ms
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.session.bench import BenchRuntime
+from hil.sim.bench import BenchRuntime
 from hil.telemetry import Sampler, Subscription
 from hil.telemetry.sampler import (
     MAX_DENOMINATOR,

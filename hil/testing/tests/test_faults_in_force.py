@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.session.inputs import Do
+from hil.sim.inputs import Do
 from hil.testing import Bench
 from hil.vocab.faults import FaultRefused
 from hil.vocab.time import SimTimeNs

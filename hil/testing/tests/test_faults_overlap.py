@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from hil.compose.replay import replay
-from hil.session.device import Device
-from hil.session.input_log import InputLogWriter
-from hil.session.inputs import CommitDone
+from hil.sim.device import Device
+from hil.sim.input_log import InputLogWriter
+from hil.sim.inputs import CommitDone
 from hil.testing import Bench
 from hil.vocab.faults import (
     DEVICE,

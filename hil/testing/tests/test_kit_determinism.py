@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.session.device import Device
-from hil.session.input_log import InputLogWriter, Sent, sent_now
-from hil.session.inputs import Bytes, CommitDone, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.device import Device
+from hil.sim.input_log import InputLogWriter, Sent, sent_now
+from hil.sim.inputs import Bytes, CommitDone, Pin, Reset, ScriptEncoder, SetField
 from hil.testing import Bench, replay
 from hil.vocab.time import SimTimeNs, ms
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.session.input_log import InputLogWriter
+from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import FAULT_KINDS, FaultRefused
 from hil.wire.packet import Malformed, PacketDecoder, encode
@@ -264,7 +264,7 @@ def test_the_same_seed_gives_the_same_bytes():
 
 def test_faults_stand_in_the_log(tmp_path):
     from hil.compose.replay import replay
-    from hil.session.inputs import Bytes
+    from hil.sim.inputs import Bytes
 
     bench = Bench(CONFIG)
     path = tmp_path / "log.jsonl"

@@ -8,9 +8,9 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.session.input_log import InputLogWriter
-from hil.session.input_reading import decode_line
-from hil.session.inputs import Bytes, Do, Logged, Reset, encode_line
+from hil.sim.input_log import InputLogWriter
+from hil.sim.input_reading import decode_line
+from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
 from hil.testing import Bench, replay
 from hil.testing.bench import MemoryStore
 from hil.vocab.time import SimTimeNs, ms

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from hil.session.settable import setting_problem
+from hil.sim.settable import setting_problem
 from hil.testing import Bench
 from hil.vocab.faults import FaultRefused
 

@@ -9,8 +9,8 @@ import pytest
 
 from device_profiles.mechaduino.firmware import COMMANDS_BY_LETTER, Command
 from hil.compose.replay import replay
-from hil.session.guard import FirmwareHung
-from hil.session.input_log import InputLogWriter
+from hil.sim.input_log import InputLogWriter
+from hil.sim.stops import FirmwareHung
 from hil.testing import Bench
 from hil.vocab.firmware import Delay
 

@@ -1,0 +1,73 @@
+"""``hil arduino-discovery``: tells the IDE which ports the running benches have."""
+
+import select
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TextIO
+
+from hil.arduino.protocol import BoardPort, Discovery
+from hil.arduino.stdio import Commands, send
+from hil.host.trust import refuse_address
+from hil.net.benches_here import find_in
+from hil.net.control_client import ControlError, ask, listener
+
+POLL_S = 1.0
+_ANSWER_S = 1.0
+"""A daemon answers within milliseconds; a stopped or overloaded one must not hold up the others."""
+
+
+class Benches:
+    """The ports of the benches below ``bases``: the user's own, and those of services. ``is_named``: the user
+    said where they are."""
+
+    def __init__(self, bases: Sequence[Path], is_named: bool = False) -> None:
+        self._bases, self._is_named = bases, is_named
+        self._last: dict[Path, list[BoardPort]] = {}
+
+    def ports(self) -> list[BoardPort]:
+        """Now. A daemon that is there but does not answer keeps the ports it had."""
+        now: dict[Path, list[BoardPort]] = {}
+        for here in find_in(self._bases, self._is_named).benches:
+            path = here.socket
+            try:
+                now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S), here.owner)
+            except ControlError:
+                with suppress(OSError):
+                    if path in self._last and listener(path):
+                        now[path] = self._last[path]
+        self._last = now
+        return [port for ports in now.values() for port in ports]
+
+
+def _ports(listed: dict[str, Any], owner: int) -> list[BoardPort]:
+    bench = listed["bench"]
+    return [
+        BoardPort(
+            address=row["address"],
+            label=f"{bench}/{row['device']}",
+            hardware_id=f"hil/{bench}/{row['device']}",
+            properties=(
+                ("bench", bench),
+                ("device", row["device"]),
+                ("profile", row["profile"]),
+                ("hardware", row["hardware"]),
+            ),
+        )
+        for row in listed["devices"]
+        if row["address"] and not refuse_address(row["address"], owner)
+    ]
+
+
+def discover(bases: Sequence[Path], commands_fd: int, out: TextIO, is_named: bool = False) -> None:
+    """Serve one client, until QUIT or the end of its commands."""
+    benches = Benches(bases, is_named)
+    discovery, commands = Discovery(benches.ports), Commands(commands_fd)
+    with suppress(BrokenPipeError):  # the client has gone without QUIT
+        while not (discovery.dead or commands.ended):
+            readable, _, _ = select.select([commands.fd], [], [], POLL_S if discovery.syncing else None)
+            if not readable:
+                send(discovery.found(benches.ports()), out)
+                continue
+            for line in commands.read():
+                send(discovery.command(line), out)

@@ -1,0 +1,143 @@
+"""The hardware folder that tells the Arduino IDE of hil: ``hardware/hil/virtual`` in the sketchbook.
+
+Each file's first line has a checksum of the rest, so that a file which somebody else wrote or changed is
+neither overwritten nor removed.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+import yaml
+
+from hil import __version__
+from hil.arduino.protocol import PROTOCOL
+from hil.config import ProfileInfo
+from hil.host.new_file import write_file
+
+VENDOR, ARCHITECTURE = "hil", "virtual"
+_MARK = "# Written by `hil arduino install`; `hil arduino uninstall` removes it. sha256 of the rest: "
+_CONFIG_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
+"""Of the IDE 2 and of arduino-cli, in the user's home."""
+
+
+class InstallError(Exception):
+    """The hardware folder cannot be written or removed: ``str(error)`` says why, and the remedy."""
+
+
+def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> Path:
+    """The option, ``$ARDUINO_DIRECTORIES_USER``, ``directories.user`` of the IDE's or arduino-cli's own
+    configuration, or ``~/Arduino``, which is their default."""
+    if option or env.get("ARDUINO_DIRECTORIES_USER"):
+        return (option or Path(env["ARDUINO_DIRECTORIES_USER"])).absolute()
+    for name in _CONFIG_FILES:
+        with suppress(OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+            return Path(str(yaml.safe_load((home / name).read_text())["directories"]["user"])).absolute()
+    return home / "Arduino"
+
+
+def board_id(profile: str) -> str:
+    """The name that arduino-cli takes for a profile's board."""
+    return f"{VENDOR}:{ARCHITECTURE}:{profile}"
+
+
+def platform_txt(command: Path, arguments: Iterable[str]) -> str:
+    """``command`` is the program ``hil``; ``arguments`` go to both of its commands.
+
+    Raises:
+        InstallError: a path has what the file's format cannot quote.
+    """
+    words = [str(command), *arguments]
+    for word in words:
+        if re.search(r'["{}\\\n]', word):
+            raise InstallError(f"platform.txt has no way to quote {word!r}; install hil in another folder")
+    program, options = f'"{words[0]}"', "".join(f' "{word}"' for word in words[1:])
+    version = re.match(r"\d+\.\d+\.\d+", __version__)
+    return "\n".join(
+        (
+            "name=Virtual boards (hil)",
+            f"version={version.group() if version else '0.0.0'}",
+            f"pluggable_discovery.{PROTOCOL}.pattern={program} arduino-discovery{options}",
+            f"pluggable_monitor.pattern.{PROTOCOL}={program} arduino-monitor",
+            "",
+        )
+    )
+
+
+def boards_txt(profiles: Iterable[ProfileInfo]) -> str:
+    """A board for each profile, recognised by the property ``profile`` of its port. Nothing is built or
+    uploaded for it, so that it has no core and no tool."""
+    lines = []
+    for profile in profiles:
+        lines += [
+            f"{profile.name}.name={profile.title} (virtual)",
+            f"{profile.name}.build.board=HIL_{profile.name.upper()}",
+            f"{profile.name}.upload_port.0.profile={profile.name}",
+        ]
+    return "\n".join([*lines, ""])
+
+
+def install(sketchbook: Path, files: Mapping[str, str]) -> list[Path]:
+    """Write the files, by name; answers those that were not there already, just so.
+
+    Raises:
+        InstallError: a file of that name is somebody else's, or cannot be written.
+    """
+    folder = _folder(sketchbook)
+    marked = {folder / name: _marked(text.encode()) for name, text in files.items()}
+    try:
+        _refuse_foreign(marked)
+        folder.mkdir(parents=True, exist_ok=True)
+        stale = [path for path, data in marked.items() if _read(path) != data]
+        for path in stale:
+            write_file(path, marked[path])
+    except OSError as error:
+        raise InstallError(f"{folder}: {error.strerror}") from error
+    return stale
+
+
+def uninstall(sketchbook: Path, names: Iterable[str]) -> list[Path]:
+    """Remove the files that ``install`` wrote, and folders above them up to ``hardware`` that are empty
+    then; answers all that were removed.
+
+    Raises:
+        InstallError: a file was changed since, or cannot be removed; nothing was removed then.
+    """
+    folder = _folder(sketchbook)
+    try:
+        found = [path for name in names if (path := folder / name).exists()]
+        _refuse_foreign(found)
+        for path in found:
+            path.unlink()
+    except OSError as error:
+        raise InstallError(f"{folder}: {error.strerror}") from error
+    removed = list(found)
+    with suppress(OSError):  # not empty, or not there
+        for empty in (folder, folder.parent, folder.parent.parent):
+            empty.rmdir()
+            removed.append(empty)
+    return removed
+
+
+def _folder(sketchbook: Path) -> Path:
+    return sketchbook / "hardware" / VENDOR / ARCHITECTURE
+
+
+def _marked(data: bytes) -> bytes:
+    return f"{_MARK}{hashlib.sha256(data).hexdigest()}\n".encode() + data
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def _refuse_foreign(paths: Iterable[Path]) -> None:
+    for path in paths:
+        data = _read(path)
+        if data is not None and data != _marked(data.partition(b"\n")[2]):
+            raise InstallError(f"{path} was written or changed by somebody else; move it away first")

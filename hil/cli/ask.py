@@ -1,0 +1,102 @@
+"""Asking a running bench: what the commands that do so share."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from hil.net.benches_here import Found, Here
+
+TRUST_REMEDY = "set XDG_RUNTIME_DIR, or name a folder of yours with --runtime-dir"
+
+RuntimeDir = Annotated[
+    Path | None,
+    typer.Option(
+        "--runtime-dir",
+        help="Folder of running benches' ports and sockets."
+        " [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]",
+    ),
+]
+Bench = Annotated[
+    str | None,
+    typer.Option(
+        "--bench",
+        "-b",
+        help="The bench, by its name, its folder or service:NAME; needed when several are running.",
+    ),
+]
+DeviceName = Annotated[
+    str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
+]
+
+
+def fail(message: str, code: int = 1) -> typer.Exit:
+    """What a command raises after it has said why."""
+    import logging
+    import os
+    import sys
+
+    from hil.host.journal import is_journal, prefixed, say
+
+    in_journal = is_journal(sys.stderr, os.environ)
+    say(prefixed(message, logging.ERROR) if in_journal else message, sys.stderr)
+    return typer.Exit(code)
+
+
+def found(runtime_dir: Path | None) -> "Found":
+    """The benches that run here; says which folders are not looked into."""
+    import os
+
+    from hil.host.journal import say
+    from hil.net.benches_here import find
+
+    here = find(runtime_dir, os.environ).running()
+    if here.benches:
+        for why in here.left_out:
+            say(f"hil: not looked into: {why}", sys.stderr)
+    elif here.left_out:
+        raise fail(f"hil: {'; '.join(here.left_out)}: {TRUST_REMEDY}")
+    return here
+
+
+def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
+    """The bench that is meant; says what is wrong and ends the command."""
+    here = found(runtime_dir)
+    meant = here.meant(bench)
+    if len(meant) == 1:
+        return meant[0]
+    if not here.benches:
+        raise fail("hil: no bench is running here")
+    if not meant:
+        names = ", ".join(here.called(each) for each in here.benches)
+        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
+    lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
+    names = ", ".join(each.name for each in meant)
+    raise fail("\n".join([f"hil: several benches are running ({names}): choose one with --bench", *lines]), 2)
+
+
+def control_path(bench: str | None, runtime_dir: Path | None) -> Path:
+    """The control socket of the bench that is meant; says what is wrong and ends the command."""
+    return bench_meant(bench, runtime_dir).socket
+
+
+def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
+    """A port's address as the bench that is meant said it; ends the command if it is none of its own."""
+    from hil.host.trust import refuse_address
+
+    if why := refuse_address(address, bench_meant(bench, runtime_dir).owner):
+        raise fail(f"hil: {address!r}, which the bench gave as a port's address: {why}")
+    return address
+
+
+def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
+    """One request to a bench; says what is wrong and ends the command where it fails."""
+    from hil.net.control_client import ControlError, ask
+
+    path = control_path(bench, runtime_dir)
+    try:
+        return ask(path, verb, **arguments)
+    except ControlError as error:
+        raise fail(f"hil: {error}") from None

@@ -1,0 +1,273 @@
+"""Commands of profiles that talk to a board: where the board is, and the serial port in between.
+
+A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that answer a ``Task``; they become
+``hil <profile> <command>`` with the options that say which board.
+"""
+
+import inspect
+import os
+import termios
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.interrupts import noted
+from hil.host.new_file import write_file
+from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
+from hil.vocab.time import SimTimeNs
+
+OnDevice = Annotated[
+    str | None, typer.Option("--device", help="A device of a running bench. [default: the only one]")
+]
+OnPort = Annotated[
+    str | None,
+    typer.Option("--port", help="A real board's port instead: a path, socket://... or rfc2217://..."),
+]
+OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default: the board's usual one]")]
+PROFILES = "device_profiles"
+BRIDGES = "bridges"
+GONE = "it was disconnected"
+"""For pyserial's longer sentence."""
+_TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
+
+
+def mount(app: typer.Typer) -> None:
+    """Add the commands of all profiles that have some."""
+    spec = find_spec(PROFILES)
+    for root in (spec.submodule_search_locations or []) if spec else []:
+        for path in sorted(Path(root).glob("*/cli.py")):
+            _mount_profile(app, path.parent.name)
+
+
+def mount_bridges(app: typer.Typer) -> None:
+    """Add the commands of all bridges that have some: ``app`` of their ``cli.py``."""
+    spec = find_spec(BRIDGES)
+    for root in (spec.submodule_search_locations or []) if spec else []:
+        for path in sorted(Path(root).glob("*/cli.py")):
+            app.add_typer(import_module(f"{BRIDGES}.{path.parent.name}.cli").app)
+
+
+def _mount_profile(app: typer.Typer, name: str) -> None:
+    """Where a profile's commands cannot be loaded, the command says why."""
+    try:
+        module = import_module(f"{PROFILES}.{name}.cli")
+        group = typer.Typer(help=module.HELP, no_args_is_help=True, rich_markup_mode=None)
+        for function in module.COMMANDS:
+            group.command()(_command(name, function, module.BAUD))
+    except Exception as error:  # a profile is a plug-in: the other commands live on
+        taking_all = {"ignore_unknown_options": True, "allow_extra_args": True}
+        app.command(name, help=f"Not usable: {error!r}", context_settings=taking_all)(_broken(name, error))
+    else:
+        app.add_typer(group, name=name)
+
+
+def _broken(profile: str, error: Exception) -> Callable[[], None]:
+    def say() -> None:
+        raise fail(f"hil: {PROFILES}/{profile}/cli.py: {error!r}")
+
+    return say
+
+
+def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Callable[..., None]:
+    """The function with the options that say which board."""
+
+    def run(**arguments: Any) -> None:
+        target = {name: arguments.pop(name) for name in _TARGET}
+        try:
+            _carry_out(function(**arguments), profile, usual_baud, **target)
+        except Refusal as error:
+            raise fail(str(error), 2) from None
+        except DialogueError as error:
+            raise fail(f"hil: {error}") from None
+
+    own = list(inspect.signature(function).parameters.values())
+    options = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+        for name, annotation in _TARGET.items()
+    ]
+    keyword_only = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own]
+    run.__signature__ = inspect.Signature([*keyword_only, *options])  # type: ignore[attr-defined]
+    run.__annotations__ = {each.name: each.annotation for each in (*own, *options)}
+    run.__name__, run.__doc__ = function.__name__, function.__doc__
+    return run
+
+
+def _carry_out(
+    task: Task,
+    profile: str,
+    usual_baud: int,
+    *,
+    device: str | None,
+    port: str | None,
+    baud: int | None,
+    bench: str | None,
+    runtime_dir: Path | None,
+) -> None:
+    speed = 1.0
+    if port is None:
+        port, speed = _twin(profile, device, bench, runtime_dir)
+    elif device is not None:
+        raise Refusal("choose --device or --port, not both")
+    with SerialTalk(port, baud or usual_baud, speed) as talk:
+        try:
+            result = talk.run(task.dialogue)
+            if task.file and task.content:
+                _write(task.file, task.content(result))
+            typer.echo(task.report(result))
+        except Interrupted as error:
+            if task.after_interrupt:
+                talk.run(task.after_interrupt())
+            raise fail(f"hil: {error}", 130) from None
+
+
+def _write(file: Path, data: bytes) -> None:
+    try:
+        write_file(file, data)
+    except OSError as error:
+        raise Refusal(f"{file}: {error.strerror}") from None
+
+
+def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
+    """Address and speed of a running bench's device."""
+    status = ask_bench(bench, runtime_dir, "status")
+    rows = {row["device"]: row for row in status["devices"] if row["profile"] == profile}
+    if device is None and len(rows) != 1:
+        which = f"choose one of {', '.join(rows)} with --device" if rows else f"there is no {profile}"
+        raise Refusal(f"bench {status['bench']}: {which}")
+    name = device or next(iter(rows))
+    if name not in rows:
+        raise Refusal(
+            f"bench {status['bench']} has no {profile} {name!r}; it has {', '.join(rows) or 'none'}"
+        )
+    row = rows[name]
+    if row["clients"] and not row["address"].startswith("socket://"):
+        raise Refusal(
+            f"another program has {row['address']} open, and would get some of the answers; close it"
+        )
+    return port_of(row["address"], bench, runtime_dir), float(status["speed"])
+
+
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM: ``str(error)`` says what the dialogue has to say of it."""
+
+
+class SerialTalk:
+    """A serial port that dialogues run over, on this computer's clock times ``speed``.
+
+    Raises:
+        DialogueError: it cannot be opened; or, into a dialogue, it has gone.
+    """
+
+    def __init__(self, url: str, baud: int, speed: float = 1.0) -> None:
+        self._url, self._baud, self._speed = url, baud, speed
+
+    def __enter__(self) -> "SerialTalk":
+        import serial
+
+        try:
+            self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
+            self._port.dtr = False  # boards that reset on it start anew
+            self._port.open()
+        except (OSError, ValueError) as error:
+            raise DialogueError(f"{self._url}: {_reason(error)}") from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):
+            self._port.close()
+
+    def run(self, dialogue: Dialogue[Result]) -> Result:
+        """The dialogue's result; progress goes to standard error.
+
+        Raises:
+            DialogueError: as the dialogue says.
+            Interrupted: Ctrl-C or SIGTERM, noticed between two steps.
+        """
+        try:
+            with noted() as interrupts, _Bar() as bar:
+                answer: Heard | None = None
+                step = next(dialogue)
+                while True:
+                    if interrupts:
+                        raise Interrupted(_last_words(dialogue))
+                    try:
+                        answer = self._do(step, bar)
+                    except (OSError, termios.error) as error:
+                        step = dialogue.throw(DialogueError(f"{self._url} has gone ({_reason(error)})"))
+                        continue
+                    step = dialogue.send(answer)
+        except StopIteration as done:
+            result: Result = done.value
+            return result
+
+    def _do(self, step: Send | Listen | Progress, bar: "_Bar") -> Heard | None:
+        if isinstance(step, Send):
+            self._port.write(step.data)
+            self._port.flush()
+            return None
+        if isinstance(step, Progress):
+            bar.show(step)
+            return None
+        self._port.timeout = step.timeout_ns / 1e9 / self._speed
+        data = self._port.read(1)
+        return Heard(self._now_ns(), data + (self._port.read(self._port.in_waiting) if data else b""))
+
+    def _now_ns(self) -> SimTimeNs:
+        import time
+
+        return SimTimeNs(round(time.monotonic_ns() * self._speed))
+
+
+class _Bar:
+    """A bar on a terminal, a line for each tenth elsewhere."""
+
+    def __enter__(self) -> "_Bar":
+        self._bar: Any = None
+        self._tenth = 0
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar:
+            self._bar.stop()
+
+    def show(self, step: Progress) -> None:
+        import sys
+
+        if not sys.stderr.isatty():
+            if step.done * 10 // step.total > self._tenth:
+                self._tenth = step.done * 10 // step.total
+                typer.echo(f"{step.about} of {step.total}", err=True)
+            return
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, TaskProgressColumn, TextColumn
+            from rich.progress import Progress as Bar
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+            self._bar = Bar(*columns, console=Console(stderr=True))
+            self._bar.start()
+            self._bar.add_task("", total=step.total)
+        self._bar.update(self._bar.task_ids[0], completed=step.done, description=step.about)
+
+
+def _last_words(dialogue: Dialogue[Any]) -> str:
+    """What a dialogue says to an interruption."""
+    try:
+        dialogue.throw(DialogueError("interrupted"))
+    except DialogueError as error:
+        return str(error)
+    return "interrupted"
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, termios.error):
+        return str(error.args[-1])
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    return GONE if "readiness to read" in str(error) else str(error)

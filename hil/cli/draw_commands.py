@@ -1,0 +1,275 @@
+"""``hil plot``, ``hil step`` and ``hil drive``: what an axis does, drawn."""
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
+
+_POLL_S = 0.1
+_PATIENCE_NS = 3_000_000_000
+"""Simulated time in which a board at its main menu has taken a command."""
+_SETTLE_NS = 300_000_000
+"""After the loop is switched on, before the step."""
+_STEP_INTERVAL_MS = 0.25
+
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write a picture (.png, .svg, .pdf) or the numbers (.csv) instead of drawing in the terminal.",
+        show_default=False,
+    ),
+]
+Signals = Annotated[
+    str,
+    typer.Option(
+        "--signals",
+        help="Fields of the axis, with commas between; the reference lists them. [default: the main ones]",
+    ),
+]
+Interval = Annotated[float, typer.Option("--interval", help="Simulated milliseconds between samples.")]
+
+
+def plot(
+    device: DeviceName,
+    signals: Signals = "",
+    seconds: Annotated[float, typer.Option("--seconds", help="Simulated time to draw.", min=0.001)] = 2.0,
+    interval_ms: Interval = 1.0,
+    output: Output = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Draw what an axis does from now on.
+
+    One panel for each unit. Ctrl-C draws what came until then.
+    """
+    _check_output(output)
+    wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
+    with _watching(bench, runtime_dir, device, wanted, interval_ms) as (names, more):
+        recording = _recorded(names)
+        try:
+            for rows in more:
+                recording.rows += rows
+                if recording.rows and recording.rows[-1][0] - recording.rows[0][0] >= seconds * 1e9:
+                    break
+        except KeyboardInterrupt:
+            pass
+    recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
+    _show(recording, output, f"{device}: {', '.join(names)}")
+
+
+def step(
+    device: DeviceName,
+    degrees: Annotated[
+        float, typer.Argument(help="The step, from where the shaft is held.", show_default=False)
+    ],
+    seconds: Annotated[
+        float, typer.Option("--seconds", help="Simulated time after the step.", min=0.01)
+    ] = 0.5,
+    interval_ms: Interval = _STEP_INTERVAL_MS,
+    output: Output = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Make a Mechaduino step, draw its response, and give overshoot and settling time.
+
+    Types x, y and r at the board, which has to be calibrated and at its main menu.
+    """
+    from hil.telemetry import other_motion, step_response
+
+    _check_output(output)
+    names = ("r", "yw", "u", "loop_on", "mode")
+    recording = _recorded(names)
+
+    def send(text: str) -> int:
+        answer = ask_bench(bench, runtime_dir, "send", device=device, data=text.encode().hex())
+        return int(answer["effective_at_ns"])
+
+    with _watching(bench, runtime_dir, device, names, interval_ms) as (_, more):
+        sent_ns = send("xy")
+        on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
+        still_ns = recording.rows[on][0] + _SETTLE_NS
+        start = recording.rows[_until(more, recording, lambda row: row[0] >= still_ns, device)][1]
+        sent_ns = send(f"r{start + degrees:.2f}\n")
+        at = _until(more, recording, lambda row: row[0] > sent_ns and row[1] != start, device)
+        end_ns = recording.rows[at][0] + seconds * 1e9
+        _until(more, recording, lambda row: row[0] >= end_ns, device, seconds)
+    first_ns = recording.rows[at][0] - min(seconds / 10, 0.05) * 1e9
+    shown = _recorded(names[:3])
+    shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
+    if other := other_motion(shown, degrees):
+        _show(shown, output, f"{device}: not a step of {degrees:g} deg")
+        raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
+    try:
+        figures = step_response(shown)
+    except ValueError as error:
+        raise fail(f"hil: {device}: {error}") from None
+    _show(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
+    if abs(figures.final_error) > abs(figures.amplitude) / 2:
+        raise fail(f"hil: the shaft did not follow: is {device} calibrated (c at its main menu)?")
+
+
+def drive(
+    device: DeviceName,
+    steps: Annotated[
+        int | None,
+        typer.Option("--steps", help="How many, of 1/32 full step each; negative: towards smaller counts."),
+    ] = None,
+    rate_Hz: Annotated[float, typer.Option("--rate", help="Steps per second, up to 200000.")] = 1000.0,
+    acceleration: Annotated[
+        float | None,
+        typer.Option("--acceleration", help="Steps/s2 up to the rate and down from it. [default: none]"),
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Option("--file", help="A pulse train in CSV: at_s,steps,duration_s or at_s,step,dir,..."),
+    ] = None,
+    stop: Annotated[bool, typer.Option("--stop", help="End the train that is being played.")] = False,
+    draw: Annotated[
+        bool, typer.Option("--plot", help="Wait for its end and draw the following error.")
+    ] = False,
+    output: Output = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
+
+    The board has to be in x mode with its loop on to follow.
+    """
+    from hil.wire.step_dir import TrainError, generate, parse_train
+
+    _check_output(output)
+    if (steps is not None) + (file is not None) + stop != 1:
+        raise fail("hil: give one of --steps, --file and --stop", 2)
+    try:
+        if file is not None:
+            train = parse_train(file.read_text(), str(file))
+        else:
+            train = generate(steps, rate_Hz, acceleration) if steps is not None else ()
+    except TrainError as error:
+        raise fail(f"hil: {error}" if file is None else str(error), 2) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise fail(f"hil: {file}: {error}", 2) from None
+    rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
+    if not (draw or output):
+        _played(ask_bench(bench, runtime_dir, "drive", device=device, train=rows), train)
+        return
+    recording = _recorded(("r", "yw", "e"))
+    with _watching(bench, runtime_dir, device, recording.signals, 1.0) as (_, more):
+        answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
+        _played(answer, train)
+        end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
+        try:
+            _until(more, recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
+        except KeyboardInterrupt:
+            typer.echo(f"the train goes on; `hil drive {device} --stop` ends it", err=True)
+            raise
+    worst = max(abs(row[3]) for row in recording.rows)
+    _show(recording, output, f"{device}: following a pulse train", f"largest following error {worst:.3f} deg")
+
+
+def _played(answer: dict[str, Any], train: Any) -> None:
+    count = sum(e.steps for e in train)
+    what = f"{count:,} steps in {answer['length_ns'] * 1e-9:.6g} s" if train else "no train"
+    typer.echo(f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on")
+
+
+def _recorded(signals: tuple[str, ...]) -> Any:
+    from hil.telemetry import Recording
+
+    return Recording(signals)
+
+
+@contextmanager
+def _watching(
+    bench: str | None, runtime_dir: Path | None, device: str, signals: tuple[str, ...], interval_ms: float
+) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
+    """The watched signals and pieces of them, for ever; the watch ends with the block."""
+    import time
+
+    opened = ask_bench(
+        bench, runtime_dir, "watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6)
+    )
+
+    def pieces() -> Iterator[list[tuple[float, ...]]]:
+        told = 0
+        while True:
+            answer = ask_bench(bench, runtime_dir, "samples", watch=opened["watch"])
+            if answer["lost"] > told:
+                typer.echo(
+                    f"{answer['lost'] - told} samples were lost: the machine or this command is too slow",
+                    err=True,
+                )
+                told = answer["lost"]
+            if any(len(row) != 1 + len(opened["signals"]) for row in answer["rows"]):
+                raise fail("hil: the bench answers rows that are no samples of what is watched")
+            yield [tuple(row) for row in answer["rows"]]
+            if not answer["rows"]:
+                time.sleep(_POLL_S)
+
+    try:
+        yield tuple(opened["signals"]), pieces()
+    finally:
+        ask_bench(bench, runtime_dir, "unwatch", watch=opened["watch"])
+
+
+def _until(
+    more: Iterator[list[tuple[float, ...]]],
+    recording: Any,
+    holds: Callable[[tuple[float, ...]], bool],
+    device: str,
+    expected_s: float = 0.0,
+) -> int:
+    """Record until a new sample fulfils a condition; answers its index."""
+    seen = len(recording.rows)
+    patience_ns = expected_s * 1e9 + _PATIENCE_NS
+    for rows in more:
+        recording.rows += rows
+        for i in range(seen, len(recording.rows)):
+            if holds(recording.rows[i]):
+                return i
+        if (
+            recording.rows
+            and recording.rows[-1][0] - recording.rows[min(seen, len(recording.rows) - 1)][0] > patience_ns
+        ):
+            raise fail(f"hil: {device} did not do as told: is it running, and at its main menu?")
+    raise AssertionError("the pieces do not end")
+
+
+def _check_output(output: Path | None) -> None:
+    from hil.telemetry.picture import FORMATS
+
+    if output and output.suffix.lower() not in (*FORMATS, ".csv"):
+        raise fail(f"hil: {output}: write a name that ends in {', '.join(FORMATS)} or .csv", 2)
+
+
+def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> None:
+    from hil.host.new_file import write_file
+    from hil.telemetry import picture, terminal
+
+    if not recording.rows:
+        raise fail("hil: no sample came")
+    if output:
+        suffix = output.suffix.lower()
+        try:
+            if suffix == ".csv":
+                data = "".join(recording.csv()).encode()
+            else:
+                data = picture.drawn({"": recording}, suffix, title, notes)
+            write_file(output, data)
+        except picture.PictureError as error:
+            raise fail(f"hil: {error}") from None
+        except OSError as error:
+            raise fail(f"hil: {output}: {error.strerror}") from None
+    else:
+        width = min(shutil.get_terminal_size((80, 24)).columns, 160)
+        typer.echo(terminal.draw({"": recording}, width, colour=sys.stdout.isatty(), title=title))
+    if notes:
+        typer.echo(notes)

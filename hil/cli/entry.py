@@ -1,0 +1,33 @@
+"""The program ``hil``: the command line, or names for a shell's completion, which has no time for it."""
+
+import gc
+import signal
+import sys
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """The entry point."""
+    if sys.argv[1:2] == ["_names"]:
+        from hil.cli.names import print_names
+
+        print_names(sys.argv[2:])
+        return
+    if None in (sys.stdin, sys.stdout, sys.stderr):
+        from hil.host.journal import give_streams
+
+        give_streams()
+    if sys.argv[1:2] == ["serve"]:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
+        gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
+    if sys.argv[1:2] != ["serve"]:  # which has its own way
+        from hil.cli.interrupts import end_by_signals
+
+        end_by_signals()
+    try:
+        from hil.cli.cli import app
+
+        app()
+    except KeyboardInterrupt:  # outside of any command
+        sys.exit(INTERRUPTED)

@@ -1,0 +1,209 @@
+"""``hil fault`` and ``hil capture``: what happens on lines."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, control_path, fail
+from hil.cli.interrupts import ended_by
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+
+fault_app = typer.Typer(
+    help="Make things go wrong, and well again.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@fault_app.command()
+def kinds() -> None:
+    """List what can go wrong, with the parameters."""
+    for kind in FAULT_KINDS.values():
+        typer.echo(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
+        for parameter in kind.parameters:
+            typer.echo(f"  {parameter.name}: {parameter.described()}")
+    typer.echo("every kind:")
+    for parameter in TIMING:
+        typer.echo(f"  {parameter.name}: {parameter.described()}")
+
+
+@fault_app.command()
+def inject(
+    fault: Annotated[str, typer.Argument(help="Its kind; `hil fault kinds` lists them.")],
+    target: Annotated[str, typer.Argument(help="What it is on, as in s2.")],
+    parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Make something go wrong, until it is cleared."""
+    given: dict[str, Any] = {}
+    for name, value in map(_parameter, parameters or []):
+        if name in given:
+            raise fail(f"hil: {name} is given twice", 2)
+        given[name] = value
+    answer = ask_bench(bench, runtime_dir, "inject", fault=fault, target=target, parameters=given)
+    typer.echo(f"fault {answer['number']}")
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise fail(f'hil: "{text}" is no parameter; write it as in rate=0.01', 2)
+    try:
+        return name, float(value)
+    except ValueError:
+        return name, value
+
+
+@fault_app.command()
+def clear(
+    number: Annotated[
+        int | None, typer.Argument(help="Of `hil fault list`; left out: all of them.", show_default=False)
+    ] = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Take a fault away, or all."""
+    active = ask_bench(bench, runtime_dir, "faults")
+    for each in [number] if number is not None else [row["number"] for row in active]:
+        ask_bench(bench, runtime_dir, "clear", number=each)
+
+
+@fault_app.command("list")
+def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
+    """List the faults that are active."""
+    rows = ask_bench(bench, runtime_dir, "faults")
+    for row in rows:
+        parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
+        changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
+        typer.echo(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
+    if not rows:
+        typer.echo("no fault is active")
+
+
+def capture(
+    sources: Annotated[list[str], typer.Argument(help="Segments and ports by name: bus0, s2, s1.network.")],
+    write: Annotated[str, typer.Option("--write", "-w", help="The file; - is the standard output.")],
+    rotate_mb: Annotated[
+        float | None, typer.Option("--rotate", help="Begin a new file after so many megabytes.", min=0.001)
+    ] = None,
+    files: Annotated[int, typer.Option("--files", help="How many files to keep with --rotate.", min=1)] = 10,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Capture what passes on segments and at ports, as pcapng, until Ctrl-C.
+
+    Live in Wireshark: hil capture bus0 -w - | wireshark -k -i -
+    """
+    from contextlib import suppress
+
+    from hil.net.control_client import ControlError, begin
+
+    if rotate_mb and write == "-":
+        raise fail("hil: --rotate needs a file", 2)
+    try:
+        client, _ = begin(control_path(bench, runtime_dir), "capture", ports=sources)
+    except ControlError as error:
+        raise fail(f"hil: {error}") from None
+    with client:
+        try:
+            with suppress(KeyboardInterrupt, BrokenPipeError), ended_by(partial(_hang_up, client)):
+                _copy(client, write, round((rotate_mb or 0) * 1e6), files)
+        except OSError as error:
+            raise fail(f"hil: {write}: {error.strerror}") from None
+
+
+def _hang_up(client: Any) -> None:
+    """What has come already can still be read."""
+    import socket
+    from contextlib import suppress
+
+    with suppress(OSError):  # it has gone by itself
+        client.shutdown(socket.SHUT_RDWR)
+
+
+def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
+    """Whole blocks, each file with the header at its beginning."""
+    import sys
+
+    from hil.host.new_file import begin_file
+    from hil.wire.pcapng import header_length, whole_blocks
+
+    out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
+    head, held, written, number = b"", b"", 0, 0
+    while data := client.recv(65536):
+        held += data
+        size = whole_blocks(held)
+        if written == len(head):  # no record yet
+            head += held[: header_length(held[:size])]
+        if rotate_bytes and head and written and written + size > rotate_bytes:
+            number += 1
+            out.close()
+            # With its header from its first moment on, whenever this is ended.
+            out = begin_file(Path(_rotated(write, number)), head)
+            written = len(head)
+            if number >= files:
+                Path(_rotated(write, number - files)).unlink(missing_ok=True)
+        out.write(held[:size])
+        out.flush()
+        written += size
+        held = held[size:]
+
+
+def _rotated(write: str, number: int) -> str:
+    path = Path(write)
+    return write if number == 0 else str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+
+
+def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")]) -> None:
+    """Print a capture's packets as text: when, where, from whom to whom, what.
+
+    Exits with 1 if the file ends in the middle of a record; what is whole is printed.
+    """
+    from hil.wire.packet import PacketDecoder
+    from hil.wire.packet_text import packet_text
+    from hil.wire.pcapng import EVENT_NAMES, CaptureError, Event, read
+
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+    decoders: dict[tuple[str, int], PacketDecoder] = {}
+    first_ns = None
+    try:
+        for record in read(data):
+            first_ns = record.at_ns if first_ns is None else first_ns
+            where = f"{(record.at_ns - first_ns) / 1e9:12.6f} {record.interface}"
+            if record.event not in (Event.TX, Event.RX):
+                name = EVENT_NAMES.get(record.event, f"event {record.event}")
+                about = f" ({record.comment})" if record.comment else ""
+                typer.echo(f"{where} {name}{about}: {record.data.hex(' ')}")
+                continue
+            decoder = decoders.setdefault((record.interface, record.event), PacketDecoder())
+            for item in decoder.feed(record.data):
+                typer.echo(f"{where} {packet_text(item)}")
+    except CaptureError as error:
+        raise fail(f"hil: {file}: {error}") from None
+
+
+def play(
+    file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")],
+    tap: Annotated[str, typer.Argument(help="A tap of the segment to play it on, as in bus0.master.")],
+    source: Annotated[
+        str | None,
+        typer.Option("--source", help="Which of its interfaces. [default: the only one]"),
+    ] = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Send what a capture has, at its own times, on a segment."""
+    from hil.wire.pcapng import CaptureError, bursts
+
+    try:
+        rows = bursts(file.read_bytes(), source)
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+    except CaptureError as error:
+        raise fail(f"hil: {file}: {error}") from None
+    ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
+    typer.echo(f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s")

@@ -1,0 +1,70 @@
+"""``hil monitor``: a serial monitor in the terminal, on a port's address as any other client."""
+
+import os
+import select
+import sys
+import termios
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from hil.net.port_client import opened_port
+
+QUIT = 0x1D  # Ctrl-]
+_READ_BYTES = 4096
+
+
+def monitor(address: str, seconds: float | None = None) -> None:
+    """Copy the terminal to the port and the port to the terminal, until Ctrl-], the end of standard
+    input (if it is not a terminal: and until ``seconds`` have passed without an answer), or the port's end.
+
+    Raises:
+        PortUnreachable: the address cannot be opened.
+    """
+    with opened_port(address) as port, _raw_terminal():
+        _copy(port, 1.0 if seconds is None else seconds)
+
+
+@contextmanager
+def _raw_terminal() -> Iterator[None]:
+    if not sys.stdin.isatty():
+        yield
+        return
+    before = termios.tcgetattr(0)
+    print("Ctrl-] ends the monitor.\r")
+    try:
+        tty.setraw(0)
+        yield
+    finally:
+        termios.tcsetattr(0, termios.TCSADRAIN, before)
+        print()
+
+
+def _copy(port: int, quiet_s: float) -> None:
+    interactive = sys.stdin.isatty()
+    ended, waiting = False, b""
+    os.set_blocking(port, False)  # the board may hold up what is typed until its answers have been read
+    while True:
+        inputs = [port] if ended or (waiting and not interactive) else [port, 0]
+        timeout_s = quiet_s if ended and not waiting else None
+        ready, writable, _ = select.select(inputs, [port] if waiting else [], [], timeout_s)
+        if not ready and not writable:
+            return
+        data = b""
+        try:
+            with suppress(BlockingIOError):  # another client was quicker
+                if port in ready and not (data := os.read(port, _READ_BYTES)):
+                    return
+            with suppress(BlockingIOError):
+                if writable:
+                    waiting = waiting[os.write(port, waiting) :]
+        except OSError:
+            return  # the port has gone
+        while data:
+            data = data[os.write(1, data) :]
+        if 0 in ready:
+            typed = os.read(0, _READ_BYTES)
+            if interactive and QUIT in typed:
+                return
+            ended |= not typed
+            waiting += typed

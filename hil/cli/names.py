@@ -1,0 +1,157 @@
+"""Names of what runs, for a shell's completion: ``hil _names KIND WORD...``, where the words are those of the
+command line so far. Prints a name in each line, and after a tab what it is.
+
+A key is pressed and waits: this imports little, and gives a bench half a second.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hil.net.benches_here import Found, find
+from hil.net.control_client import ControlError, ask
+
+_TIMEOUT_S = 0.5
+
+
+@dataclass(frozen=True)
+class Line:
+    """The command line so far: the bench that it means, and its words that are no options."""
+
+    runtime_dir: Path | None
+    bench: str | None
+    words: tuple[str, ...]
+
+    def found(self) -> Found:
+        return find(self.runtime_dir, os.environ)
+
+    def ask(self, verb: str, **arguments: Any) -> Any:
+        """The answer of the bench that the command would ask.
+
+        Raises:
+            ControlError: there is none, or it refuses.
+        """
+        meant = self.found().meant(self.bench)
+        if len(meant) > 1:
+            meant = self.found().running().meant(self.bench)
+        if len(meant) != 1:
+            raise ControlError("no bench, or several")
+        return ask(meant[0].socket, verb, timeout_s=_TIMEOUT_S, **arguments)
+
+
+Names = Iterable[tuple[str, str]]
+
+
+def _benches(line: Line) -> Names:
+    found = line.found()
+    names = [(found.called(bench), str(bench.folder)) for bench in found.benches]
+    several = len({bench.name for bench in found.benches}) < len(names)
+    return names if several else [(name, "") for name, _ in names]
+
+
+def _devices(line: Line) -> Names:
+    return [(row["device"], row["profile"]) for row in line.ask("list")["devices"]]
+
+
+def _ports(line: Line) -> Names:
+    for row in line.ask("list")["devices"]:
+        yield row["device"], row["profile"]
+        if row["network"]:
+            yield f"{row['device']}.network", f"{row['profile']}, its network"
+
+
+def _taps(line: Line) -> Names:
+    return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
+
+
+def _segments(line: Line) -> Names:
+    return [(row["segment"], "segment") for row in line.ask("segments")]
+
+
+def _lines(line: Line) -> Names:
+    return [*_ports(line), *_taps(line), *_segments(line)]
+
+
+def _verbs(line: Line) -> Names:
+    rows = line.ask("verbs", device=line.words[1])
+    return [(row["verb"].replace("_", "-"), row["about"]) for row in rows]
+
+
+def _verb_values(line: Line) -> Names:
+    _, device, verb, *_ = line.words
+    for row in line.ask("verbs", device=device):
+        if row["verb"] == verb.replace("-", "_"):
+            yield from ((f"{name}=", about) for name, about in row["parameters"].items())
+
+
+def _faults(line: Line) -> Names:
+    from hil.vocab.faults import FAULT_KINDS
+
+    return [(kind.name, kind.about) for kind in FAULT_KINDS.values()]
+
+
+def _fault_values(line: Line) -> Names:
+    from hil.vocab.faults import FAULT_KINDS, TIMING
+
+    kind = FAULT_KINDS[line.words[2]]
+    return [(f"{each.name}=", each.about) for each in (*kind.parameters, *TIMING)]
+
+
+def _fault_numbers(line: Line) -> Names:
+    return [(str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")]
+
+
+def _shells(line: Line) -> Names:
+    from hil.cli.completion import SHELLS
+
+    return [(shell, "") for shell in SHELLS]
+
+
+KINDS: dict[str, Callable[[Line], Names]] = {
+    "benches": _benches,
+    "devices": _devices,
+    "ports": _ports,
+    "taps": _taps,
+    "lines": _lines,
+    "verbs": _verbs,
+    "verb-values": _verb_values,
+    "faults": _faults,
+    "fault-values": _fault_values,
+    "fault-numbers": _fault_numbers,
+    "shells": _shells,
+}
+"""What there are names of, as ``commands.TAKES`` says it."""
+
+
+def print_names(arguments: list[str]) -> None:
+    """What ``hil _names`` prints; nothing where there is no answer, as the shell can do nothing about it."""
+    kind, *words = arguments
+    try:
+        found = list(KINDS[kind](_parsed(words)))
+    except (ControlError, IndexError, KeyError, ValueError):
+        return
+    sys.stdout.write("".join(f"{name}\t{about}\n" for name, about in found))
+
+
+def _parsed(words: list[str]) -> Line:
+    """A shell may have split ``--bench=a`` at the equals sign. Of other options only those with = are known
+    to take no word, which does for the commands that ask for names by their words."""
+    given: dict[str, str] = {}
+    plain: list[str] = []
+    left = iter([part for word in words for part in _split(word)])
+    for word in left:
+        if word in ("--bench", "-b", "--runtime-dir"):
+            given[word.lstrip("-")[0]] = next(left, "")
+        elif not word.startswith("-"):
+            plain.append(word)
+    runtime_dir = given.get("r")
+    return Line(Path(runtime_dir) if runtime_dir else None, given.get("b") or None, tuple(plain))
+
+
+def _split(word: str) -> list[str]:
+    if word.startswith("--"):
+        return [part for part in word.split("=", 1) if part]
+    return [] if word == "=" else [word]

@@ -1,0 +1,155 @@
+"""The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import typer
+
+from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
+from hil.compose import bridge_reference, find_catalogue, load_verbs
+from hil.config import reference as config_reference
+from hil.core import FIELDS
+from hil.operations.control_verbs import CONTROL_VERSION, VERBS
+from hil.operations.health import KINDS
+from hil.operations.metrics import METRICS
+from hil.runs.reference import run_reference
+from hil.sim.settable import SURROUNDINGS
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+from hil.vocab.verbs import CODES, COMMON, Verb
+
+
+def reference(app: typer.Typer) -> str:
+    """Markdown: configuration, commands, control socket, fields of an axis."""
+    parts = [
+        "# Reference\n\nWritten by `hil reference` from the tables in the code; do not edit.\n",
+        re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
+        _commands(app),
+        _surroundings(),
+        _verbs(),
+        _device_verbs(),
+        run_reference(),
+        _metrics(),
+        *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
+        _faults(),
+        _fields(),
+    ]
+    return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def _commands(app: typer.Typer) -> str:
+    commands = dict(_named_commands(typer.main.get_command(app)))
+    rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
+    options: dict[tuple[str, str], list[str]] = {}
+    for name, command in commands.items():
+        arguments = " ".join(p.name.upper() for p in command.params if p.param_type_name == "argument")
+        rows.append(f"| `hil {name}{' ' + arguments if arguments else ''}` | {_cell(command.help)} |")
+        for p in command.params:
+            if p.param_type_name == "option":
+                options.setdefault((", ".join(f"`{o}`" for o in p.opts), _cell(p.help)), []).append(name)
+    rows += ["", "| option | of | meaning |", "|---|---|---|"]
+    rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
+    return "\n".join(rows)
+
+
+def _surroundings() -> str:
+    rows = ["### Exit codes\n", "| code | meaning |", "|---|---|"]
+    rows += [f"| {code} | {_cell(meaning)} |" for code, meaning in EXIT_CODES.items()]
+    rows += ["\n### Environment\n", "| variable | meaning |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in ENVIRONMENT.items()]
+    rows += ["\n### Files\n", "| file | what it is |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(about)} |" for name, about in FILES.items()]
+    return "\n".join(rows) + "\n"
+
+
+def _named_commands(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, command in group.commands.items():
+        if not command.hidden:
+            yield prefix + name, command
+            if hasattr(command, "commands"):
+                yield from _named_commands(command, f"{prefix}{name} ")
+
+
+def _cell(text: str) -> str:
+    """Text of a table: one line, and no column's end."""
+    return " ".join(text.split()).replace("|", r"\|")
+
+
+def _verbs() -> str:
+    rows = [
+        f"## Control socket (version {CONTROL_VERSION})\n",
+        "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
+        'is a request, `{"verb": "reset", "device": "m1"}`; one line is its answer,',
+        '`{"ok": true, "result": ...}` or `{"ok": false, "error": "..."}`.\n',
+        "| verb | arguments | what it does |",
+        "|---|---|---|",
+    ]
+    rows += [f"| `{name}` | {', '.join(v.arguments) or '-'} | {v.meaning} |" for name, v in VERBS.items()]
+    return "\n".join(rows)
+
+
+def _device_verbs() -> str:
+    """What can be asked of each kind of board, and the codes of refusals."""
+    parts = [
+        "## Verbs of devices\n",
+        "By `hil axis DEVICE VERB`, the control socket's `do`, the bridges and the client; every twin has"
+        " those of all boards. A verb's role is the least that may use it.\n",
+    ]
+    tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
+    for name in sorted(find_catalogue().profiles):
+        own = [verb for verb in load_verbs(name).table.values() if verb not in COMMON]
+        tables[f"`{name}`"] = tuple(own)
+    for title, verbs in tables.items():
+        parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")
+        for verb in verbs:
+            taken = "<br>".join(f"`{p.name}`: {_cell(p.described())}" for p in verb.parameters)
+            parts.append(f"| `{verb.name}` | {verb.role.name.lower()} | {_cell(verb.about)} | {taken} |")
+        parts.append("")
+    parts.append("### Codes of refusals\n\n| code | meaning |\n|---|---|")
+    parts += [f"| `{code}` | {meaning} |" for code, meaning in CODES.items()]
+    return "\n".join(parts)
+
+
+def _metrics() -> str:
+    """What can be wrong with a bench, and what is counted."""
+    rows = [
+        "## Health\n",
+        "`hil status`, `sim/health` over zenoh and the metrics say `ok`, or `degraded` and why:\n",
+        "| kind | meaning |",
+        "|---|---|",
+        *(f"| `{kind}` | {_cell(meaning)} |" for kind, meaning in KINDS.items()),
+        "\n## Metrics\n",
+        "With `bridges: {metrics: {}}`. Names and units follow Prometheus; a histogram has buckets by powers"
+        " of two from 1 us to 1 s.\n",
+        "| metric | kind | labels | meaning |",
+        "|---|---|---|---|",
+    ]
+    for metric, _ in METRICS:
+        labels = ", ".join(f"`{label}`" for label in metric.labels)
+        rows.append(f"| `{metric.name}` | {metric.kind} | {labels} | {_cell(metric.about)} |")
+    return "\n".join(rows)
+
+
+def _faults() -> str:
+    rows = [
+        "## Faults\n",
+        "Kinds for `hil fault inject KIND TARGET name=value ...`, the verb `inject` and the key `faults`.\n",
+        "| kind | layer | on | what goes wrong | parameters |",
+        "|---|---|---|---|---|",
+    ]
+    for kind in FAULT_KINDS.values():
+        parameters = [f"`{each.name}`: {each.described()}" for each in kind.parameters]
+        cells = (f"`{kind.name}`", kind.layer, TARGETS[kind.target], kind.about, "; ".join(parameters))
+        rows.append("| " + " | ".join(cells) + " |")
+    rows += ["", *(f"Every kind takes `{each.name}`: {each.described()}." for each in TIMING)]
+    return "\n".join(rows) + "\n"
+
+
+def _fields() -> str:
+    rows = ["## Fields of an axis\n", "A snapshot has them all, in this order.\n"]
+    rows += ["| field | type | unit | settable | meaning |", "|---|---|---|---|---|"]
+    for field in FIELDS.values():
+        settable = "`hil set`" if field.name in SURROUNDINGS else "by firmware" if field.writable else ""
+        meaning = _cell(field.meaning)
+        rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
+    return "\n".join(rows)

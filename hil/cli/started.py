@@ -1,0 +1,60 @@
+"""What ``hil serve`` says when everything serves."""
+
+import os
+import sys
+
+from hil import __version__
+from hil.daemon import Daemon
+from hil.host.journal import is_journal
+from hil.host.log_writer import LogWriter
+
+
+def started(daemon: Daemon, writer: LogWriter) -> None:
+    """Say it, after what is in the log already. Without a standard output nobody is told."""
+    try:
+        fd = sys.stdout.fileno()
+    except (OSError, ValueError):
+        return
+    text = "\n".join(_lines(daemon, is_journal(sys.stdout, os.environ)))
+    writer.write(fd, text + "\n")
+
+
+def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
+    lines: list[str] = []
+    lines.append(
+        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
+    )
+    if for_journal:  # nobody types from there
+        for name, address in daemon.addresses():
+            lines.append(f"{name} at {address}")
+        return lines
+    for name, session in daemon.sessions.items():
+        address, device = session.port.address, daemon.config.devices[session.device.name]
+        profile = daemon.catalogue.profiles[device.profile]
+        if name != session.device.name:
+            lines.append(f"  {name} at {address}, {profile.network_baud} baud, packets")
+            continue
+        baud = device.baud or 115200
+        lines.append(
+            f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
+        )
+        if "://" not in address:
+            lines.append(f"  picocom -b {baud} {address}")
+        client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
+        greeting = profile.greeting.encode()
+        lines.append(
+            f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
+        )
+    for name, tap in daemon.tap_sessions.items():
+        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.tap.baud_now} baud")
+    for name, real in daemon.real.items():
+        away = "" if real.board.stats().clients else " (away, tried again each second)"
+        lines.append(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
+    for kind, bridge in daemon.bridges.items():
+        status = bridge.status()
+        doors = ", ".join([*status["listen"], *status["connect"]])
+        lines.append(f"\n{kind}: {status['root']} at {doors}")
+        if status["insecure"]:
+            lines.append(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
+    lines.append("\nCtrl-C ends the bench.")
+    return lines

@@ -1,0 +1,182 @@
+"""What ``hil list``, ``hil status`` and ``hil doctor`` draw."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Literal
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from hil.host.doctor import Finding
+
+_BAR = "▁▂▃▄▅▆▇█"
+_VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
+
+
+def device_table(listed: dict[str, Any]) -> RenderableType:
+    """Devices of one bench with the addresses of their ports."""
+    table = Table(title=f"bench {listed['bench']} (process {listed['pid']})", title_justify="left", box=None)
+    for column in ("device", "profile", "port", "address", "clients"):
+        table.add_column(column, no_wrap=column == "address", overflow="fold")
+    for row in listed["devices"]:
+        profile = f"{row['profile']} {row['hardware']}"
+        table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
+        if row["network"]:
+            clients = str(row["network_clients"])
+            table.add_row(f"{row['device']}.network", "", "", Text(row["network"]), clients)
+    for row in listed["taps"]:
+        table.add_row(row["tap"], "tap", "", Text(row["port"]), str(row["clients"]))
+    stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
+    return Group(table, *_remarks(stopped))
+
+
+def status_view(status: dict[str, Any]) -> RenderableType:
+    """All of ``hil status``."""
+    ticks, missed = status["ticks"], status["missed"]
+    head = Text.assemble(
+        (f"bench {status['bench']}", "bold"),
+        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
+        *_health(status["health"]),
+        f"{status['rt_line']}\n",
+        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in ",
+        f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n",
+        f"wake latency  {_histogram(status['wake_latency'])}\n",
+        f"firmware lag  {_histogram(status['lag'])}",
+    )
+    table = Table(box=None)
+    for column in ("device", "clients", "in", "out", "dropped", "deg", "rpm", "mode", "state"):
+        justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
+        table.add_column(column, justify=justify, no_wrap=True)
+    for row in status["devices"]:
+        shot = row["snapshot"]
+        if shot is None:
+            table.add_row(
+                row["device"], str(row["clients"]), str(row["rx_bytes"]), str(row["tx_bytes"]),
+                str(row["dropped_bytes"]), "-", "-", "real", "see below" if _state(row) else "ok",
+            )  # fmt: skip
+            continue
+        table.add_row(
+            row["device"],
+            str(row["clients"]),
+            str(row["rx_bytes"]),
+            str(row["tx_bytes"]),
+            str(row["dropped_bytes"]),
+            f"{shot['position_deg']:.2f}",
+            f"{shot['velocity_rpm']:.1f}",
+            _mode(shot),
+            "stopped" if row["failed"] else "see below" if _state(row) else "ok",
+        )
+    remarks = [(row["device"], _state(row)) for row in status["devices"]]
+    wires = _segment_table(status["segments"]) if status["segments"] else Text()
+    remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
+    remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
+    remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
+    return Group(head, Text(), table, wires, *_remarks(remarks))
+
+
+def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """One word, and a line for each reason."""
+    yield f"health: {health['state']}\n", "green" if health["state"] == "ok" else "bold red"
+    for problem in health["problems"]:
+        about = f"{problem['about']}: " if problem["about"] else ""
+        yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+
+
+def _bridge_line(row: dict[str, Any]) -> str:
+    """A bridge's doors and what came through."""
+    doors = ", ".join([*row["listen"], *row["connect"]])
+    counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
+    if row["dropped"]:
+        counts += f", {row['dropped']} dropped"
+    warning = f"; INSECURE: {row.get('risk', 'whoever reaches it may do all')}" if row["insecure"] else ""
+    return f"{row['root']} at {doors}: {counts}{warning}"
+
+
+def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
+    """Segments with their loads and what went wrong on them."""
+    table = Table(box=None)
+    for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
+        table.add_column(column, justify="left" if column in ("segment", "errors") else "right")
+    for row in rows:
+        errors = ", ".join(f"{count} {what}" for what, count in row["errors"].items()) or "none"
+        table.add_row(
+            row["segment"], str(len(row["stations"])), f"{row['load']:.1%}", str(row["packets"]),
+            str(row["collisions"]), errors,
+        )  # fmt: skip
+    return table
+
+
+def _mode(shot: dict[str, Any]) -> str:
+    """What an axis is doing: a servo's mode and loop, a stepper's state."""
+    if "motion_state" in shot:
+        return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
+    return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
+
+
+def doctor_view(findings: list["Finding"]) -> RenderableType:
+    """All of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    table = Table(box=None)
+    for column in ("verdict", "what", "found"):
+        table.add_column(column, no_wrap=column != "found", overflow="fold")
+    for finding in findings:
+        verdict = Text(finding.verdict, style=_VERDICT_STYLE[finding.verdict])
+        table.add_row(verdict, finding.name, Text(finding.found))
+    remarks = [
+        Text.assemble(
+            ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
+            f": {finding.cost}",
+            f"\n  {finding.remedy}" if finding.remedy else "",
+        )
+        for finding in findings
+        if finding.cost
+    ]
+    return Group(table, *remarks)
+
+
+def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
+    """Whole sentences, which a column would break up."""
+    return [Text(f"{device}: {said}", style="red") for device, texts in devices for said in texts]
+
+
+def _state(row: dict[str, Any]) -> list[str]:
+    """What is not as it should be."""
+    said = [f"stopped: {row['failed']}"] if row["failed"] else []
+    said += [row["port_failure"]] if row["port_failure"] else []
+    said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []
+    said += [row["note"]] if row["note"] else []
+    said += [f"{row['overrun_bytes']} bytes lost to overruns"] if row["overrun_bytes"] else []
+    return said
+
+
+def _histogram(buckets: list[int]) -> str:
+    """Counts by powers of two of nanoseconds, with the median, the 99th percentile and the largest."""
+    total = sum(buckets)
+    if not total:
+        return "-"
+    used = [i for i, count in enumerate(buckets) if count]
+    peak = max(buckets)
+    shown = buckets[used[0] : used[-1] + 1]
+    bars = "".join(_BAR[-(-7 * count // peak)] if count else " " for count in shown)
+    return (
+        f"{_duration(used[0] - 1)} {bars} {_duration(used[-1])}"
+        f"  p50 < {_duration(_percentile(buckets, 0.5))}, p99 < {_duration(_percentile(buckets, 0.99))}"
+    )
+
+
+def _percentile(buckets: list[int], part: float) -> int:
+    limit, seen = sum(buckets) * part, 0
+    for index, count in enumerate(buckets):
+        seen += count
+        if seen >= limit:
+            return index
+    return len(buckets) - 1
+
+
+def _duration(power: int) -> str:
+    ns = float(2 ** max(power, 0))
+    for unit in ("ns", "us", "ms"):
+        if ns < 1000:
+            return f"{ns:.3g} {unit}"
+        ns /= 1000
+    return f"{ns:.3g} s"

@@ -1,0 +1,89 @@
+"""The core's real-time thread: what was asked for, what was granted, and how to get the rest."""
+
+import errno
+import os
+import resource
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hil.host.refusal import memory_refused, pin_refused, raise_rtprio, real_time_refused
+from hil.host.system import System, read_system
+
+if TYPE_CHECKING:
+    from hil.core._native import RtStats
+
+WANTED_PRIORITY = 80
+"""Above interrupt threads (50) of a real-time kernel, below its watchdogs (99)."""
+
+
+@dataclass(frozen=True)
+class Grant:
+    """What the thread got. ``missing`` and ``remedies`` are of the same length."""
+
+    priority: int
+    cpu: int
+    missing: tuple[str, ...]
+    remedies: tuple[str, ...]
+    more: str = ""
+    """What gives the priority that was wanted, where a lower one was granted."""
+
+    @property
+    def state(self) -> str:
+        """``ok`` or ``degraded``."""
+        return "degraded" if self.missing else "ok"
+
+    def line(self) -> str:
+        """One line for people."""
+        lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
+        pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
+        if not self.missing:
+            return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower})"
+        return f"rt: degraded (no {' and no '.join(self.missing)}): {'; '.join(self.remedies)}"
+
+
+def wanted_priority() -> int:
+    """The priority to ask for: what RLIMIT_RTPRIO allows, if it allows any."""
+    soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
+    return min(WANTED_PRIORITY, soft) if soft > 0 else WANTED_PRIORITY
+
+
+def wanted_cpu(configured: int | None) -> int:
+    """The CPU to pin to: the configured one, else the last that is allowed, -1 where there is only one."""
+    if configured is not None:
+        return configured
+    allowed = sorted(os.sched_getaffinity(0))
+    return allowed[-1] if len(allowed) > 1 else -1
+
+
+def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
+    """What the core reports, in words. The system is read where something was refused."""
+    if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
+        more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
+        return Grant(priority, cpu, (), (), more)
+    system = system or read_system()
+    missing, remedies = [], []
+    if stats["fifo_errno"]:
+        missing.append("real-time priority")
+        remedies.append(real_time_refused(system, priority).line())
+    if stats["pin_errno"]:
+        missing.append(f"CPU {cpu}")
+        remedies.append(pin_refused(cpu).line())
+    if stats["lock_errno"]:
+        missing.append("locked memory")
+        remedies.append(memory_refused(system).line())
+    return Grant(priority, cpu, tuple(missing), tuple(remedies))
+
+
+def refused(configured_cpu: int | None) -> str | None:
+    """Why a configured CPU cannot be used at all, or None."""
+    allowed = os.sched_getaffinity(0)
+    if configured_cpu is None or configured_cpu in allowed:
+        return None
+    return (
+        f"cpu: {configured_cpu} is not one that this process may use ({', '.join(map(str, sorted(allowed)))})"
+    )
+
+
+def error_name(number: int) -> str:
+    """EPERM and the like."""
+    return errno.errorcode.get(number, str(number))

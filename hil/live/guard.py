@@ -1,0 +1,214 @@
+"""Interrupts a firmware that takes all the time there is, so that one device's bug stops only it.
+
+A native timer raises SIGVTALRM each time this thread has burnt a part of the CPU time that a step may take,
+and, while a firmware runs, each time a part of the wall's time that it may wait has gone by. A step that
+sees too many of them gets ``FirmwareHung`` from the signal's Python handler, in the middle of whatever the
+firmware does; so does one of many short steps that get nowhere. A stopped process or a stolen CPU does not
+count, and a step costs no system call. Code that Python cannot interrupt ends the process; the native handler
+writes down whose it was.
+"""
+
+import os
+import resource
+import signal
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, NoReturn
+
+from hil.core._native import Watchdog
+from hil.sim.stops import FirmwareHung
+
+if TYPE_CHECKING:
+    from hil.sim.device import Device
+
+STEP_LIMIT_NS = 200_000_000
+"""CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the look-up
+table, takes 20 ms."""
+PARTS = 4
+BREADCRUMB = "hung"
+"""In the bench's state directory; no device's file has this name."""
+WAIT_LIMIT_NS = 200_000_000
+"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell, and used next
+to none: one that does not get a CPU, or is stopped, is not suspected."""
+WAIT_CPU_SHARE = 0.05
+"""A healthy step that shares the interpreter with other threads uses more, up to a load of 20."""
+LONG_WAITS = 5
+"""So many limits may a step wait that does not hear each bell: another thread may keep the interpreter."""
+FEW_STEPS = 10
+"""Fewer in a part of the limit are not short: a client has asked for much."""
+PATIENCE = 10
+"""So many limits may steps that are not short go on without getting anywhere: a client's 16 queries of the
+look-up table at one instant take 2."""
+
+
+@dataclass
+class _Waiting:
+    """A step, since its first bell of the wall's time."""
+
+    heard: int
+    waits: int
+    cpu_s: float
+
+
+class StepGuard(AbstractContextManager[None]):
+    """``with guard(device):`` around each step; make it once, in the main thread, and close it: a bell that
+    rings while Python ends would kill the process. ``speed``: simulated seconds in one. ``breadcrumb``: the
+    file that names the device whose firmware could not be interrupted."""
+
+    def __init__(self, breadcrumb: Path, speed: float = 1.0, limit_ns: int = STEP_LIMIT_NS) -> None:
+        self._limit_ns = limit_ns
+        self._breadcrumb = breadcrumb
+        # A bench that is to be faster than real time may be late; a slower one never catches up.
+        self._least_ns = limit_ns // PARTS * min(speed, 1.0)
+        self._names: dict[str, bytes] = {}
+        self._device: Device | None = None
+        self._inside = False
+        self._aside = _Aside(self)
+        self._struck: FirmwareHung | None = None
+        self._steps = 0
+        self._bells = 0
+        self._waiting = _Waiting(0, 0, 0.0)
+        self._suspect: Device | None = None
+        self._suspected_at_ns = 0
+        self._streak = 0.0
+        self._condemned: Device | None = None
+        signal.signal(signal.SIGVTALRM, self._ring)
+        self._watchdog = Watchdog(signal.SIGVTALRM, os.fsencode(breadcrumb))
+        self._watchdog.arm(limit_ns // PARTS, WAIT_LIMIT_NS // PARTS)
+
+    def __call__(self, device: "Device") -> "StepGuard":
+        self._device = device
+        return self
+
+    def __enter__(self) -> None:
+        device = self._device
+        assert device is not None
+        name = self._names.get(device.name)
+        if name is None:
+            name = self._names[device.name] = device.name.encode()
+        self._steps += 1
+        self._struck = None
+        self._watchdog.enter(name)
+        self._inside = True
+        if device is self._condemned:
+            self._condemned = None
+            self._inside = False
+            self._watchdog.leave()
+            raise FirmwareHung(self._slow())
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._inside = False
+        if self._watchdog.leave():  # it could be interrupted after all
+            with suppress(OSError):
+                self._breadcrumb.unlink()
+        struck, self._struck = self._struck, None
+        if struck and error is not struck:  # the firmware went on after it
+            raise struck
+
+    def aside(self) -> "_Aside":
+        """Work that is not the firmware's: what it costs is not on the firmware's account."""
+        return self._aside
+
+    def close(self) -> None:
+        """No more bells."""
+        self._watchdog.disarm()
+
+    def _ring(self, number: int, frame: FrameType | None) -> None:
+        bells = self._watchdog.bells()
+        is_cpu, self._bells = bells != self._bells, bells
+        # A signal that comes just after the step must not hit whoever runs then.
+        if self._inside:
+            cpu, wall = self._watchdog.bells_in_work()
+            if cpu > PARTS:  # the first came before a whole part of the step
+                self._strike(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
+            if wall:
+                self._look_at_wait(wall)
+        if is_cpu and not self._aside.is_on:
+            self._look_at_progress()
+
+    def _strike(self, why: str) -> NoReturn:
+        self._struck = FirmwareHung(why)
+        raise self._struck
+
+    def _look_at_wait(self, bells: int) -> None:
+        """At the bells of the wall's time in a step."""
+        usage = resource.getrusage(resource.RUSAGE_THREAD)
+        cpu_s = usage.ru_utime + usage.ru_stime
+        if bells == 1:
+            self._waiting = _Waiting(1, usage.ru_nvcsw, cpu_s)
+            return
+        waiting = self._waiting
+        waiting.heard += 1
+        waits, used_s = usage.ru_nvcsw - waiting.waits, cpu_s - waiting.cpu_s
+        is_asleep = (
+            waiting.heard == bells
+            and waits >= bells - 1
+            and used_s < WAIT_CPU_SHARE * (bells - 1) * WAIT_LIMIT_NS / PARTS / 1e9
+        )
+        if bells > PARTS * (1 if is_asleep else LONG_WAITS) and waits >= PARTS - 1:
+            ms = WAIT_LIMIT_NS * (1 if is_asleep else LONG_WAITS) // 1_000_000
+            self._strike(f"one step has waited for more than {ms} ms")
+
+    def _look_at_progress(self) -> None:
+        """At a bell of CPU time: has the device that steps come as far in simulated time since the last?"""
+        device, steps = self._device, self._steps
+        self._steps = 0
+        if device is None or (steps == 0 and not self._inside):
+            self._suspect = None
+            return
+        now_ns = device.uart.now_ns
+        # Where ports keep the thread busy, a healthy board comes just as far as its CPU time goes: that alone
+        # is no fault, unless the bell rang in the board's own work.
+        least_ns = self._least_ns if self._inside else self._least_ns / 2
+        if device is not self._suspect or now_ns - self._suspected_at_ns >= least_ns:
+            self._suspect, self._streak = device, 0
+        else:
+            self._streak += 1 if steps >= FEW_STEPS else 1 / PATIENCE
+        self._suspected_at_ns = now_ns
+        if self._streak >= PARTS:
+            self._suspect = None
+            if self._inside:
+                self._strike(self._slow())
+            self._condemned = device
+
+    def _slow(self) -> str:
+        return (
+            f"its steps took {self._limit_ns // 1_000_000} ms of CPU time"
+            " and did not come as far in simulated time"
+        )
+
+
+class _Aside(AbstractContextManager[None]):
+    """Of a guard; it does not nest."""
+
+    def __init__(self, guard: StepGuard) -> None:
+        self._guard = guard
+        self._was_inside = False
+        self.is_on = False
+
+    def __enter__(self) -> None:
+        guard = self._guard
+        self._was_inside, guard._inside = guard._inside, False
+        self.is_on = True
+        if self._was_inside:
+            guard._watchdog.aside()
+
+    def __exit__(self, *_: object) -> None:
+        self.is_on = False
+        if self._was_inside:
+            self._guard._watchdog.resume()
+            self._guard._inside = True
+
+
+def take_breadcrumb(file: Path) -> str | None:
+    """The device whose firmware ended the daemon the last time, once."""
+    try:
+        name = file.read_text()
+        file.unlink()
+        return name
+    except (OSError, UnicodeDecodeError):
+        return None

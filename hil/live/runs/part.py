@@ -1,0 +1,196 @@
+"""This bench's part of a run that another bench leads.
+
+The one that leads asks by ``run/<id>/part``, and is answered at once: ``clock`` (what time is it), ``look``
+(how are the axes), ``join`` (plan it, and hold the axes for it), ``go`` (when a phrase begins), ``beat`` (how
+are you), ``stop``. Both make the same plan from the same document and axes, and compare its digest. A
+part whose leader says nothing for ``LOST_S`` stops as the run's ``on_fault`` says.
+"""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from hil import __version__
+from hil.config import ConfigError
+from hil.live.off_loop import off_loop
+from hil.live.runs.names import device_names
+from hil.runs import AxisNow, Execution, Named, RunDocument, parse_run, plan_run
+from hil.vocab.bridges import Source
+from hil.vocab.verbs import Role, VerbRefused
+
+if TYPE_CHECKING:
+    from hil.daemon import Daemon
+    from hil.live.runs.queue import Runs
+
+LOST_S = 1.0
+"""Who says nothing for so long is gone: ten beats."""
+FAR_NS = 10_000_000_000
+"""No start is so far ahead."""
+_SAME_DEG = 1e-9
+
+
+def stood_still(for_s: float) -> str:
+    """Why a part ends whose own bench was not running."""
+    return f"this bench stood still for {for_s:.1f} s"
+
+
+class Given:
+    """A ``hil.runs.Baton`` that is told."""
+
+    def __init__(self) -> None:
+        self.starts_ns: dict[int, int] = {}
+
+    def start_ns(self, phrase: int) -> int | None:
+        return self.starts_ns.get(phrase)
+
+
+@dataclass
+class _Part:
+    token: str
+    leader: str
+    execution: Execution
+    baton: Given
+    heard_s: float
+    looked_s: float
+
+
+@dataclass
+class Parts:
+    """Of one daemon."""
+
+    daemon: "Daemon"
+    runs: "Runs"
+    _parts: dict[str, _Part] = field(default_factory=dict)
+
+    async def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What the bench that leads run ``name`` asks.
+
+        Raises:
+            VerbRefused: no.
+        """
+        if source.role < Role.OPERATOR:
+            raise VerbRefused("forbidden", "a run needs the role operator")
+        try:
+            match given:
+                case {"do": "clock"}:
+                    return {"speed": self.daemon.config.speed, "version": __version__}
+                case {"do": "look"}:
+                    return self._look()
+                case {"do": "join", "leader": str(leader), "token": str(token), "document": str(text)}:
+                    return await self._join(source, name, leader, token, text, given["axes"], given["digest"])
+                case {"do": "go", "token": str(token), "phrase": int(phrase), "start_wall_ns": int(start_ns)}:
+                    return self._go(self._part(name, token), phrase, start_ns)
+                case {"do": "beat", "token": str(token)}:
+                    return self._report(self._part(name, token))
+                case {
+                    "do": "stop",
+                    "token": str(token),
+                    "how": "grace" | "prejudice" as how,
+                    "state": "cancelled" | "failed" as state,
+                    "why": str(why),
+                }:
+                    part = self._part(name, token)
+                    part.execution.stop(how, why, state)
+                    return self._report(part)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise VerbRefused("bad_request", f"no part of a run: {error!r}") from None
+        raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
+
+    def _look(self) -> dict[str, Any]:
+        taken = self.runs.taken()
+        axes = self.runs.axes.axes()
+        for device, run in taken.items():
+            if device in axes:
+                axes[device] = replace(axes[device], why_not=f"it is in the run {run}")
+        return {
+            "axes": {name: asdict(axis) for name, axis in axes.items()},
+            "speed": self.daemon.config.speed,
+        }
+
+    async def _join(
+        self, source: Source, name: str, leader: str, token: str, text: str, told: Any, digest: Any
+    ) -> dict[str, Any]:
+        self._refuse_name(name)
+        here = self.daemon.config.bench
+        try:
+            run, document = await off_loop(text, parse_run, text, "<run>")
+            if run.run != name:
+                raise VerbRefused("bad_request", f"the document is of the run {run.run!r}")
+            names = device_names(run, leader, here)
+            axes = {axis: AxisNow(**now) for axis, now in told.items()} | self._mine(names, told)
+            plan = await off_loop(text, plan_run, run, document, axes)
+        except ConfigError as error:
+            raise VerbRefused("bad_run", str(error)) from None
+        if plan.digest() != digest:
+            raise VerbRefused("cannot", f"it plans this run otherwise; hil is {__version__} here")
+        self._refuse_name(name)
+        self._mine(names, told)  # they may have been taken meanwhile
+        baton = Given()
+        execution = Execution(plan, Named(self.runs.axes, names), baton, set(names))
+        now_s = asyncio.get_running_loop().time()
+        part = _Part(token, leader, execution, baton, now_s, now_s)
+        self._parts = {each: p for each, p in self._parts.items() if each in self.runs.progress} | {
+            name: part
+        }
+        self.runs.hold(source, text, names, execution, self._watch(part, run))
+        return {"phrases": len(plan.phrases)}
+
+    def _refuse_name(self, name: str) -> None:
+        if self.runs.is_under_way(name):
+            raise VerbRefused("not_now", f"this bench has a run {name!r} already; give it another name")
+
+    def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
+        """This bench's axes as they are now, which is as they were told."""
+        taken, axes = self.runs.taken(), self.runs.axes.axes()
+        for axis, device in names.items():
+            if device in taken:
+                raise VerbRefused("not_now", f"{axis} is in the run {taken[device]}")
+            if abs(axes[device].position_deg - told[axis]["position_deg"]) > _SAME_DEG:
+                raise VerbRefused("not_now", f"{axis} has moved since it was looked at")
+        return {
+            axis: replace(axes[device], position_deg=told[axis]["position_deg"])
+            for axis, device in names.items()
+        }
+
+    def _part(self, name: str, token: str) -> _Part:
+        part = self._parts.get(name)
+        if part is None or part.token != token:
+            raise VerbRefused("no_run", f"this bench has no part in the run {name!r}")
+        part.heard_s = asyncio.get_running_loop().time()
+        return part
+
+    def _go(self, part: _Part, phrase: int, start_wall_ns: int) -> dict[str, Any]:
+        execution = part.execution
+        if execution.ended or execution.progress.is_over:
+            return self._report(part)  # which tells the leader why
+        if phrase != execution.reached or phrase in part.baton.starts_ns:
+            raise VerbRefused("not_now", f"phrase {phrase} does not begin now")
+        late_ns = self.daemon.host.times_ns()[1] - start_wall_ns
+        if not -FAR_NS < late_ns < 0:
+            raise VerbRefused("not_now", f"the start was {late_ns / 1e6:.1f} ms ago when it was told")
+        start_ns = self.daemon.host.sim_ns(start_wall_ns)
+        part.baton.starts_ns[phrase] = start_ns
+        return self._report(part)
+
+    @staticmethod
+    def _report(part: _Part) -> dict[str, Any]:
+        execution = part.execution
+        return {
+            "reached": execution.reached,
+            "ending": {"state": ended.state, "why": str(ended)} if (ended := execution.ended) else None,
+            "progress": execution.progress.as_dict(),
+        }
+
+    def _watch(self, part: _Part, run: RunDocument) -> Callable[[], None]:
+        def look() -> None:
+            now_s = asyncio.get_running_loop().time()
+            if now_s - part.looked_s > LOST_S:  # what came meanwhile is old, and the leader has given up
+                part.execution.stop(run.on_fault, stood_still(now_s - part.looked_s), "failed")
+            part.looked_s = now_s
+            silent_s = now_s - part.heard_s
+            if silent_s > LOST_S and part.execution.ended is None:
+                why = f"the bench {part.leader}, which leads, is gone: it said nothing for {silent_s:.1f} s"
+                part.execution.stop(run.on_fault, why, "failed")
+
+        return look

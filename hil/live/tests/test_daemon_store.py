@@ -1,0 +1,55 @@
+"""Boards whose commits are answered while the bench is put away."""
+
+import asyncio
+from pathlib import Path
+
+from hil.compose import bench_runtime, find_catalogue
+from hil.compose.replay import MemoryOptions, replay
+from hil.config import from_dict
+from hil.live.commits import DaemonStore
+from hil.live.store import NvmStore
+from hil.sim.device import Device
+from hil.sim.input_log import InputLogWriter
+from hil.sim.inputs import Bytes
+from hil.vocab.time import SimTimeNs
+
+CONFIG = {"bench": "t", "devices": {"s0": {"profile": "sac"}}}
+READY_NS = SimTimeNs(1_500_000_000)
+STEP_NS = 1_000_000
+
+
+def test_a_board_that_stores_again_and_again_is_not_stopped_by_the_end(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    device = asyncio.run(put_away_in_a_commit(tmp_path, log))
+    assert device.failed is None
+    assert device.is_committing  # the next one, which nobody answers any more
+    replayed = replay(log)
+    assert replayed.difference() is None
+    assert [path.name for path in tmp_path.glob("*.nvm*")] == ["s0.nvm"]
+
+
+async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
+    """A SAC whose answer to one commit makes it begin the next at once, after the end has begun."""
+    files, memories = NvmStore(folder), {"s0": dict[str, bytes]()}
+    store = DaemonStore(files, {})
+    catalogue = find_catalogue({"memory": MemoryOptions})
+    config = from_dict(CONFIG, catalogue)
+    bench = bench_runtime(config, catalogue, memories, store)
+    store.bench, store.loop = bench, asyncio.get_running_loop()
+    device = bench.devices["s0"]
+    with log.open("w") as file:
+        dumped = config.model_dump(mode="json", by_alias=True)
+        dumped["devices"]["s0"] |= {"port": "memory", "network": None}
+        bench.log = InputLogWriter(file, "hil test", dumped, memories)
+        bench.listeners.append(bench.log.sent)
+        bench.advance(READY_NS)
+        bench.give(device, Bytes(b"qs\ry" * 400))
+        while not device.is_committing:
+            bench.advance(SimTimeNs(bench.now_ns + STEP_NS))
+        await store.end()
+        while_ending = bench.now_ns
+        while not device.is_committing:
+            bench.advance(SimTimeNs(bench.now_ns + STEP_NS))
+            assert bench.now_ns < while_ending + 10 * READY_NS
+        bench.log = None
+    return device

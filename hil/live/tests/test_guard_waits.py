@@ -1,0 +1,57 @@
+"""Which steps that do not come back are a runaway's: those that sleep, not those that are kept waiting."""
+
+import ctypes
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from hil.live.guard import FirmwareHung, StepGuard
+
+BOARD: Any = SimpleNamespace(name="m1", uart=SimpleNamespace(now_ns=0))
+
+
+@pytest.fixture
+def guard(tmp_path: Path) -> Iterator[StepGuard]:
+    made = StepGuard(tmp_path / "hung")
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@pytest.mark.parametrize("sleep_s", [60.0, 0.03])
+def test_a_step_that_sleeps_is_stopped(guard: StepGuard, sleep_s: float) -> None:
+    def step() -> None:
+        with guard(BOARD):
+            for _ in range(200):
+                time.sleep(sleep_s)
+
+    with pytest.raises(FirmwareHung, match="waited for more than 200 ms"):
+        step()
+
+
+def test_a_step_that_waits_for_the_interpreter_is_not_blamed(guard: StepGuard) -> None:
+    """Another thread keeps it, as C code may, for longer than a step may sleep."""
+    kept = threading.Event()
+
+    def keep() -> None:
+        ctypes.PyDLL(None).usleep(600_000)  # PyDLL keeps the interpreter's lock
+        kept.set()
+
+    with guard(BOARD):
+        thread = threading.Thread(target=keep)
+        thread.start()
+        while not kept.is_set():
+            sum(range(1000))
+    thread.join()
+
+
+def test_a_short_sleep_is_no_runaways(guard: StepGuard) -> None:
+    for _ in range(10):
+        with guard(BOARD):
+            time.sleep(0.1)

@@ -1,0 +1,275 @@
+"""A port joined to a device over a paced line, and devices whose firmware is broken."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from session_bench import Bench, Echo, MemoryPort
+
+from hil.live.joint import BACKLOG_HOLD_BYTES, Lines, Session
+from hil.sim.inputs import Bytes, Reset
+from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.serial_line import character_ns, resample
+
+
+def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, MemoryPort]:
+    bench = Bench()
+    device = bench.add("m1", Echo, device_baud)
+    port = MemoryPort(client_baud)
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
+    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
+    return bench, session, port
+
+
+def test_a_character_takes_its_time_each_way() -> None:
+    # "abc" at 9600 baud: character n is complete at n * 10 / 9600 s; each is sent back from there.
+    bench, session, port = paced(9600, 9600)
+    session.received(b"abc")
+    end = [n * 10 * 10**9 // 9600 for n in range(5)]
+    bench.until(end[3] - 1)
+    assert [(at_ns, data) for _, at_ns, data in bench.heard] == [(end[1], b"a"), (end[2], b"b")]
+    bench.until(end[3])
+    session.flush()
+    heard_ns = [at_ns + end[1] for at_ns in end[1:4]]
+    assert session.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
+    assert port.got == b""
+    assert session.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
+    assert port.got == b"a"
+    assert session.release(SimTimeNs(heard_ns[2])) == FOREVER
+    assert port.got == b"abc"
+
+
+@pytest.mark.parametrize(("device_baud", "client_baud"), [(38400, 19200), (19200, 38400), (115200, 9600)])
+def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> None:
+    # What the device reads is what its line model makes of the client's signal; its answer to each byte
+    # is a signal of its own as soon as it is complete, joined to the one before if there is no gap.
+    bench, session, port = paced(device_baud, client_baud)
+    session.received(b"m\r")
+    bench.until(10**9)
+    read = [sampled.byte for sampled in resample(b"m\r", client_baud, device_baud)]
+    assert b"".join(data for _, _, data in bench.heard) == bytes(read)
+    session.flush()
+    session.release(FOREVER)
+    pieces: list[bytes] = []
+    ends: list[int] = []
+    for _, at_ns, data in bench.heard:
+        if ends and at_ns <= ends[-1]:
+            pieces[-1] += data
+        else:
+            pieces.append(data)
+        ends.append(at_ns + 10 * 10**9 // device_baud)
+    expected = [sampled.byte for piece in pieces for sampled in resample(piece, device_baud, client_baud)]
+    assert list(port.got) == expected
+
+
+def test_m_and_cr_at_half_the_rate_are_the_known_bytes() -> None:
+    bench, session, _ = paced(38400, 19200)
+    session.received(b"m\r")
+    bench.until(10**9)
+    assert b"".join(data for _, _, data in bench.heard).hex(" ") == "e6 9e e6 80"
+
+
+def test_a_client_without_a_baud_has_the_devices() -> None:
+    bench, session, port = paced(9600, None)
+    session.received(b"x")
+    bench.until(10**9)
+    session.flush()
+    session.release(FOREVER)
+    assert port.got == b"x"
+
+
+def test_a_client_that_does_not_read_holds_the_device_up() -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo)
+    port = MemoryPort()
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
+    assert session.room() > 0
+    port.unread = BACKLOG_HOLD_BYTES + 1
+    assert session.room() == 0
+    session.refresh()
+    assert port.resumed == 0
+    port.unread = 0
+    session.drained()
+    assert port.resumed == 1
+    session.drained()
+    assert port.resumed == 1
+
+
+class Counted(Session):
+    """How often it is looked at."""
+
+    released = 0
+    refreshed = 0
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        self.released += 1
+        return super().release(now_ns)
+
+    def refresh(self) -> None:
+        self.refreshed += 1
+        super().refresh()
+
+
+def test_only_lines_that_hold_something_are_looked_at() -> None:
+    bench = Bench()
+    lines = Lines(lambda: None, lambda call: call())
+    devices = [bench.add(f"m{i}", Echo, 9600) for i in range(3)]
+    sessions = [Counted(bench.runtime, device, MemoryPort(9600), lines) for device in devices]
+    assert lines.release(SimTimeNs(0)) == FOREVER
+    sessions[1].send(SimTimeNs(0), b"ab")
+    lines.flush()
+    first_ns = character_ns(1, 9600)
+    assert lines.release(SimTimeNs(first_ns)) == character_ns(2, 9600)
+    assert lines.release(SimTimeNs(2 * first_ns + 1)) == FOREVER
+    assert lines.release(FOREVER) == FOREVER
+    assert [each.released for each in sessions] == [0, 2, 0]
+    port = sessions[2].port
+    assert isinstance(port, MemoryPort)
+    port.unread = BACKLOG_HOLD_BYTES + 1
+    assert sessions[2].room() == 0
+    lines.refresh()
+    port.unread = 0
+    lines.refresh()
+    lines.refresh()
+    assert [each.refreshed for each in sessions] == [0, 0, 2]
+    assert port.resumed == 1
+
+
+def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo)
+    port = MemoryPort(9600)  # a USB client's baud means nothing
+    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
+    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
+    session.received(b"hello")
+    assert port.got == b"hello"
+
+
+class Greeter(Echo):
+    """Says so when it starts."""
+
+    def main(self) -> Main:
+        self.uart.write(b"up")
+        yield from super().main()
+
+
+@pytest.mark.parametrize(
+    ("native_usb", "device_baud", "client_baud", "starts"),
+    [
+        (True, None, 1200, 2),
+        (True, None, 1201, 1),
+        (True, None, None, 1),
+        (True, 1200, 1200, 1),
+        (False, None, 1200, 1),
+    ],
+)
+def test_the_touch_resets_a_board_with_native_usb(
+    native_usb: bool, device_baud: int | None, client_baud: int | None, starts: int
+) -> None:
+    bench = Bench()
+    device = bench.add("m1", Greeter, device_baud)
+    session = Session(
+        bench.runtime, device, MemoryPort(), Lines(lambda: None, lambda call: call()), native_usb=native_usb
+    )
+    bench.until(1_000_000)
+    session.client_left(client_baud)
+    bench.until(2_000_000)
+    assert [data for _, _, data in bench.heard] == [b"up"] * starts
+
+
+# ---- broken firmware ----
+
+
+class Broken(Echo):
+    """Echoes until ``!`` comes, then breaks in its own way."""
+
+    how: Callable[[], Any]
+
+    def main(self) -> Main:
+        while True:
+            yield ByteAvailable()
+            byte = self.uart.read()
+            if byte == ord("!"):
+                yield from type(self).how()
+                return
+            self.uart.write(bytes([byte]))
+
+
+def raises() -> Main:
+    raise RuntimeError("lamp burnt out")
+    yield
+
+
+def loops() -> Main:
+    while True:
+        yield Delay(0)
+
+
+def yields_nonsense() -> Main:
+    yield "please"  # type: ignore[misc]
+
+
+def sets_an_unknown_field() -> Main:
+    raise KeyError("warp")
+    yield
+
+
+def returns() -> Main:
+    return
+    yield
+
+
+@pytest.mark.parametrize(
+    ("how", "why"),
+    [
+        (raises, "RuntimeError: lamp burnt out"),
+        (loops, "FirmwareStuck: resumed"),
+        (yields_nonsense, "FirmwareStuck: the main program yielded 'please'"),
+        (sets_an_unknown_field, "KeyError"),
+        (returns, "FirmwareStuck: the main program returned"),
+    ],
+)
+def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
+    firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
+    bench = Bench()
+    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
+    told: list[str | None] = []
+    broken.on_failed = lambda device: told.append(device.failed)
+    bench.until(1000)
+    bench.runtime.give(broken, Bytes(b"a!b"))
+    assert broken.failed is not None
+    assert broken.failed.startswith(why)
+    assert told == [broken.failed]
+    bench.runtime.give(broken, Bytes(b"c"))
+    bench.runtime.give(sound, Bytes(b"d"))
+    bench.until(10**9)
+    assert sound.failed is None
+    assert bench.heard == [("m1", 1000, b"a"), ("m2", 1000, b"d")]
+    assert broken.due_ns == FOREVER
+    assert told == [broken.failed]
+    # Power off and on, and it works until the next !
+    bench.runtime.give(broken, Reset())
+    bench.runtime.give(broken, Bytes(b"e"))
+    assert broken.failed is None
+    assert bench.heard[-1] == ("m1", 10**9, b"e")
+
+
+def test_a_firmware_that_fails_in_its_interrupt_stops_its_device_alone() -> None:
+    class Interrupted(Echo):
+        def __init__(self, board: Board) -> None:
+            super().__init__(board)
+            board.axis.set("print_yw", 1)
+            board.axis.loop(True)
+
+        def interrupt(self, event: CoreEvent) -> None:
+            raise OSError(f"at {event.at_ns}")
+
+    bench = Bench()
+    broken, sound = bench.add("m1", Interrupted), bench.add("m2", Echo)
+    bench.until(10**8)
+    # The fifth control step is the first that prints.
+    assert broken.failed == f"OSError: at {5 * 7385 * 1000 // 48}"
+    assert broken.axis.snapshot().loop_on == 0
+    bench.runtime.give(sound, Bytes(b"d"))
+    assert bench.heard == [("m2", 10**8, b"d")]

@@ -1,0 +1,69 @@
+"""Watches of the control socket's clients: samples that wait for them, and an end when they forget."""
+
+import asyncio
+from dataclasses import dataclass
+
+from hil.sim.bench import BenchRuntime
+from hil.telemetry import Sampler, Subscription
+from hil.telemetry.sampler import MAX_SAMPLES_PER_S
+
+MAX_WATCHES = 256
+"""Of the control socket's clients."""
+_LONGEST_POLL_S = 0.1
+_SHORTEST_POLL_S = 0.001
+
+
+@dataclass
+class _Watch:
+    subscription: Subscription
+    asked_s: float
+
+
+class Watches:
+    """Polls the bench's sampler while anybody watches. Runs in the event loop."""
+
+    def __init__(self, bench: BenchRuntime, speed: float, idle_s: float) -> None:
+        self.sampler = Sampler(bench, MAX_SAMPLES_PER_S)
+        self._speed = speed
+        self._idle_s = idle_s
+        self._open: dict[int, _Watch] = {}
+        self._next_id = 1
+        self._timer: asyncio.TimerHandle | None = None
+
+    def open(self, device: str, signals: tuple[str, ...], interval_ns: int) -> int:
+        """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
+        if len(self._open) >= MAX_WATCHES:
+            raise ValueError(f"{MAX_WATCHES} watches are open already; end one, or use one of them")
+        loop = asyncio.get_running_loop()
+        watch, self._next_id = self._next_id, self._next_id + 1
+        self._open[watch] = _Watch(self.sampler.subscribe(device, signals, interval_ns), loop.time())
+        self._poll()
+        return watch
+
+    def take(self, watch: int, at_most: int) -> tuple[list[tuple[float, ...]], int]:
+        """Rows since the last call, and how many were lost since the start. Raises KeyError: it has ended."""
+        held = self._open[watch]
+        held.asked_s = asyncio.get_running_loop().time()
+        self.sampler.poll()
+        return held.subscription.take(at_most), held.subscription.lost
+
+    def close(self, watch: int) -> None:
+        """End a watch, if it has not ended."""
+        if held := self._open.pop(watch, None):
+            self.sampler.unsubscribe(held.subscription)
+
+    def stop(self) -> None:
+        """No more polling."""
+        if self._timer:
+            self._timer.cancel()
+            self._timer = None
+
+    def _poll(self) -> None:
+        self.stop()
+        loop = asyncio.get_running_loop()
+        for watch in [w for w, held in self._open.items() if loop.time() - held.asked_s > self._idle_s]:
+            self.close(watch)
+        self.sampler.poll()
+        if period_ns := self.sampler.period_ns:
+            wait_s = period_ns * 1e-9 / self._speed / 2
+            self._timer = loop.call_later(min(max(wait_s, _SHORTEST_POLL_S), _LONGEST_POLL_S), self._poll)

@@ -1,0 +1,137 @@
+"""Asking at a control socket (``server.py`` answers). Imports little: completion in a shell waits for it.
+
+What comes from a socket is checked before it is believed: who is behind it, how long it is and takes, and
+that it has the form of an answer to what was asked (``answers.py``).
+"""
+
+import json
+import os
+import socket
+import struct
+import time
+from pathlib import Path
+from typing import Any
+
+from hil.net.answers import misfit
+
+_TIMEOUT_S = 10
+_QUEUE_AGAIN_S = 0.02
+_CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
+_PIECE = 1 << 16
+ANSWER_BYTES = 64 << 20
+"""No daemon's answer is longer: 5000 samples of all fields are 3 MB."""
+
+
+class ControlError(Exception):
+    """A request was refused, or nobody answers: ``str(error)`` says why."""
+
+
+def listener(path: Path) -> int:
+    """The process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
+
+    Raises:
+        OSError: the socket may not be used.
+    """
+    try:
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(_TIMEOUT_S)
+            client.connect(str(path))
+            return _peer(client)[0]
+    except (FileNotFoundError, ConnectionRefusedError):
+        return 0
+
+
+def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: Any) -> Any:
+    """One request to the daemon behind a control socket; answers its result.
+
+    Raises:
+        ControlError: nobody answers there, or not in order, or the request was refused.
+    """
+    client, result = begin(path, verb, timeout_s=timeout_s, **arguments)
+    client.close()
+    return result
+
+
+def begin(
+    path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: Any
+) -> tuple[socket.socket, Any]:
+    """As ``ask``, with the connection, from which nothing was read behind the answer."""
+    try:
+        request = json.dumps({"verb": verb} | arguments, allow_nan=False).encode() + b"\n"
+    except ValueError:
+        raise ControlError("nan and inf are no values here; write a number") from None
+    until_s = time.monotonic() + timeout_s
+    client = socket.socket(socket.AF_UNIX)
+    try:
+        client.settimeout(timeout_s)
+        _connect(client, path, until_s)
+        _check_peer(client, path)
+        client.sendall(request)
+        result = _result(_line(client, until_s), verb, path)
+        client.settimeout(None)
+    except (OSError, ValueError) as error:
+        client.close()
+        raise ControlError(f"no daemon answers at {path}: {error}") from error
+    except BaseException:
+        client.close()
+        raise
+    return client, result
+
+
+def _connect(client: socket.socket, path: Path, until_s: float) -> None:
+    """Wait for a place in the queue too, for which a unix socket with a time-out does not wait by itself."""
+    while True:
+        try:
+            return client.connect(str(path))
+        except BlockingIOError:
+            if time.monotonic() > until_s:
+                raise
+            time.sleep(_QUEUE_AGAIN_S)
+
+
+def _peer(client: socket.socket) -> tuple[int, int]:
+    """Process and user behind a connection."""
+    credentials = client.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    pid, uid, _ = _CREDENTIALS.unpack(credentials)
+    return pid, uid
+
+
+def _check_peer(client: socket.socket, path: Path) -> None:
+    """Whoever listens is this user, root, or whose folder it is: for that see ``benches.py``."""
+    uid = _peer(client)[1]
+    if uid not in (0, os.geteuid(), path.parent.stat().st_uid):
+        raise PermissionError(f"user {uid} listens there, who has no business in {path.parent}")
+
+
+def _line(client: socket.socket, until_s: float) -> bytes:
+    """Up to the line's end and not further: what follows a capture's answer is no text."""
+    line = bytearray()
+    while True:
+        client.settimeout(max(until_s - time.monotonic(), 0.001))
+        seen = client.recv(_PIECE, socket.MSG_PEEK)
+        end = seen.find(b"\n") + 1
+        line += client.recv(end or len(seen))
+        if end or not seen:
+            return bytes(line)
+        if len(line) > ANSWER_BYTES:
+            raise ValueError(f"the answer is longer than {ANSWER_BYTES >> 20} MB")
+        if time.monotonic() > until_s:
+            raise TimeoutError("timed out")
+
+
+def _result(line: bytes, verb: str, path: Path) -> Any:
+    try:
+        answer = json.loads(line)
+    except RecursionError:
+        raise ValueError("the answer is nested too deeply") from None
+    if not isinstance(answer, dict):
+        raise ValueError("the answer is no object")
+    if answer.get("ok") is False and isinstance(answer.get("error"), str):
+        raise ControlError(answer["error"])
+    if answer.get("ok") is not True:
+        raise ValueError("the answer says neither ok nor an error")
+    if why := misfit(verb, answer.get("result")):
+        raise ControlError(
+            f"the answer of {path} to {verb} cannot be understood: {why}; is it another version of hil?"
+        )
+    return answer["result"]

@@ -1,0 +1,28 @@
+"""Who comes in at the control socket, and who is let go."""
+
+import asyncio
+import socket
+from pathlib import Path
+
+from hil.net.unix_door import open_door
+from hil.net.visitors import Visit
+
+
+async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
+    await reader.readline()
+
+
+def test_who_is_let_go_before_anybody_served_it_is_not_kept_waiting(tmp_path: Path) -> None:
+    async def let_go() -> bytes:
+        visitors = open_door(tmp_path / "control.sock", serve, 1000)
+        ours, client = socket.socketpair()
+        with client:
+            client.setblocking(False)
+            visitors.take(ours)
+            assert visitors.let_go()
+            try:
+                return await asyncio.wait_for(asyncio.get_running_loop().sock_recv(client, 1), 5)
+            finally:
+                visitors.close()
+
+    assert asyncio.run(let_go()) == b""

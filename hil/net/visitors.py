@@ -1,0 +1,143 @@
+"""Who may come in at a listening socket: so many at a time; those who say nothing give way to others."""
+
+from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
+
+from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor, Listener
+from hil.net.acceptor import Loop as AcceptorLoop
+from hil.net.limits import Limit
+
+_GONE_AFTER_S = 0.002  # a client that was let go has closed its file
+
+
+class Closable(Protocol):
+    """A connection."""
+
+    def close(self) -> None:
+        """Hang up."""
+
+
+class Task(Awaitable[None], Protocol):
+    """What an event loop's ``create_task`` answers."""
+
+    def cancel(self) -> object:
+        """End it, at what it waits for."""
+
+    def add_done_callback(self, callback: Callable[[Any], object], /) -> None:
+        """Call when it has ended."""
+
+
+class Loop(AcceptorLoop, Protocol):
+    """What is needed of an event loop."""
+
+    def time(self) -> float:
+        """In seconds."""
+
+    def create_task(self, stay: Coroutine[Any, Any, None]) -> Any:
+        """Answers a ``Task``."""
+
+
+@dataclass(eq=False)
+class Visit:
+    """A client's stay. Whoever serves it says what it is doing."""
+
+    since_s: float
+    """When it came, or was answered last: of the event loop's clock."""
+    is_busy: bool = False
+    """It waits for an answer, or has something running: it is not let go."""
+    has_asked: bool = False
+    has_begun: bool = False
+    """Its task has the connection."""
+    task: Task | None = None
+
+
+Connection = TypeVar("Connection", bound=Closable)
+
+
+class Visitors(Generic[Connection]):
+    """``stay`` serves each one and closes its connection; it is cancelled where it waits when its client has
+    to go. ``name`` begins the lines of the log."""
+
+    def __init__(
+        self,
+        name: str,
+        most: int,
+        loop: Loop,
+        stay: Callable[[Connection, Visit], Coroutine[Any, Any, None]],
+        say: Callable[[str], object],
+    ) -> None:
+        self.turned_away = 0
+        """How many were let go, or not let in."""
+        self.visits: set[Visit] = set()
+        self._name = name
+        self._most = most
+        self._loop = loop
+        self._stay = stay
+        self._acceptors: list[Acceptor[Connection]] = []
+        self._full = Limit(say, loop.call_later)
+        self._no_file = Limit(say, loop.call_later)
+
+    def listen(self, listener: Listener[Connection]) -> None:
+        """Let those in who come here, too."""
+        self._acceptors.append(Acceptor(listener, self._loop, self.take, self._wait))
+
+    def take(self, connection: Connection) -> None:
+        """Serve it, or hang up."""
+        if not self._make_room():
+            self.turned_away += 1
+            connection.close()
+            return
+        visit = Visit(self._loop.time())
+        self.visits.add(visit)
+        task: Task = self._loop.create_task(self._begin(connection, visit))
+        visit.task = task
+
+        def has_gone(_: object) -> None:
+            self.visits.discard(visit)
+            if not visit.has_begun:  # a task that is cancelled at once never runs
+                connection.close()
+
+        task.add_done_callback(has_gone)
+
+    async def _begin(self, connection: Connection, visit: Visit) -> None:
+        visit.has_begun = True
+        await self._stay(connection, visit)
+
+    def _wait(self, why: str) -> float:
+        self._no_file.reached(f"{self._name}: new clients have to wait: {why}")
+        return _GONE_AFTER_S if self.let_go() else ACCEPT_AGAIN_S
+
+    def _make_room(self) -> bool:
+        if len(self.visits) < self._most:
+            return True
+        self._full.reached(
+            f"{self._name}: {self._most} clients are connected; who has said nothing longest is let go"
+        )
+        return self.let_go()
+
+    def let_go(self) -> bool:
+        """One who is not waiting for anything, if there is one: of those who never asked, the first."""
+        idle = [visit for visit in self.visits if not visit.is_busy]
+        if not idle:
+            return False
+        gone = min(idle, key=lambda visit: (visit.has_asked, visit.since_s))
+        self.visits.discard(gone)
+        self.turned_away += 1
+        if gone.task:
+            gone.task.cancel()
+        return True
+
+    def send_away(self) -> list[Task]:
+        """All who are inside. Answers what ends now."""
+        tasks = [visit.task for visit in self.visits if visit.task]
+        for task in tasks:
+            task.cancel()
+        return tasks
+
+    def close(self) -> None:
+        """Let nobody in any more; those who are inside stay."""
+        for acceptor in self._acceptors:
+            acceptor.close()
+        self._full.close()
+        self._no_file.close()

@@ -1,0 +1,131 @@
+"""Is the bench well, and if not, what is wrong and what is to be done: the one answer of ``hil status``,
+bridges and metrics."""
+
+import errno
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from hil.host.process import read_process
+from hil.live.joint import Session
+from hil.live.tap_joint import TapSession
+
+if TYPE_CHECKING:
+    from hil.daemon import Daemon
+
+MISSED_SHARE = 0.01
+LOOP_LATE_NS = 250_000_000
+"""Of a minute, what makes a bench degraded. The longest work of a healthy one, a query of the look-up table,
+holds the loop for 20 ms."""
+KINDS = {
+    "real_time": "real-time priority, the CPU or locked memory was refused",
+    "wakes": f"more than {MISSED_SHARE:.0%} of the core's wakes of the last minute came too late",
+    "loop": f"the event loop stood still for more than {LOOP_LATE_NS // 1_000_000} ms in the last minute",
+    "descriptors": "nine of ten file descriptors that the process may have are in use",
+    "device": "a device's firmware has stopped",
+    "flash": "a device's memory could not be written",
+    "port": "a port cannot go on, or a real board is away",
+    "segment": "stations of a segment share an address",
+}
+"""Of what can be wrong, and what each means."""
+
+
+_CLOSED_TO_SERVICES = {os.strerror(number) for number in (errno.ENOENT, errno.EACCES, errno.EPERM)}
+"""What a device is in the unit's sandbox: PrivateDevices=, DevicePolicy=closed."""
+_BACK = {
+    os.strerror(errno.EACCES): "add the user who runs hil to the group that the device belongs to",
+    os.strerror(errno.EPERM): "let the container or service that hil runs in have this device",
+    os.strerror(errno.ECONNREFUSED): "start what listens there",
+    os.strerror(errno.ENOTTY): "this is no serial port: correct `at:`",
+    os.strerror(errno.EISDIR): "this is no serial port: correct `at:`",
+    os.strerror(errno.EBUSY): "end the program that has it open",
+    os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
+}
+"""By what the system says, which pyserial puts into longer sentences."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """``about`` is the device, port or segment, empty for the whole bench."""
+
+    kind: str
+    about: str
+    what: str
+    remedy: str
+
+    def line(self) -> str:
+        """One line for people."""
+        return f"{self.about}: {self.what}; {self.remedy}" if self.about else f"{self.what}; {self.remedy}"
+
+
+def problems(daemon: "Daemon") -> list[Problem]:
+    """All that is wrong now, the bench's own first."""
+    return [*_of_bench(daemon), *_of_devices(daemon), *_of_segments(daemon)]
+
+
+def line_sessions(daemon: "Daemon") -> Iterator[tuple[str, Session | TapSession]]:
+    """Of twins' ports and of taps, by the names of the ports."""
+    yield from daemon.sessions.items()
+    yield from daemon.tap_sessions.items()
+
+
+def health(daemon: "Daemon") -> dict[str, Any]:
+    """For JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
+    found = problems(daemon)
+    return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
+
+
+def _of_bench(daemon: "Daemon") -> Iterator[Problem]:
+    if daemon.grant:
+        for missing, remedy in zip(daemon.grant.missing, daemon.grant.remedies, strict=True):
+            yield Problem("real_time", "", f"no {missing}", remedy)
+    vitals, again = daemon.vitals, "see `hil doctor` and docs/how-to/real-time.md"
+    if (share := vitals.missed_share) > MISSED_SHARE:
+        yield Problem("wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again)
+    if (late_ns := vitals.loop_worst_ns) > LOOP_LATE_NS:
+        what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
+        yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
+    process = read_process()
+    if process.open_fds * 10 > process.max_fds * 9:
+        what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"
+        remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
+        yield Problem("descriptors", "", what, remedy)
+
+
+def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
+    for name, device in daemon.bench.devices.items():
+        if device.failed:
+            remedy = (
+                f"`hil reset {name}` restarts it" if device.has_power else "`hil fault clear` ends the fault"
+            )
+            yield Problem("device", name, f"stopped: {device.failed}", remedy)
+    for name, why in daemon.store.failures.items():
+        remedy = f"it keeps its old content; mend {daemon.state_dir} and let the board store again"
+        yield Problem("flash", name, f"its flash was not written: {why}", remedy)
+    for name, session in line_sessions(daemon):
+        if session.port_failure:
+            yield Problem("port", name, session.port_failure, "restart the bench")
+    for name, real in daemon.real.items():
+        if away := real.board.stats().away:
+            what = f"{real.board.address}: {real.failures.get('client', away)}"
+            back = _back(away, daemon.service.is_watched)
+            yield Problem("port", name, what, f"{back}; it is tried again each second")
+        if failure := real.failures.get("board"):
+            yield Problem("port", name, failure, "restart the bench")
+
+
+def _back(why: str, is_service: bool) -> str:
+    """What brings a real board back, whose port could not be opened."""
+    if is_service and why in _CLOSED_TO_SERVICES:
+        return (
+            "plug it in, and open adapters to the service: the drop-in adapters.conf, docs/how-to/service.md"
+        )
+    return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")
+
+
+def _of_segments(daemon: "Daemon") -> Iterator[Problem]:
+    for name, segment in daemon.bench.segments.items():
+        for address, stations in segment.clashes().items():
+            what = f"two stations have one address {address}: {', '.join(stations)}"
+            yield Problem("segment", name, what, "give each an address of its own")

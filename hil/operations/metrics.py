@@ -1,0 +1,243 @@
+"""The table of metrics: what each is called and means, and where in the daemon its values stand."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hil import __version__
+from hil.core.core import bucket_edges_ns
+from hil.host.process import Process, read_process
+from hil.operations.health import KINDS, line_sessions, problems
+from hil.vocab.metrics import Histogram, Metric, Reading, Value
+from hil.vocab.ports import Port, PortStats
+
+if TYPE_CHECKING:
+    from hil.daemon import Daemon
+
+RUN_STATES = ("queued", "running", "done", "failed", "cancelled")
+FIRST_OCTAVE, LAST_OCTAVE = 10, 30
+"""A histogram's buckets end at 2^10 ns (1 us) to 2^30 ns (1.07 s)."""
+
+Values = Iterable[tuple[tuple[str, ...], Value]]
+
+
+class Scrape:
+    """What one reading needs more than once."""
+
+    def __init__(self, daemon: "Daemon") -> None:
+        self.daemon = daemon
+        self.rt = daemon.bench.core.native.rt_stats()
+        self.process: Process = read_process()
+
+    def ports(self) -> dict[str, Port]:
+        """By name; a real board's is the one that programs use."""
+        found = {name: session.port for name, session in line_sessions(self.daemon)}
+        return found | {name: real.client for name, real in self.daemon.real.items()}
+
+
+class Row(NamedTuple):
+    """A metric and how to read it."""
+
+    metric: Metric
+    read: Callable[[Scrape], Values]
+
+
+def readings(daemon: "Daemon") -> Iterator[Reading]:
+    """All metrics with their values. Each is read in one go: between two of them, a reload may add and remove
+    devices."""
+    scrape = Scrape(daemon)
+    for metric, read in METRICS:
+        yield metric, list(read(scrape))
+
+
+def octave_histogram(octaves: Iterable[int], total_ns: int) -> Histogram:
+    """Of counts by powers of two of nanoseconds: number b has those of [2^(b-1), 2^b)."""
+    below: dict[int, int] = dict.fromkeys(range(FIRST_OCTAVE, LAST_OCTAVE + 1), 0)
+    over = 0
+    for power, count in enumerate(octaves):
+        if power > LAST_OCTAVE:
+            over += count
+        else:
+            below[max(power, FIRST_OCTAVE)] += count
+    return Histogram([((1 << power) / 1e9, n) for power, n in below.items()], over, total_ns / 1e9)
+
+
+def _wake_latency(s: Scrape) -> Values:
+    octaves = [0] * 64
+    for bucket, count in enumerate(s.rt["wake_latency"]):
+        octaves[bucket_edges_ns(bucket)[0].bit_length()] += count
+    yield (), octave_histogram(octaves, s.rt["latency_total_ns"])
+
+
+def _one(read: Callable[[Scrape], Value]) -> Callable[[Scrape], Values]:
+    return lambda s: [((), read(s))]
+
+
+def _of_ports(read: Callable[[PortStats], int]) -> Callable[[Scrape], Values]:
+    return lambda s: (((name,), read(port.stats())) for name, port in s.ports().items())
+
+
+def _of_segments(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
+    def values(s: Scrape) -> Values:
+        now_ns = s.daemon.bench.now_ns
+        for name, segment in s.daemon.bench.segments.items():
+            yield (name,), read(segment.counters(now_ns))
+
+    return values
+
+
+def _segment_errors(s: Scrape) -> Values:
+    now_ns = s.daemon.bench.now_ns
+    for name, segment in s.daemon.bench.segments.items():
+        for kind, count in segment.counters(now_ns)["errors"].items():
+            yield (name, kind), count
+
+
+def _of_bridges(counter: str) -> Callable[[Scrape], Values]:
+    return lambda s: (((name,), b.status().get(counter, 0)) for name, b in s.daemon.bridges.items())
+
+
+def _problems(s: Scrape) -> Values:
+    found = [problem.kind for problem in problems(s.daemon)]
+    return [((kind,), found.count(kind)) for kind in KINDS]
+
+
+def _granted(s: Scrape) -> Values:
+    errnos = {"priority": "fifo_errno", "cpu": "pin_errno", "memory": "lock_errno"}
+    return [((what,), int(not s.rt[errno])) for what, errno in errnos.items()]  # type: ignore[literal-required]
+
+
+def _runs(s: Scrape) -> Values:
+    found = [progress.state for progress in s.daemon.runs.progress.values()]
+    return [((state,), found.count(state)) for state in RUN_STATES]
+
+
+def _overruns(s: Scrape) -> Values:
+    for name, device in s.daemon.bench.devices.items():
+        for uart, each in device.uarts.items():
+            yield (name, uart), each.overrun_bytes
+
+
+def _failed(s: Scrape) -> Values:
+    return (((name,), int(device.failed is not None)) for name, device in s.daemon.bench.devices.items())
+
+
+def _starved(s: Scrape) -> Values:
+    return (((name,), device.setpoints.starved) for name, device in s.daemon.bench.devices.items())
+
+
+def _port_failed(s: Scrape) -> Values:
+    for name, session in line_sessions(s.daemon):
+        yield (name,), int(session.port_failure is not None)
+    yield from (((name,), int("board" in real.failures)) for name, real in s.daemon.real.items())
+
+
+def _boards(s: Scrape) -> Values:
+    return (((name,), int(real.board.stats().clients > 0)) for name, real in s.daemon.real.items())
+
+
+def _bench(s: Scrape) -> Values:
+    return [((s.daemon.config.bench, __version__), 1)]
+
+
+def _speed(s: Scrape) -> Value:
+    return s.daemon.config.speed
+
+
+def _writes(s: Scrape) -> Values:
+    return [((result,), count) for result, count in s.daemon.store.writes.items()]
+
+
+def _faults(s: Scrape) -> Value:
+    return len(s.daemon.faults.listed())
+
+
+def _began(s: Scrape) -> Value:
+    return s.daemon.epoch_ns / 1e9
+
+
+def _metric(
+    name: str, kind: Any, about: str, read: Callable[[Scrape], Values], labels: tuple[str, ...] = ()
+) -> Row:
+    return Row(Metric(name, kind, about, labels), read)
+
+
+PORT, SEGMENT, BRIDGE = ("port",), ("segment",), ("bridge",)
+METRICS = (
+    _metric("hil_bench_info", "gauge", "always 1; which bench this is, of which version of hil",
+            _bench, ("bench", "version")),
+    _metric("hil_healthy", "gauge", "1 if nothing is wrong, as `hil status` says",
+            _one(lambda s: int(not problems(s.daemon)))),
+    _metric("hil_problems", "gauge", "what is wrong now, by kind", _problems, ("kind",)),
+    _metric("hil_rt_granted", "gauge", "1 if the core has real-time priority, its cpu, locked memory",
+            _granted, ("what",)),
+    _metric("hil_speed_ratio", "gauge", "simulated seconds in one second, as configured",
+            _one(_speed)),
+    _metric("hil_simulated_seconds_total", "counter", "simulated time since the start",
+            _one(lambda s: s.daemon.bench.now_ns / 1e9)),
+    _metric("hil_ticks_total", "counter", "wakes of the core", _one(lambda s: s.rt["ticks"])),
+    _metric("hil_missed_ticks_total", "counter", "wakes that came so late that the next was due already",
+            _one(lambda s: s.rt["missed"])),
+    _metric("hil_overruns_total", "counter", "wakes that had more than 20 ms of work",
+            _one(lambda s: s.rt["overruns"])),
+    _metric("hil_wake_latency_seconds", "histogram", "how late the core woke", _wake_latency),
+    _metric("hil_wake_latency_max_seconds", "gauge", "the longest since the start",
+            _one(lambda s: s.rt["longest_latency_ns"] / 1e9)),
+    _metric("hil_firmware_lag_seconds", "histogram", "how late firmware ran after it was due",
+            _one(lambda s: octave_histogram(s.daemon.bench.lag, s.daemon.bench.lag_total_ns))),
+    _metric("hil_loop_lag_seconds", "histogram", "how late the event loop was, looked at ten times a second",
+            _one(lambda s: octave_histogram(s.daemon.vitals.loop_lag, s.daemon.vitals.loop_lag_total_ns))),
+    _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped", _failed, ("device",)),
+    _metric("hil_setpoints_starved_total", "counter", "streams of set-points that stayed away", _starved,
+            ("device",)),
+    _metric("hil_uart_overrun_bytes_total", "counter", "bytes that found no room at a board's UART",
+            _overruns, ("device", "uart")),
+    _metric("hil_flash_writes_total", "counter", "writes of boards' memories that were asked for",
+            _writes, ("result",)),
+    _metric("hil_port_clients", "gauge", "clients that have the port open",
+            _of_ports(lambda p: p.clients), PORT),
+    _metric("hil_port_connects_total", "counter", "clients that ever opened it",
+            _of_ports(lambda p: p.connects), PORT),
+    _metric("hil_port_received_bytes_total", "counter", "bytes from clients", _of_ports(lambda p: p.rx_bytes),
+            PORT),
+    _metric("hil_port_sent_bytes_total", "counter", "bytes to clients",
+            _of_ports(lambda p: p.tx_bytes), PORT),
+    _metric("hil_port_dropped_bytes_total", "counter", "bytes lost because a client does not read",
+            _of_ports(lambda p: p.dropped_bytes), PORT),
+    _metric("hil_port_unheard_bytes_total", "counter", "bytes sent while nobody had the port open",
+            _of_ports(lambda p: p.unheard_bytes), PORT),
+    _metric("hil_port_backlog_bytes", "gauge", "bytes that wait for a client to read",
+            lambda s: (((name,), port.backlog()) for name, port in s.ports().items()), PORT),
+    _metric("hil_port_failed", "gauge", "1 if the port cannot go on", _port_failed, PORT),
+    _metric("hil_real_board_present", "gauge", "1 if the real board's serial port is open",
+            _boards, ("device",)),
+    _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
+    _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
+    _metric("hil_segment_collisions_total", "counter", "bursts that overlapped",
+            _of_segments(lambda c: c["collisions"]), SEGMENT),
+    _metric("hil_segment_errors_total", "counter", "what was wrong with packets", _segment_errors,
+            ("segment", "kind")),
+    _metric("hil_segment_load_ratio", "gauge", "share of the time that the line was busy",
+            _of_segments(lambda c: c["load"]), SEGMENT),
+    _metric("hil_bridge_links", "gauge", "connections", _of_bridges("links"), BRIDGE),
+    _metric("hil_bridge_commands_total", "counter", "commands, or scrapes", _of_bridges("commands"), BRIDGE),
+    _metric("hil_bridge_rejected_total", "counter", "commands that were refused",
+            _of_bridges("rejected"), BRIDGE),
+    _metric("hil_bridge_dropped_total", "counter", "messages that found no room",
+            _of_bridges("dropped"), BRIDGE),
+    _metric("hil_runs", "gauge", "runs that are remembered, by state", _runs, ("state",)),
+    _metric("hil_faults", "gauge", "faults that are active", _one(_faults)),
+    _metric("hil_log_messages_total", "counter", "warnings and errors in the log",
+            lambda s: [((level,), n) for level, n in s.daemon.vitals.messages.items()], ("level",)),
+    _metric("hil_locked_memory_bytes", "gauge", "memory of the process that cannot be paged out",
+            _one(lambda s: s.process.locked_bytes)),
+    _metric("hil_major_page_faults_total", "counter", "page faults that waited for a disk",
+            _one(lambda s: s.process.major_faults)),
+    _metric("process_resident_memory_bytes", "gauge", "memory in use",
+            _one(lambda s: s.process.resident_bytes)),
+    _metric("process_cpu_seconds_total", "counter", "CPU time, of users' and the kernel's code",
+            _one(lambda s: s.process.cpu_s)),
+    _metric("process_open_fds", "gauge", "file descriptors in use", _one(lambda s: s.process.open_fds)),
+    _metric("process_max_fds", "gauge", "RLIMIT_NOFILE", _one(lambda s: s.process.max_fds)),
+    _metric("process_start_time_seconds", "gauge", "when simulated time began, since 1970",
+            _one(_began)),
+)  # fmt: skip

@@ -1,0 +1,147 @@
+"""A group: the devices that share one simulated time, advanced with their axes.
+
+The core runs the axes up to the group's horizon, the earliest time at which a firmware has to run; the
+firmware runs at exactly that time; and so on. This loop is the same in real and in virtual time.
+"""
+
+from collections.abc import Callable
+from heapq import heapify, heappop, heappush
+
+from hil.core import Core
+from hil.sim.device import Device
+from hil.sim.inputs import Input
+from hil.vocab.time import FOREVER, SimTimeNs
+
+_ASK_EVERY = 16
+"""Steps between two looks at whether the time is over."""
+
+
+class Group:
+    """Devices in the order of their index, which decides ties. The caller owns the group in the core."""
+
+    def __init__(self, core: Core, group: int) -> None:
+        self._core = core
+        self._native = core.native
+        self.id = group
+        self.devices: list[Device] = []
+        self._timers: list[tuple[int, int, Callable[[SimTimeNs], None]]] = []
+        self._timer_count = 0
+        self._index: dict[int, int] = {}
+        """Of devices, by their axes."""
+        self._due: list[tuple[int, int]] = []
+        """A heap of when a device was due, and its index; what is no longer so is passed over. Only used with
+        several devices."""
+
+    def add(self, device: Device) -> None:
+        """Its firmware starts now."""
+        index = len(self.devices)
+        self.devices.append(device)
+        self._index[device.axis.id] = index
+        for uart in device.uarts.values():
+            uart.due_changed = lambda: self._note_due(index)
+        self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
+        heapify(self._due)
+
+    def __enter__(self) -> None:
+        """Own it, in real time: for as long as the block lasts the core's thread leaves it alone."""
+        self._native.acquire(self.id)
+
+    def __exit__(self, *_: object) -> None:
+        self.give_back()
+
+    def give_back(self) -> None:
+        """The core's thread goes on with it, as far as what is waited for now: an interrupt may have come
+        last, or what an input has caused."""
+        self._native.advance(self.id, self.due_ns, self.now_ns)
+        self._native.release(self.id)
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """The time the group has reached."""
+        return SimTimeNs(self._native.now(self.id))
+
+    @property
+    def due_ns(self) -> SimTimeNs:
+        """The earliest time at which a firmware has to run."""
+        timer_ns = self._timers[0][0] if self._timers else FOREVER
+        if len(self.devices) == 1:
+            due_ns = self.devices[0].due_ns
+        else:
+            due = self._due
+            while due and due[0][0] != self.devices[due[0][1]].due_ns:
+                heappop(due)
+            due_ns = SimTimeNs(due[0][0]) if due else FOREVER
+        return due_ns if due_ns < timer_ns else SimTimeNs(timer_ns)
+
+    def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
+        """Call at a time that has not been reached yet, before the firmwares that run then."""
+        self._timer_count += 1
+        heappush(self._timers, (at_ns, self._timer_count, call))
+
+    def _note_due(self, index: int) -> None:
+        if len(self.devices) > 1 and (due_ns := self.devices[index].due_ns) < FOREVER:
+            heappush(self._due, (due_ns, index))
+
+    def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
+        """Run axes and firmwares up to and at ``until_ns``; never back. Where ``is_over`` says so, which is
+        asked now and then, it stops before. The core does some milliseconds' work in one call, so that Ctrl-C
+        is heard however far it has to go."""
+        steps = 0
+        while True:
+            horizon_ns = self.due_ns
+            now_ns, has_news = self._native.advance(self.id, horizon_ns, until_ns)
+            if has_news:
+                self._interrupts()
+            if now_ns >= horizon_ns:
+                self._step(SimTimeNs(now_ns))
+                steps += 1
+                asks = steps % _ASK_EVERY == 0
+            elif now_ns >= until_ns:
+                return
+            else:
+                asks = True
+            if is_over and asks and self.due_ns > now_ns and is_over():
+                return  # all of this time has happened: an input that comes now comes after it
+
+    def wait_until(self, until_ns: SimTimeNs) -> SimTimeNs:
+        """Run axes up to ``until_ns``, or to when a firmware has to run, and no firmware; how far it came."""
+        self._native.advance(self.id, self.due_ns, until_ns)
+        return self.now_ns
+
+    def _step(self, now_ns: SimTimeNs) -> None:
+        """Run the firmwares that are due, in the order of their devices."""
+        while self._timers and self._timers[0][0] <= now_ns:
+            heappop(self._timers)[2](now_ns)
+        if len(self.devices) == 1:
+            if self.devices[0].due_ns <= now_ns:
+                self.devices[0].step(now_ns)
+            return
+        due = self._due
+        while due and due[0][0] <= now_ns:
+            _, index = heappop(due)
+            device = self.devices[index]
+            if device.due_ns <= now_ns:
+                device.step(now_ns)
+            if (due_ns := device.due_ns) < FOREVER:
+                heappush(due, (due_ns, index))
+
+    def apply(self, device: Device, given: Input) -> None:
+        """An input takes effect now, and the firmware runs on it."""
+        now_ns = self.now_ns
+        device.apply(given, now_ns)
+        device.step(now_ns)
+        self._note_due(self._index[device.axis.id])
+
+    def note_due(self, device: Device) -> None:
+        """A device has run for another reason than that it was due."""
+        self._note_due(self._index[device.axis.id])
+
+    def _interrupts(self) -> None:
+        for event in self._core.take_events(self.id):
+            index = self._index[event.axis]
+            self.devices[index].interrupt(event)
+            self._note_due(index)
+        if self._native.failed(self.id):
+            for device in self.devices:
+                if not device.failed:
+                    device.fail("the ring of its interrupts' events overflowed")

@@ -1,0 +1,172 @@
+"""The input log of a run: enough to run it again, exactly, on the virtual clock.
+
+A text file of JSON lines. The first is the header: format, version, the program's version, the
+configuration, and each device's memory at the start. The others are inputs (``inputs.encode_line``),
+and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state``
+(CRC-32 of the axis's snapshot at that time; null for what an interrupt sent). ``port`` stands in those of
+another serial interface than the main one.
+"""
+
+import base64
+import json
+import zlib
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from hil.sim.device import Device
+from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
+from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, encode_line
+from hil.vocab.firmware import MAIN
+from hil.vocab.time import SimTimeNs
+
+Memories = Mapping[str, Mapping[str, bytes]]
+"""Non-volatile sections of each device."""
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Bytes a device sent, and a checksum of its axis's state at that very time."""
+
+    at_ns: SimTimeNs
+    device: str
+    data: bytes
+    state: int | None
+    port: str = MAIN
+
+
+def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
+    """What a device sends now. What an interrupt sent has no state: it is noticed later than it happened,
+    at a time that depends on the machine's load."""
+    state = None if device.interrupting else zlib.crc32(repr(device.axis.snapshot()).encode())
+    return Sent(at_ns, device.name, data, state, port)
+
+
+@dataclass(frozen=True)
+class InputLog:
+    """A log as read back."""
+
+    config: dict[str, Any]
+    memories: dict[str, dict[str, bytes]]
+    inputs: list[Logged]
+    sent: list[Sent]
+    cut: bool = False
+    """Its writer was killed, or had no room left: answers to the last inputs are missing."""
+    name: str = ""
+    """Of its file."""
+    lines: list[int] = field(default_factory=list)
+    """Of the inputs, counted from 1."""
+    program: str = "another program"
+    """Which wrote it."""
+
+    def where(self, index: int) -> str:
+        """The place of an input."""
+        return place(self.name, self.lines[index])
+
+
+class Text(Protocol):
+    """Where lines go."""
+
+    def write(self, text: str, /) -> object:
+        """Append."""
+
+
+class InputLogWriter:
+    """Appends to an open text file. The caller flushes and closes it."""
+
+    def __init__(self, file: Text, program: str, config: Mapping[str, object], memories: Memories) -> None:
+        self.file = file
+        nvm = {
+            device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
+            for device, sections in memories.items()
+        }
+        header = {
+            "format": LOG_FORMAT,
+            "version": LOG_VERSION,
+            "program": program,
+            "config": config,
+            "nvm": nvm,
+        }
+        file.write(json.dumps(header, separators=(",", ":")) + "\n")
+
+    def write(self, logged: Logged) -> None:
+        self.file.write(encode_line(logged) + "\n")
+
+    def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
+        """Note what a device sent; a bench's listener."""
+        state = sent_now(device, port, at_ns, data).state
+        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": state}
+        if port != MAIN:
+            line["port"] = port
+        self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
+
+
+def place(name: str, line: int) -> str:
+    """A line of a log, for people."""
+    return f"{name}:{line}" if name else f"line {line}"
+
+
+def read_input_log(lines: Iterable[str | bytes], name: str = "") -> InputLog:
+    """Read a log; a last line without its end (the writer was killed) is left out. ``name``: of its file.
+
+    Raises:
+        InputLogError: this is not an input log, or not of a version that is known here; says where.
+    """
+    log = None
+    cut, number = False, 0
+    for number, line in enumerate(lines, start=1):
+        cut = line[-1:] not in ("\n", b"\n")
+        if cut:
+            break
+        try:
+            if log is None:
+                log = _header(read_line(line), name)
+                continue
+            values = read_line(line)
+            if "sent" in values:
+                log.sent.append(_decode_sent(values))
+            else:
+                log.inputs.append(decode(values))
+                log.lines.append(number)
+        except InputLogError as error:
+            raise InputLogError(f"{place(name, number)}: {error}; {REMEDY}") from None
+    if log is None:
+        raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {REMEDY}")
+    return replace(log, cut=cut)
+
+
+REMEDY = "take a log as `hil serve --log` wrote it"
+
+
+def _header(values: dict[str, Any], name: str) -> InputLog:
+    if values.get("format") != LOG_FORMAT:
+        raise InputLogError("this is not an input log")
+    program = ascii(values.get("program", "another program"))[:80].strip("'")
+    if values.get("version") != LOG_VERSION or isinstance(values["version"], bool):
+        version = ascii(values.get("version"))[:80]
+        raise InputLogError(f"the log has version {version}, of {program}; this program reads {LOG_VERSION}")
+    config, nvm = values.get("config"), values.get("nvm")
+    if not isinstance(config, dict) or not isinstance(nvm, dict):
+        raise InputLogError("the header has to have config and nvm, both objects")
+    memories = {}
+    for device, sections in nvm.items():
+        if not isinstance(sections, dict):
+            raise InputLogError(f"nvm of {device[:40]!r} is no object")
+        memories[device] = {section: _memory(content) for section, content in sections.items()}
+    return InputLog(config, memories, [], [], name=name, program=program)
+
+
+def _memory(content: object) -> bytes:
+    with suppress(ValueError):
+        if isinstance(content, str):
+            return base64.b64decode(content, validate=True)
+    raise InputLogError("the content of a memory has to be base64")
+
+
+def _decode_sent(values: dict[str, Any]) -> Sent:
+    at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
+    data = taken(values, "sent", hexadecimal)
+    state = taken(values, "state", lambda state: None if state is None else whole(state, range(1 << 32)))
+    port = taken({"port": MAIN} | values, "port", text)
+    return Sent(SimTimeNs(at_ns), device, data, state, port)

@@ -1,0 +1,170 @@
+"""Lines of an input log, read back: each field is checked for what its type says.
+
+Whether a bench can take such an input is another question (``hil.compose.foreign``).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, get_type_hints
+
+from hil.sim.inputs import KINDS, Bytes, Do, InputLogError, Logged
+from hil.vocab.firmware import MAIN
+from hil.vocab.json_text import JsonError, read_json
+from hil.vocab.path import PathPiece
+from hil.vocab.time import SimTimeNs
+from hil.wire.step_dir import Edges, Train
+
+LATEST_NS = 1 << 62
+"""At which a bench in real time stops, after 146 years."""
+_INT64 = range(-(1 << 63), 1 << 63)
+
+
+class _Wrong(Exception):
+    """A value is not what it has to be: ``str(error)`` says what that is."""
+
+
+def whole(value: Any, within: range = _INT64) -> int:
+    """An integer, by default of 64 bits."""
+    if isinstance(value, bool) or not isinstance(value, int) or value not in within:
+        raise _Wrong(f"write a whole number from {within.start} to {within.stop - 1}")
+    return value
+
+
+def time_ns(value: Any) -> int:
+    """A simulated time."""
+    return whole(value, range(LATEST_NS + 1))
+
+
+def number(value: Any) -> float:
+    """Integers too; ``read_json`` lets in none that is not finite."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _Wrong("write a number")
+    return value
+
+
+def text(value: Any) -> str:
+    """Text."""
+    if not isinstance(value, str):
+        raise _Wrong("write a text")
+    return value
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise _Wrong("write true or false")
+    return value
+
+
+def hexadecimal(value: Any) -> bytes:
+    """Bytes."""
+    try:
+        return bytes.fromhex(text(value))
+    except ValueError:
+        raise _Wrong("write hexadecimal digits") from None
+
+
+def _digits(value: Any) -> str:
+    hexadecimal(value)
+    return text(value)
+
+
+def _whole_or_none(value: Any) -> int | None:
+    return None if value is None else whole(value)
+
+
+def _value(value: Any) -> float | str:
+    return value if isinstance(value, str) else number(value)
+
+
+def _rows(*columns: Callable[[Any], Any], least: int = 0) -> Callable[[Any], tuple[tuple[Any, ...], ...]]:
+    """Reads rows; the columns after the first ``least`` may be left out, 0: all are needed."""
+
+    def read(value: Any) -> tuple[tuple[Any, ...], ...]:
+        if not isinstance(value, list) or not all(isinstance(row, list) for row in value):
+            raise _Wrong("write rows")
+        if any(not (least or len(columns)) <= len(row) <= len(columns) for row in value):
+            raise _Wrong(f"write rows of {len(columns)}")
+        return tuple(tuple(column(each) for column, each in zip(columns, row, strict=False)) for row in value)
+
+    return read
+
+
+_PIECES = _rows(whole, number, number, number, number, least=2)
+_EDGES = _rows(whole, text, whole, whole, whole, least=1)
+_READERS: Mapping[Any, Callable[[Any], Any]] = {
+    int: whole,
+    float: number,
+    str: text,
+    bool: _flag,
+    bytes: hexadecimal,
+    int | None: _whole_or_none,
+    tuple[tuple[int, int], ...]: _rows(whole, whole),
+    tuple[tuple[int, str], ...]: _rows(whole, _digits),
+    tuple[tuple[str, float | str], ...]: _rows(text, _value),
+    tuple[tuple[str, int | None, str], ...]: _rows(text, _whole_or_none, _digits),
+    tuple[PathPiece, ...]: lambda value: tuple(PathPiece(*row) for row in _PIECES(value)),
+    Train: lambda value: tuple(Edges(*row) for row in _EDGES(value)),
+}
+"""By the type of an input's field."""
+_TYPES = {kind: get_type_hints(kind) for kind in KINDS.values()}
+_NAMES = {(Do, "at_ns"): "later_ns"}
+"""Of fields that the log calls otherwise: an input's own ``at_ns`` is when it took effect."""
+_LEFT_OUT = {(Bytes, "port"): MAIN, (Do, "at_ns"): None}
+"""What fields are that do not stand in the log."""
+
+
+def read_line(line: str | bytes) -> dict[str, Any]:
+    """A line of a log as an object.
+
+    Raises:
+        InputLogError: it is none.
+    """
+    try:
+        values = read_json(line)
+    except JsonError as error:
+        raise InputLogError(f"this is no line of an input log: {error}") from None
+    if not isinstance(values, dict):
+        raise InputLogError("this is no line of an input log: it is no object")
+    return values
+
+
+def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
+    """A field, taken out of its line.
+
+    Raises:
+        InputLogError: it is missing, or not what it has to be.
+    """
+    if name not in values:
+        raise InputLogError(f"this is no line of an input log: it has no {name}")
+    try:
+        return read(values.pop(name))
+    except _Wrong as error:
+        raise InputLogError(f"{name}: {error}") from None
+
+
+def decode_line(line: str | bytes) -> Logged:
+    """The reverse of ``inputs.encode_line``.
+
+    Raises:
+        InputLogError: the line is not one.
+    """
+    return decode(read_line(line))
+
+
+def decode(values: dict[str, Any]) -> Logged:
+    """The same of a line that was read already; takes its fields out."""
+    at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
+    name = taken(values, "input", text)
+    if name not in KINDS:
+        raise InputLogError(f"there is no input {name[:40]!r}; there are {', '.join(KINDS)}")
+    kind = KINDS[name]
+    read: dict[str, Any] = {}
+    for field in fields(kind):
+        logged = _NAMES.get((kind, field.name), field.name)
+        if logged not in values and (kind, field.name) in _LEFT_OUT:
+            read[field.name] = _LEFT_OUT[kind, field.name]
+        else:
+            read[field.name] = taken(values, logged, _READERS[_TYPES[kind][field.name]])
+    if values:
+        raise InputLogError(f"an input {name} has no {next(iter(values))[:40]!r}")
+    return Logged(SimTimeNs(at_ns), device, kind(**read))

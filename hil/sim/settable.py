@@ -1,0 +1,45 @@
+"""What may be set on an axis from outside, whoever asks: commands, bridges, faults."""
+
+from typing import TYPE_CHECKING
+
+from hil.core.fields import OF_KIND
+from hil.sim.device import Device
+
+if TYPE_CHECKING:
+    from hil.sim.bench import BenchRuntime
+
+SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
+"""Fields that are the world around the board and not the firmware's memory."""
+SETTABLE = (*SURROUNDINGS, "clock_Hz", "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
+_RANGES = {
+    "uMAX": (0.0, 255.0),
+    "PA": (-360.0, 360.0),
+    "clock_Hz": (-1.0, 1e9),
+    "diaagc": (0.0, float(0x7FFF)),
+    "errfl": (0.0, float(0x7FFF)),
+}
+_FIELD_LIMIT = 1e6
+
+
+def setting_problem(bench: "BenchRuntime", device: Device, name: str, value: object) -> str | None:
+    """What is wrong with a value for a field of ``SETTABLE``, or None."""
+    if name not in OF_KIND[device.axis.kind]:
+        return f"{device.name}, a {device.profile}, has no {name}"
+    if name == "load_torque_Nm":
+        problem = bench.faults.load_problem(device, value)
+        return problem and f"{name}: {problem}"
+    low, high = _range(device, name)
+    return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
+
+
+def _range(device: Device, name: str) -> tuple[float, float]:
+    """A gain has the limits of the board's verb."""
+    gains = device.verbs["gains"].parameters if "gains" in device.verbs else ()
+    for parameter in gains:
+        if parameter.name == name:
+            return parameter.minimum, parameter.maximum
+    return _RANGES.get(name, (-_FIELD_LIMIT, _FIELD_LIMIT))
+
+
+def _is_between(low: float, value: object, high: float) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high

@@ -1,0 +1,111 @@
+"""A tap: where a program outside is a station of a segment, as master, as node, or listening only."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from hil.sim.inputs import Bytes, Input, Play
+from hil.vocab.segment import HeardCharacter, Segment
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.packet import Packet, PacketDecoder
+from hil.wire.serial_line import character_ns, resample
+
+TAP_ROOM_BYTES = 256
+"""What a client may have sent that is not on the wire yet; more waits at the client."""
+
+
+class Tap:
+    """A station without a board. What a client sends goes on the wire at once and in order; ``heard`` keeps
+    what the wire says, with its times, until ``take``."""
+
+    def __init__(
+        self, name: str, segment: Segment, baud: int, *, only_listens: bool = False, is_real: bool = False
+    ) -> None:
+        self.name = name
+        self.segment = segment
+        self.baud_now = baud
+        self.only_listens = only_listens
+        self.is_real = is_real
+        """A real line hangs here: addresses that send there are left to the real nodes."""
+        self.notes: dict[int, str] = {}
+        """Of real nodes that took a twin's place, by their addresses."""
+        self._decoder = PacketDecoder()
+        self.now_ns = SimTimeNs(0)
+        self.refused_bytes = 0
+        """What a client sent to a tap that only listens."""
+        self.heard: deque[tuple[int, int]] = deque()
+        """When each character was complete, and the character."""
+        self.at: Callable[[int, Callable[[SimTimeNs], None]], None]
+        """Calls at a simulated time; the bench sets it."""
+        self.fresh: Callable[[], None] = lambda: None
+        """Called when something was heard."""
+        self._free_ns = 0
+
+    def apply(self, given: Input, now_ns: SimTimeNs) -> None:
+        """A client's bytes take effect."""
+        self.now_ns = now_ns
+        if isinstance(given, Play):
+            for offset_ns, data in given.bursts:
+                self.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
+            return
+        if not isinstance(given, Bytes):
+            return
+        if self.only_listens:
+            self.refused_bytes += len(given.data)
+            return
+        if self.is_real:
+            self._leave_to_real_nodes(given.data)
+        self._send(given.data, given.client_baud or self.baud_now, now_ns)
+
+    def _send(self, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
+        start_ns = SimTimeNs(max(now_ns, self._free_ns))
+        self._free_ns = start_ns + character_ns(len(data), baud)
+        self.segment.transmit(self.name, start_ns, data, baud)
+
+    def _leave_to_real_nodes(self, data: bytes) -> None:
+        for item in self._decoder.feed(data):
+            if isinstance(item, Packet) and item.is_good:
+                for station in self.segment.clashes_with(item.origin, self.name):
+                    self.segment.set_cut(station, True)
+                    note = f"address {item.origin} is a real node: {station} was taken off the wire"
+                    self.notes[item.origin] = note
+
+    def room(self, now_ns: SimTimeNs) -> int:
+        """How many bytes may be taken from a client."""
+        waiting = max(self._free_ns - now_ns, 0) // character_ns(1, self.baud_now)
+        return max(0, TAP_ROOM_BYTES - int(waiting))
+
+    @property
+    def room_ns(self) -> SimTimeNs:
+        """When half of what may wait has gone out."""
+        return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
+
+    def take(self, until_ns: int) -> bytes:
+        """What was complete by then."""
+        out = bytearray()
+        while self.heard and self.heard[0][0] <= until_ns:
+            out.append(self.heard.popleft()[1])
+        return bytes(out)
+
+    @property
+    def next_ns(self) -> SimTimeNs:
+        """When the next character is complete, of those that are on the wire already."""
+        return SimTimeNs(self.heard[0][0]) if self.heard else FOREVER
+
+    # ---- hil.vocab.segment.Receiver ----
+
+    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
+        if baud == self.baud_now:
+            self.heard.extend((start_ns + character_ns(i + 1, baud), byte) for i, byte in enumerate(data))
+        else:
+            one_ns = character_ns(1, self.baud_now)
+            for sampled in resample(data, baud, self.baud_now):
+                self.heard.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
+        self.fresh()
+
+    def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
+        self.heard.extend((each.at_ns, each.byte) for each in characters)
+        self.fresh()
+
+    def retract(self, after_ns: SimTimeNs) -> None:
+        self.heard = deque(each for each in self.heard if each[0] <= after_ns)

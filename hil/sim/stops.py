@@ -1,0 +1,71 @@
+"""What watches over a firmware's own code: in a daemon a clock, in a replay what its log says.
+
+A firmware that is stopped is stopped at a point that no simulated time tells. So the turn in which it happens
+counts as if the firmware had not run in it, but for what it had sent, which stands in the log.
+"""
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Protocol
+
+from hil.sim.inputs import Stopped
+
+if TYPE_CHECKING:
+    from hil.sim.device import Device
+
+_NOTHING = nullcontext()
+
+
+class FirmwareHung(BaseException):
+    """A firmware used more time than it may. No ``Exception``: a firmware that goes on after whatever happens
+    to it must not go on after this."""
+
+
+class StopLogged(FirmwareHung):
+    """The log says that the firmware was stopped in this turn."""
+
+    def __init__(self, stopped: Stopped) -> None:
+        super().__init__(stopped.reason)
+        self.stopped = stopped
+
+
+class Guard(Protocol):
+    """``with guard(device):`` around each turn of its firmware's own code."""
+
+    def __call__(self, device: "Device", /) -> AbstractContextManager[object]: ...
+
+    def aside(self) -> AbstractContextManager[object]:
+        """Work that is not the firmware's, in the middle of a turn or after it."""
+
+
+class Unguarded:
+    """Nobody watches."""
+
+    def __call__(self, device: "Device", /) -> AbstractContextManager[object]:
+        return _NOTHING
+
+    def aside(self) -> AbstractContextManager[object]:
+        return _NOTHING
+
+
+class LoggedStops(Unguarded):
+    """Stops one device in the turns in which its log says so, before its firmware runs in them."""
+
+    def __init__(self, stops: Mapping[int, Stopped]) -> None:
+        self.left = dict(stops)
+        """Those that have not come yet, by their turns."""
+
+    def __call__(self, device: "Device", /) -> AbstractContextManager[object]:
+        stopped = self.left.pop(device.turns, None)
+        return _Stop(stopped) if stopped else _NOTHING
+
+
+class _Stop(AbstractContextManager[None]):
+    def __init__(self, stopped: Stopped) -> None:
+        self._stopped = stopped
+
+    def __enter__(self) -> None:
+        raise StopLogged(self._stopped)
+
+    def __exit__(self, *_: object) -> None:
+        return

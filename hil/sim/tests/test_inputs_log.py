@@ -1,0 +1,138 @@
+"""Lines of the input log: there and back, and what is no line."""
+
+import io
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.input_reading import LATEST_NS, decode_line
+from hil.sim.inputs import (
+    Bytes,
+    CommitDone,
+    Input,
+    InputLogError,
+    Logged,
+    Pin,
+    Reset,
+    ScriptEncoder,
+    SetField,
+    Stopped,
+    encode_line,
+)
+from hil.vocab.time import SimTimeNs
+
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
+INT64 = st.integers(-(2**63), 2**63 - 1)
+INPUTS: st.SearchStrategy[Input] = st.one_of(
+    st.builds(Bytes, st.binary(max_size=100), st.none() | st.integers(50, 4_000_000)),
+    st.builds(Pin, st.sampled_from(["D0", "D1", "D2", "D3", "step"]), st.integers(0, 1)),
+    st.builds(SetField, TEXT, st.floats(allow_nan=False, allow_infinity=False)),
+    st.builds(ScriptEncoder, st.lists(st.tuples(INT64, INT64), max_size=8).map(tuple), st.booleans()),
+    st.builds(Reset),
+    st.builds(CommitDone, st.booleans()),
+    st.builds(
+        Stopped,
+        st.integers(0, 2**63 - 1),
+        TEXT,
+        st.lists(
+            st.tuples(TEXT, st.none() | st.integers(50, 2**32), st.binary(max_size=9).map(bytes.hex)),
+            max_size=3,
+        ).map(tuple),
+    ),
+)
+LOGGED = st.builds(Logged, st.integers(0, LATEST_NS).map(SimTimeNs), TEXT, INPUTS)
+GOOD = '{"at_ns":5,"device":"m1","input":"bytes","data":"7079","client_baud":null}'
+
+
+@given(LOGGED)
+def test_a_line_reads_back(logged: Logged) -> None:
+    line = encode_line(logged)
+    assert "\n" not in line
+    assert decode_line(line) == logged
+
+
+def test_a_line_is_what_the_format_says() -> None:
+    logged = Logged(SimTimeNs(5), "m1", Bytes(b"py"))
+    assert encode_line(logged) == GOOD
+    assert decode_line(GOOD) == logged
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "[]",
+        "7",
+        "null",
+        "{}",
+        GOOD[:-1],
+        GOOD.replace("5", '"soon"'),
+        GOOD.replace("bytes", "octets"),
+        GOOD.replace("7079", "707"),
+        GOOD.replace("7079", "py"),
+        GOOD.replace("}", ',"more":1}'),
+        GOOD.replace(',"client_baud":null', ""),
+        '{"at_ns":5,"device":"m1","input":"script_encoder","points":[[1]],"linear":true}',
+        '{"at_ns":5,"device":"m1","input":"script_encoder","points":[["x",1]],"linear":true}',
+    ],
+)
+def test_what_is_no_line_is_refused(line: str) -> None:
+    with pytest.raises(InputLogError):
+        decode_line(line)
+
+
+@given(st.text(max_size=60) | st.binary(max_size=60).map(lambda data: data.decode("latin-1")))
+def test_nonsense_is_an_input_log_error_and_nothing_else(text: str) -> None:
+    with pytest.raises(InputLogError):
+        decode_line(text)
+
+
+MEMORIES = st.dictionaries(TEXT, st.dictionaries(TEXT, st.binary(max_size=50), max_size=2), max_size=3)
+
+
+def written(config: dict[str, Any], memories: dict[str, dict[str, bytes]], inputs: list[Logged]) -> str:
+    file = io.StringIO()
+    writer = InputLogWriter(file, "test", config, memories)
+    for logged in inputs:
+        writer.write(logged)
+    return file.getvalue()
+
+
+@given(MEMORIES, st.lists(LOGGED, max_size=5))
+def test_a_log_reads_back(memories: dict[str, dict[str, bytes]], inputs: list[Logged]) -> None:
+    config = {"bench": "b", "devices": {"m1": {"speed": 1.5}}}
+    log = read_input_log(io.StringIO(written(config, memories, inputs)))
+    assert (log.config, log.memories, log.inputs, log.sent) == (config, memories, inputs, [])
+
+
+def test_a_last_line_that_was_cut_is_left_out() -> None:
+    logged = Logged(SimTimeNs(5), "m1", Reset())
+    text = written({}, {}, [logged, logged])
+    for cut in range(text.index("\n", text.index("\n") + 1) + 1, len(text) - 1):
+        assert read_input_log(io.StringIO(text[:cut])).inputs == [logged]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [("hil-inputs", "hil-nothing"), ('"version":1', '"version":99'), ('"nvm"', '"mvn"'), ("{", "[")],
+)
+def test_another_file_is_refused(change: tuple[str, str]) -> None:
+    with pytest.raises(InputLogError):
+        read_input_log(io.StringIO(written({}, {}, []).replace(*change, 1)))
+    with pytest.raises(InputLogError):
+        read_input_log([])
+
+
+def test_the_header_names_format_version_and_program() -> None:
+    header = json.loads(written({"bench": "b"}, {"m1": {"lookup": b"\0\1"}}, []))
+    assert header == {
+        "format": "hil-inputs",
+        "version": 1,
+        "program": "test",
+        "config": {"bench": "b"},
+        "nvm": {"m1": {"lookup": "AAE="}},
+    }

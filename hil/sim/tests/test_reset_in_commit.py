@@ -1,0 +1,121 @@
+"""A reset while the memory is being written: nobody is told of another's commit, and nothing is forgotten."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from hil.core import AxisPlan, Core
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.inputs import Bytes, CommitDone, Reset
+from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Main
+from hil.vocab.time import SimTimeNs
+
+MS = 1_000_000
+PARAMETERS = {
+    "inertia_kg_m2": 5.4e-6,
+    "viscous_Nm_s_per_rad": 0.004,
+    "torque_constant_Nm_per_A": 0.225,
+    "sense_resistor_ohm": 0.15,
+    "start_deg": 0.0,
+    "load_torque_Nm": 0.0,
+    "rotor_teeth": 50,
+}
+
+
+class SlowStore:
+    """Answers nothing by itself."""
+
+    def __init__(self) -> None:
+        self.asked: list[dict[str, bytes]] = []
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+        self.asked.append(dict(sections))
+
+
+class Keeper:
+    """Says at boot what it remembers; stores each byte it gets under its name, and says what came of it."""
+
+    def __init__(self, board: Board) -> None:
+        self.uart, self.nvm = board.uart, board.nvm
+
+    def main(self) -> Main:
+        self.uart.write(b"boot:" + b"".join(sorted(self.nvm.values())) + b"\n")
+        while True:
+            yield ByteAvailable()
+            byte = bytes([self.uart.read()])
+            durable: bool = yield Commit(byte.decode(), byte)
+            self.uart.write(byte + (b" kept\n" if durable else b" failed\n"))
+
+    def interrupt(self, event: CoreEvent) -> None:
+        return
+
+
+class Bench:
+    """A ``Keeper`` on the virtual clock."""
+
+    def __init__(self) -> None:
+        self.store = SlowStore()
+        self.runtime = BenchRuntime("test", Core(2))
+        self.heard = b""
+        self.runtime.listeners.append(self._hear)
+        group, axis = self.runtime.open_group(AxisPlan(PARAMETERS))
+        keyword: dict[str, Any] = {"network_baud": None, "nvm": {}, "power_up": {}, "facts": {}}
+        self.device = Device(
+            "m1", "t", axis, Keeper, baud=None, store=self.store, sent=self.runtime.sent, **keyword
+        )
+        self.runtime.add(group, self.device)
+        self.runtime.advance(SimTimeNs(MS))
+
+    def _hear(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
+        self.heard += data
+
+    def give(self, given: Bytes | CommitDone | Reset) -> bytes:
+        """What is sent within 5 ms after an input."""
+        self.heard = b""
+        self.runtime.give(self.device, given)
+        self.runtime.advance(SimTimeNs(self.runtime.now_ns + 5 * MS))
+        return self.heard
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_a_board_starts_again_when_its_write_has_ended(durable: bool) -> None:
+    bench = Bench()
+    assert bench.give(Bytes(b"a")) == b""
+    assert bench.give(Reset()) == b""
+    assert bench.give(Bytes(b"b")) == b""
+    assert bench.give(CommitDone(durable)) == (b"boot:a\n" if durable else b"boot:\n")
+    assert bench.store.asked[1] == ({"a": b"a", "b": b"b"} if durable else {"b": b"b"})
+    assert bench.give(CommitDone(True)) == b"b kept\n"
+    assert bench.device.nvm == bench.store.asked[-1]
+
+
+def test_a_write_that_is_answered_late_is_not_taken_for_a_later_one() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.give(Reset())
+    bench.give(Reset())
+    assert bench.give(CommitDone(False)) == b"boot:\n"
+    assert bench.give(Bytes(b"b")) == b""
+    assert bench.give(CommitDone(True)) == b"b kept\n"
+    assert bench.store.asked == [{"a": b"a"}, {"b": b"b"}]
+
+
+def test_a_write_goes_on_when_the_power_is_lost() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.device.power("unplugged", bench.runtime.now_ns)
+    assert bench.give(CommitDone(True)) == b""
+    assert bench.device.nvm == {"a": b"a"}
+    assert bench.give(Reset()) == b"", "there is still no power"
+    bench.device.power(None, bench.runtime.now_ns)
+    bench.runtime.advance(SimTimeNs(bench.runtime.now_ns + MS))
+    assert bench.heard == b"boot:a\n"
+
+
+def test_an_answer_that_nobody_asked_for_changes_nothing() -> None:
+    bench = Bench()
+    assert bench.give(CommitDone(True)) == b""
+    assert bench.give(Bytes(b"a")) == b""
+    assert bench.give(CommitDone(True)) == b"a kept\n"
