@@ -1,14 +1,19 @@
 """Commands that go on until they are ended: by SIGINT and SIGTERM, also where a shell had them ignored."""
 
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from e2e_support import HIL, PATIENCE_S, TERMINAL, Place, Server, config, until
 
+from hil.runs import Progress
 from hil.wire.pcapng import read
 
 SAC = {"profile": "sac", "flash": {}}
@@ -131,3 +136,38 @@ def test_a_server_ends(place: Place, command: tuple[str, ...], sign: bytes, numb
     rest = running.communicate(timeout=PATIENCE_S)[0]
     assert running.returncode == 0, rest
     assert b"Traceback" not in rest
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_was_just_submitted_is_cancelled(number: int) -> None:
+    # The signal comes after the bench has taken the run, and before the command knows that it has.
+    asked: list[str] = []
+    with Place() as place, socket.socket(socket.AF_UNIX) as listener:
+        folder = place.runtime / "t"
+        folder.mkdir(parents=True)
+        listener.bind(str(folder / "control.sock"))
+        listener.listen()
+        running = subprocess.Popen(
+            [HIL, "run", str(place.write(FAR, "far.yaml")), "--runtime-dir", str(place.runtime)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+
+        def serve() -> None:
+            while asked[-1:] != ["runs"]:
+                client, _ = listener.accept()
+                with client, suppress(OSError):  # who only looks whether somebody listens
+                    if line := client.makefile("rb").readline():
+                        asked.append(json.loads(line)["verb"])
+                        is_over = "cancel_run" in asked
+                        progress = Progress("far", state="cancelled" if is_over else "running").as_dict()
+                        if asked[-1] == "run":
+                            running.send_signal(number)
+                        result = [progress] if asked[-1] == "runs" else progress
+                        client.sendall(json.dumps({"ok": True, "result": result}).encode() + b"\n")
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        said = running.communicate(timeout=PATIENCE_S)[0]
+        assert (running.returncode, asked) == (1, ["run", "cancel_run", "runs"]), said
+        assert b"far: cancelled" in said

@@ -48,31 +48,38 @@ def run(
     if len(text) > DOCUMENT_BYTES:
         raise fail(f"{file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", BAD_DOCUMENT)
     request = {"text": text, "file": str(file), "check": check}
-    answer = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
-    if problems := answer.get("problems"):
-        raise fail(problems, BAD_DOCUMENT)
     if check:
+        answer = _submitted(bench, runtime_dir, request)
         typer.echo(f"{file}: run {answer['run']}, {answer['steps']} step(s), no problems")
         return
-    progress = answer
-    if progress["submissions"] > 1:
-        typer.echo(f"{progress['run']}: it is under way already; this is how that run does", err=True)
-    name = progress["run"]
-    step = -1
-    with noted() as interrupts:
+    with noted() as interrupts:  # from here on: the bench may have the run before its answer is here
+        progress = _submitted(bench, runtime_dir, request)
+        if progress["submissions"] > 1:
+            typer.echo(f"{progress['run']}: it is under way already; this is how that run does", err=True)
+        name = progress["run"]
+        step = -1
         while not detach and progress["state"] in ("queued", "running"):
             if progress["step"] != step and not as_json:
                 step = progress["step"]
                 said = f"step {step} of {progress['steps']}" if step else progress["state"]
                 typer.echo(f"{name}: {said}", err=True)
-            time.sleep(POLL_S)
             if interrupts:
                 interrupts.clear()
                 ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
+            else:
+                time.sleep(POLL_S)
             progress = ask_bench(bench, runtime_dir, "runs", name=name)[0]
     typer.echo(json.dumps(progress) if as_json else _report(progress))
     if progress["state"] in ("failed", "cancelled"):
         raise typer.Exit(1)
+
+
+def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, Any]) -> dict[str, Any]:
+    """The bench's answer to a run; its problems end the command."""
+    answer: dict[str, Any] = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
+    if problems := answer.get("problems"):
+        raise fail(problems, BAD_DOCUMENT)
+    return answer
 
 
 def benches(
