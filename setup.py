@@ -73,6 +73,7 @@ setup(
                 f"{NATIVE}/group.c",
                 f"{NATIVE}/motion/motion.c",
                 f"{NATIVE}/motion/profile.c",
+                f"{NATIVE}/motion/queue.c",
                 f"{NATIVE}/motion/ramp.c",
                 f"{NATIVE}/pins.c",
                 f"{NATIVE}/plant/full.c",
