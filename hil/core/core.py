@@ -17,9 +17,9 @@ FAULTS = (
     *("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev"),
     *("load_Nm", "freeze", "open_line"),
 )
-"""HIL_FAULT_* of hil_core.h, in its order."""
+"""HIL_FAULT_* of ``native/types.h``, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
-"""Names of ``hil_event_kind`` in ``native/hil_core.h``."""
+"""Names of ``hil_event_kind`` in ``native/types.h``."""
 
 PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
 """Inputs of a servo: the board's names, and what the step/dir interface uses them for."""
@@ -112,7 +112,7 @@ def octaves(histogram: Sequence[int]) -> list[int]:
 
 @dataclass(frozen=True)
 class Load:
-    """What the shaft of a full plant turns; the parts add up. ``native/hil_core.h``: hil_load."""
+    """What the shaft of a full plant turns; the parts add up. ``native/types.h``: hil_load."""
 
     inertia_kg_m2: float = 0.0
     torque_Nm: float = 0.0
@@ -228,7 +228,7 @@ class CoreAxis:
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
-        steps, duration_ns) as in ``native/hil_core.h``: hil_edges. Raises KeyError for another pin."""
+        steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
         self._native.drive(
             self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )
