@@ -40,7 +40,6 @@ class Telnet:
     def __init__(self, signature: str) -> None:
         self.baud: int | None = None
         self.dtr = self.rts = True
-        self.breaks = 0
         self._signature = signature.encode()
         self._state = _State.DATA
         self._verb = 0
@@ -126,7 +125,6 @@ class Telnet:
     def _control(self, value: int, line: bytearray) -> int:
         """A control's value in force."""
         if value == _BREAK_ON:
-            self.breaks += 1
             line.append(0)
         elif value in (_DTR_ON, _DTR_OFF):
             self.dtr = value == _DTR_ON

@@ -230,12 +230,3 @@ class Segment:
         self._disturbance = Disturbance(
             burst, before, self.stations, self._clock, self._decoder, self.stats, self._show
         )
-
-
-def poll_cycle_ns(nodes: int, command_bytes: int, baud: int, turnaround_characters: int = 2) -> int:
-    """How long a master takes to send each node a command of so many data bytes and to get its ACK.
-
-    Both packets (six bytes and the data, one byte in an ACK), a node's turnaround, the same for the master.
-    """
-    characters = (6 + command_bytes) + turnaround_characters + 7 + turnaround_characters
-    return nodes * character_ns(characters, baud)

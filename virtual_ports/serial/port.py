@@ -85,7 +85,7 @@ class SerialPort:
         self._lost.clear()
         self.away = None
         self._traffic.connects += 1
-        self._line = kind(port, self, self._loop)
+        self._line = kind(port, self, self._traffic, self._loop)
 
     async def _keep(self) -> None:
         while True:
@@ -105,16 +105,12 @@ class SerialPort:
         self._traffic.rx_bytes += len(data)
         self._host.received(data)
 
-    def sent(self, count: int) -> None:
-        self._traffic.tx_bytes += count
-
     def drained(self) -> None:
         self._host.drained()
 
     def lost(self, reason: str) -> None:
         if self._line is None:
             return
-        self._traffic.dropped_bytes += self._line.backlog
         self.away = reason
         self._line = None
         self._lost.set()
@@ -128,7 +124,7 @@ class SerialPort:
         if self._line is None:
             self._traffic.unheard_bytes += len(data)
             return
-        self._traffic.dropped_bytes += len(data) - self._line.write(data)
+        self._line.write(data)
 
     def resume_reading(self) -> None:
         if self._line is not None:
