@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from device_profiles.sac.line import RampDefaults, Text, from_cycle
 from hil.vocab.motion import QUEUE_LEN, MotionEntry, MotionSetup
 
-A4988, DRV8825, CUSTOM = 0, 1, 2
+A4988, DRV8825 = 0, 1
 PIN_MAPS = {A4988: (0, 1, 2, 3, 7, 0, 0, 0), DRV8825: (0, 1, 2, 3, 4, 5, 0, 0)}
 """MS3 MS2 MS1 as three bits, by microstep exponent: data sheets of the drivers."""
 OPS_FACTORY = 36
@@ -112,24 +112,20 @@ class Parameter(NamedTuple):
     show: Callable[[Parameters, Any], str] = lambda parameters, value: str(value)
 
 
-def _flag(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else int(number != 0)
+def _number(convert: Callable[[int], int]) -> Callable[[Text], int | None]:
+    """A reader of a number, which it converts."""
+
+    def read(text: Text) -> int | None:
+        number = text.number()
+        return None if number is None else convert(number)
+
+    return read
 
 
-def _byte(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else number % 256
-
-
-def _autorun(text: Text) -> int | None:
-    number = _byte(text)
-    return None if number is None else min(number, QUEUE_LEN)
-
-
-def _word(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else number % 65536
+_flag = _number(lambda number: int(number != 0))
+_byte = _number(lambda number: number % 256)
+_autorun = _number(lambda number: min(number % 256, QUEUE_LEN))
+_word = _number(lambda number: number % 65536)
 
 
 def _two_places(parameters: Parameters, value: int) -> str:
@@ -180,10 +176,9 @@ def change(parameters: Parameters, text: Text) -> bool:
     """Set what ``text`` says, a letter and a value as on the configure screen; False: it says nothing."""
     letter = text.take()
     if letter == "u":
-        number = text.number()
-        if number is not None:
-            parameters.is_pulses = int(number != 0)
-        return number is not None
+        if (is_pulses := _flag(text)) is not None:
+            parameters.is_pulses = is_pulses
+        return is_pulses is not None
     if letter == "U":
         return _map_pins(parameters, text)
     parameter = BY_LETTER.get(letter)
