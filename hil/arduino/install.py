@@ -38,11 +38,6 @@ def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> 
     return home / "Arduino"
 
 
-def board_id(profile: str) -> str:
-    """The name that arduino-cli takes for a profile's board."""
-    return f"{VENDOR}:{ARCHITECTURE}:{profile}"
-
-
 def platform_txt(command: Path, arguments: Iterable[str]) -> str:
     """``command`` is the program ``hil``; ``arguments`` go to both of its commands.
 

@@ -242,14 +242,8 @@ class Monitor(_Dialogue):
         return _done("open")
 
     def _close(self, rest: str) -> list[Message]:
-        if not self._is_open:
-            return _failed("close", "port already closed")
-        self._is_open = False
-        self._link.close()
-        return _done("close")
+        return _done("close") if self.lost("") else _failed("close", "port already closed")
 
     def _quit(self, rest: str) -> list[Message]:
-        if self._is_open:
-            self._is_open = False
-            self._link.close()
+        self.lost("")
         return super()._quit(rest)

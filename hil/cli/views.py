@@ -50,23 +50,13 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
+        counts = [str(row[name]) for name in ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")]
+        state = "see below" if _state(row) else "ok"
         if shot is None:
-            table.add_row(
-                row["device"], str(row["clients"]), str(row["rx_bytes"]), str(row["tx_bytes"]),
-                str(row["dropped_bytes"]), "-", "-", "real", "see below" if _state(row) else "ok",
-            )  # fmt: skip
+            table.add_row(row["device"], *counts, "-", "-", "real", state)
             continue
-        table.add_row(
-            row["device"],
-            str(row["clients"]),
-            str(row["rx_bytes"]),
-            str(row["tx_bytes"]),
-            str(row["dropped_bytes"]),
-            f"{shot['position_deg']:.2f}",
-            f"{shot['velocity_rpm']:.1f}",
-            _mode(shot),
-            "stopped" if row["failed"] else "see below" if _state(row) else "ok",
-        )
+        moves = (f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot))
+        table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]

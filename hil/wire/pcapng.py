@@ -111,24 +111,23 @@ def read(data: bytes) -> Iterator[Record]:
 
 def whole_blocks(data: bytes) -> int:
     """How many bytes at the front are whole blocks."""
-    at = 0
-    while at + 8 <= len(data):
-        (size,) = struct.unpack_from("<I", data, at + 4)
-        if at + size > len(data):
-            break
-        at += size
-    return at
+    return max((end for _, _, end in _blocks(data)), default=0)
 
 
 def header_length(data: bytes) -> int:
     """How many bytes of whole blocks stand before the first record, all of them where there is none."""
+    return next((at for kind, at, _ in _blocks(data) if kind == _PACKET), whole_blocks(data))
+
+
+def _blocks(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Whole blocks that ``_block`` wrote: kind, begin and end."""
     at = 0
-    while at < len(data):
+    while at + 8 <= len(data):
         kind, size = struct.unpack_from("<II", data, at)
-        if kind == _PACKET:
-            break
+        if at + size > len(data):
+            return
+        yield kind, at, at + size
         at += size
-    return at
 
 
 def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
