@@ -6,7 +6,6 @@ Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from device_profiles.sac.line import Text
 from device_profiles.sac.memory import Memory
 from device_profiles.sac.moves import Moves
 from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
@@ -14,6 +13,7 @@ from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.system_commands import SystemCommands
 from device_profiles.sac.terminal import Steps, Terminal
+from device_profiles.sac.typed_text import Text
 from hil.vocab.motion import Motion
 from hil.vocab.time import SimTimeNs
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from device_profiles.sac.companion_files import ROWS, QueueFile, Row
-from device_profiles.sac.line import WORD, f_of
 from device_profiles.sac.network import DC1, DC2
 from device_profiles.sac.terminal import PROMPT
+from device_profiles.sac.typed_text import WORD, f_of
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Send, Step
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 

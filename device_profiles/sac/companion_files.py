@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from device_profiles.sac.line import WORD, f_of
+from device_profiles.sac.typed_text import WORD, f_of
 
 ROWS = 30
 ONE_SHOTS = 100

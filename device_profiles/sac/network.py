@@ -5,9 +5,9 @@ Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops.
 
 from collections.abc import Iterator
 
-from device_profiles.sac.line import Text
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps
+from device_profiles.sac.typed_text import Text
 from hil.vocab.firmware import Delay, Uart
 from hil.wire.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
 from hil.wire.serial_line import character_ns

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from device_profiles.sac.line import RampDefaults, Text, from_cycle
+from device_profiles.sac.typed_text import RampDefaults, Text, from_cycle
 from hil.vocab.motion import QUEUE_LEN, MotionEntry, MotionSetup
 
 A4988, DRV8825 = 0, 1
@@ -55,7 +55,7 @@ class Parameters:
     """Of driver 2."""
 
     def ramps(self) -> RampDefaults:
-        """The accelerations, for ``line.Attributes``."""
+        """The accelerations, for ``typed_text.Attributes``."""
         return RampDefaults(self.acc, self.dec, self.linear_acc, self.linear_dec)
 
     def bauds(self) -> tuple[int, int]:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from device_profiles.sac import screens
-from device_profiles.sac.line import Text, read_attributes
 from device_profiles.sac.session import Session
+from device_profiles.sac.typed_text import Text, read_attributes
 from hil.vocab.motion import QUEUE_LEN, Motion, MotionEntry
 
 POSITIONS = range(1, QUEUE_LEN + 1)

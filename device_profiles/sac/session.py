@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from device_profiles.sac.line import Attributes
 from device_profiles.sac.parameters import Parameters
+from device_profiles.sac.typed_text import Attributes
 from hil.vocab.motion import MotionEntry
 
 

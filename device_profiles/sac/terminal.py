@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Iterable
 from typing import Any
 
-from device_profiles.sac.line import Text
+from device_profiles.sac.typed_text import Text
 from hil.vocab.firmware import ByteAvailable, Request, Uart
 from hil.vocab.time import SimTimeNs
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import wraps
 
 from device_profiles.sac.firmware import Sac
-from device_profiles.sac.line import Text, from_rpm
 from device_profiles.sac.queue_memory import POSITIONS
+from device_profiles.sac.typed_text import Text, from_rpm
 from hil.vocab.motion import CONTINUOUS_SLOT
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused

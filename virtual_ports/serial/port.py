@@ -72,7 +72,7 @@ class SerialPort:
         self._keeper = self._loop.create_task(self._keep())
 
     async def _connect(self) -> None:
-        from virtual_ports.serial.line import FdLine, ThreadLine, open_serial, why
+        from virtual_ports.serial.open_line import FdLine, ThreadLine, open_serial, why
 
         try:
             port = await self._loop.run_in_executor(

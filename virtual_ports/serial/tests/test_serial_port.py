@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from hil.testing.ports import DEADLINE_S, RecordingHost, open_fds, read_exactly, until
 from hil.vocab.ports import PortContext
 from virtual_ports.serial import port as module
-from virtual_ports.serial.line import QUEUE_BYTES
+from virtual_ports.serial.open_line import QUEUE_BYTES
 from virtual_ports.serial.port import Options, SerialPort
 
 
