@@ -19,7 +19,7 @@ from hil.vocab.time import SimTimeNs
 
 
 class Command(NamedTuple):
-    """What a line's first letter starts; ``run`` gets the rest of the line."""
+    """An entry of the command table, by a line's first letters; ``run`` gets the rest of the line."""
 
     letters: str
     about: str
@@ -84,7 +84,7 @@ class CommandLine:
                 yield from self._command_from_network(Text(data.partition(" ")[0]))
 
     def _command_from_network(self, text: Text) -> Steps:
-        """What a packet's data has the unit do. It answers no queries, and opens no screens."""
+        """Execute a packet's data. It answers no queries, and opens no screens."""
         if text.peek() and text.peek() in "+-":
             self._motion.pulse(text.take() == "-")
             return

@@ -57,7 +57,7 @@ class Row(NamedTuple):
 
 
 class QueueFile(NamedTuple):
-    """What a file says: rows by position, and ``file:line`` of each."""
+    """The content of a file: rows by position, and ``file:line`` of each."""
 
     rows: list[Row]
     where: list[str]

@@ -16,7 +16,7 @@ _FIELDS = (
     *("steps", "rpm", "cycle_us", "wait_us", "acc_hundredths", "dec_hundredths"),
     *("is_ccw", "is_linear", "extra_pulses", "is_sync", "is_pulses"),
 )
-"""Of an entry, in the memory's order."""
+"""Fields of an entry, in the memory's order."""
 _HEAD = struct.Struct("<3sBI")
 
 
@@ -26,7 +26,7 @@ class EepromError(Exception):
 
 @dataclass
 class Eeprom:
-    """All that survives without power."""
+    """The content of the EEPROM."""
 
     parameters: Parameters = field(default_factory=Parameters)
     queue: list[MotionEntry] | None = None
@@ -67,6 +67,6 @@ class Eeprom:
         return eeprom
 
     def copy(self) -> "Eeprom":
-        """One that can be changed without changing this."""
+        """A deep copy."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)

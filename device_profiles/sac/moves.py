@@ -123,5 +123,5 @@ class Moves:
 
 @lru_cache(maxsize=4)
 def _velocity(text: str, steps_per_rev: int) -> Velocity | None:
-    """What follows a ``v`` of its own; kept, because a packet to all has every node read the same."""
+    """The velocity that a unary ``v`` sets; cached, because a packet to all has every node read the same."""
     return read_attributes(Text("v" + text), steps_per_rev).velocity

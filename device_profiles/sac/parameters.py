@@ -14,10 +14,10 @@ OPS_FACTORY = 36
 """Bits 5 and 2: OP SA and OP SB (manual, ops)."""
 FACTORY_BAUD = 38400
 SOFTWARE_BAUD_LIMIT = 38400
-"""What the port that is made in software can do (manual, communications)."""
+"""Maximum of the port that is made in software (manual, communications)."""
 
 BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
-"""What the UART's divider can do at 16 MHz (ATmega328P data sheet); decision: beyond is as at the end."""
+"""Range of the UART's divider at 16 MHz (ATmega328P data sheet); decision: values beyond are clamped."""
 
 
 @dataclass
@@ -52,21 +52,21 @@ class Parameters:
     software_baud: int = FACTORY_BAUD
     is_pulses: int = 0
     pin_map: list[int] = field(default_factory=lambda: [0] * 8)
-    """Of driver 2."""
+    """The pin map of driver 2."""
 
     def ramps(self) -> RampDefaults:
         """The accelerations, for ``typed_text.Attributes``."""
         return RampDefaults(self.acc, self.dec, self.linear_acc, self.linear_dec)
 
     def bauds(self) -> tuple[int, int]:
-        """Of the port in hardware and of the one in software."""
+        """The bauds of the hardware port and of the software port."""
         hardware, software = (
             min(max(baud, BAUD_MINIMUM), BAUD_MAXIMUM) for baud in (self.hardware_baud, self.software_baud)
         )
         return hardware, software
 
     def setup(self) -> MotionSetup:
-        """What the motion engine is told at a start."""
+        """The motion engine's set-up at a start."""
         exponent = min(self.microstep_exponent, 7)
         pins = PIN_MAPS.get(self.driver_id, self.pin_map)[exponent]
         return MotionSetup(
@@ -84,7 +84,7 @@ class Parameters:
         )
 
     def default_entry(self) -> MotionEntry:
-        """What an empty queue is seeded with."""
+        """The entry that an empty queue is seeded with."""
         velocity = from_cycle(self.cycle_us, self.steps_per_rev)
         acc, dec = self.ramps().of(bool(self.is_linear))
         return MotionEntry(
@@ -103,7 +103,7 @@ class Parameters:
 
 
 class Parameter(NamedTuple):
-    """One of the configure screen's: its letter there, its name, the field behind it, how it is read."""
+    """A row of the configure screen: its letter, its name, the field behind it, its reader."""
 
     letter: str
     name: str

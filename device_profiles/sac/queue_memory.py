@@ -62,7 +62,7 @@ class QueueMemory:
         self._write(dict(zip(POSITIONS, seeds, strict=True)))
 
     def seed(self, saved: list[MotionEntry] | None) -> None:
-        """As ``restore``, at a cold start: there is nothing to undo."""
+        """Restore at a cold start: there is nothing to undo."""
         self.restore(saved)
         self._undo = {}
 

@@ -16,7 +16,7 @@ from hil.vocab.motion import Motion
 
 
 class SystemCommands:
-    """Each ends all activity first; letters are as they are written here. ``reset`` is what ``$R`` does."""
+    """Letters are case-sensitive. Each ends all activity first. ``reset`` is what ``$R`` does."""
 
     def __init__(
         self,

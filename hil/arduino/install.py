@@ -20,7 +20,7 @@ from hil.host.new_file import write_file
 VENDOR, ARCHITECTURE = "hil", "virtual"
 _MARK = "# Written by `hil arduino install`; `hil arduino uninstall` removes it. sha256 of the rest: "
 _CONFIG_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
-"""Of the IDE 2 and of arduino-cli, in the user's home."""
+"""Configurations of the IDE 2 and of arduino-cli, in the user's home."""
 
 
 class InstallError(Exception):

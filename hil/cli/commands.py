@@ -51,7 +51,7 @@ class Parameter:
     is_required: bool
     is_repeated: bool
     default: str
-    """As it is typed; empty: none, or one that ``about`` tells."""
+    """The default as it is typed; empty: none, or one that ``about`` tells."""
     takes: str
     """A value of ``TAKES``, or empty."""
 

@@ -110,11 +110,11 @@ KINDS: dict[str, Callable[[Line], Names]] = {
     ],
     "shells": _shells,
 }
-"""What there are names of, as ``commands.TAKES`` says it."""
+"""Kinds of names, as in ``commands.TAKES``."""
 
 
 def print_names(arguments: list[str]) -> None:
-    """What ``hil _names`` prints; nothing where there is no answer, as the shell can do nothing about it."""
+    """Run ``hil _names``. Without an answer it prints nothing, as the shell can do nothing about it."""
     kind, *words = arguments
     try:
         found = list(KINDS[kind](_parsed(words)))

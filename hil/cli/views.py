@@ -1,4 +1,4 @@
-"""What ``hil list``, ``hil status`` and ``hil doctor`` draw."""
+"""Tables of ``hil list``, ``hil status`` and ``hil doctor``."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
@@ -98,7 +98,7 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
 
 
 def _mode(shot: dict[str, Any]) -> str:
-    """What an axis is doing: a servo's mode and loop, a stepper's state."""
+    """The state of an axis: a servo's mode and loop, a stepper's state."""
     if "motion_state" in shot:
         return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
@@ -130,7 +130,7 @@ def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
 
 
 def _state(row: dict[str, Any]) -> list[str]:
-    """What is not as it should be."""
+    """Remarks on what is wrong with a device."""
     said = [f"stopped: {row['failed']}"] if row["failed"] else []
     said += [row["port_failure"]] if row["port_failure"] else []
     said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []

@@ -1,4 +1,4 @@
-"""Where a bench's files are: from options, the configuration and the environment, in this order."""
+"""The folders of a bench's files: from options, the configuration and the environment, in this order."""
 
 import os
 import tempfile
@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 CONTROL_SOCKET = "control.sock"
-"""In the bench's runtime directory. No device can have this name: it has a dot."""
+"""Its name in the bench's runtime directory. No device can have this name: it has a dot."""
 SERVICES = Path("/run/hil")
-"""Where services have their runtime directories."""
+"""The runtime directories of services."""
 
 
 def runtime_base(
@@ -26,7 +26,7 @@ def runtime_base(
 
 
 def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
-    """Where to look for running benches: the option alone, in a service its own folder alone (its
+    """The folders to search for running benches: the option alone, in a service its own folder alone (its
     ``ExecReload`` means no other's bench), or the user's and the services'."""
     base = runtime_base(option, None, env)
     is_meant = option or _service_directory("RUNTIME_DIRECTORY", env)

@@ -1,4 +1,4 @@
-"""What this Linux says about itself: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
+"""The state of this Linux: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
 
 All of it comes from files below a root, so that a folder with a few files can stand for any system.
 """
@@ -42,7 +42,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class System:
-    """None, an empty text or an empty tuple: this system does not say."""
+    """A reading of the system. None, an empty text or an empty tuple: it does not say."""
 
     rtprio: Limit | None
     memlock: Limit | None
@@ -65,7 +65,7 @@ class System:
     isolated_cpus: tuple[int, ...]
     tickless_cpus: tuple[int, ...]
     governors: tuple[str, ...]
-    """Of the allowed CPUs, each name once."""
+    """Governors of the allowed CPUs, each name once."""
     clock_source: str
     container: str
     virtual: str
@@ -78,7 +78,7 @@ class System:
     dialout: int | None
     """The number of the group that serial ports belong to."""
     groups: frozenset[int]
-    """Those of the process."""
+    """Group numbers of the process."""
 
     def may(self, capability: int) -> bool:
         """Whether the process has the capability."""

@@ -20,7 +20,7 @@ _BLOCK_MAX = 1 << 24
 
 
 class Event(IntEnum):
-    """What a record is, as the link type numbers it. TX is what goes to a board, RX what a board sends."""
+    """Kinds of records, as the link type numbers them. TX is what goes to a board, RX what a board sends."""
 
     TX = 1
     RX = 2
@@ -110,12 +110,12 @@ def read(data: bytes) -> Iterator[Record]:
 
 
 def whole_blocks(data: bytes) -> int:
-    """How many bytes at the front are whole blocks."""
+    """Number of bytes at the front that are whole blocks."""
     return max((end for _, _, end in _blocks(data)), default=0)
 
 
 def header_length(data: bytes) -> int:
-    """How many bytes of whole blocks stand before the first record, all of them where there is none."""
+    """Number of bytes of whole blocks before the first record, all of them where there is none."""
     return next((at for kind, at, _ in _blocks(data) if kind == _PACKET), whole_blocks(data))
 
 
@@ -131,7 +131,7 @@ def _blocks(data: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
-    """What was on a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
+    """The bursts of a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
 
     Raises:
         CaptureError: it is no capture, it is cut off, or has nothing of that interface.

@@ -1,4 +1,4 @@
-"""Who has a pty open: counted by what inotify tells, and looked at where that may be wrong."""
+"""The clients of a pty: counted by inotify's events, and checked where those may be wrong."""
 
 import asyncio
 from collections.abc import Callable
@@ -145,7 +145,7 @@ class Clients:
             self._audit_in(_AUDIT_AGAIN_S)  # it may have been a client in the middle of its close
 
     def close(self) -> None:
-        """Once only; nothing is told afterwards."""
+        """Tell nothing more. Call it once."""
         self._is_closed = True
         if self._audit_timer is not None:
             self._audit_timer.cancel()

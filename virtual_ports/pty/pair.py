@@ -61,20 +61,21 @@ class PtyPair:
 
     @contextmanager
     def failing_loudly(self) -> Iterator[None]:
-        """An error here must not stop the other ports, which may be told of their clients after this one."""
+        """Treat an error as the pty's death: it must not stop the other ports, whose turn comes after this
+        one."""
         try:
             yield
         except OSError as error:
             self.fail(error)
 
     def fail(self, error: OSError) -> None:
-        """It is dead."""
+        """Take the pty for dead."""
         if not self.is_dead:
             self.is_dead = True
             self._died(error)
 
     def close(self) -> None:
-        """Once only."""
+        """Close both ends. Call it once."""
         os.close(self.master)
         if self.slave >= 0:
             os.close(self.slave)

@@ -14,13 +14,13 @@ from virtual_ports.rs485.waveform import Character, Drive
 MONITOR = ""
 """The name of the listener that the statistics come from."""
 WINDOW_CHARACTERS = 64
-"""How far ahead a disturbed line is read at a time, at the speed of its fastest sender."""
+"""Characters that a disturbed line is read ahead at a time, at the speed of its fastest sender."""
 PIECE_BYTES = 256
-"""Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
+"""Minimum that watchers are shown of a disturbed line at a time, or the rest when it ends."""
 
 
 class Burst(NamedTuple):
-    """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+    """The bytes that a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
     start_ns: int
@@ -37,7 +37,7 @@ class Show(Protocol):
 
 
 class Disturbance:
-    """From ``burst`` on, which is not alone on the line or meets a wrong one, until ``end``.
+    """Lasts from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
 
     ``before`` is what is on the line already, and was taken for undisturbed; ``decoder`` is the monitor's, as
     it was before all of them.
@@ -61,16 +61,16 @@ class Disturbance:
         self._show = show
         self._line = DisturbedLine(first.on_ns)
         self._told: dict[str, tuple[Character, ...]] = {}
-        """What was read last, by stations."""
+        """Characters that were read last, by station."""
         self._told_ns: int = FOREVER
         """Receivers know what they hear up to then. What they knew of later was taken back."""
         self._tell_ns: int = FOREVER
-        """When they are told more."""
+        """Time at which they are told more."""
         self._piece: list[int] = []
-        """What it read as, and watchers were not shown yet."""
+        """Bytes that watchers were not shown yet."""
         self._piece_ns = first.start_ns
         self._piece_of: dict[str, None] = {}
-        """Who has sent meanwhile."""
+        """Stations that have sent meanwhile."""
         self._monitor = Ear(MONITOR, 0)
         for each in before:
             self._drive(each)
@@ -78,15 +78,15 @@ class Disturbance:
 
     @property
     def off_ns(self) -> int:
-        """When the last driver lets go, of the bursts that have begun."""
+        """Time at which the last driver lets go, of the bursts that have begun."""
         return self._line.off_ns
 
     def add(self, burst: Burst) -> None:
-        """Another burst begins."""
+        """Add a burst that begins."""
         self._begin(burst, is_surprise=False)
 
     def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
-        """From the burst's start on everybody hears something else. They are told before the next character
+        """Take back what everybody hears from the burst's start on. They are told before the next character
         can be complete, and not sooner: of all that begins about then at once."""
         now_ns = SimTimeNs(burst.start_ns)
         self._drive(burst)

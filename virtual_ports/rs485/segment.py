@@ -44,7 +44,7 @@ class Segment:
         self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
-        """What the wire does to all bytes, by the numbers of faults."""
+        """Noise of the wire, by the numbers of faults."""
         self._clock = clock
         self._decoder = PacketDecoder()
         self._clean: list[_Clean] = []
@@ -65,7 +65,7 @@ class Segment:
         self.stats.stations[station] = StationStats()
 
     def set_address(self, station: str, address: int | None) -> None:
-        """From now on only packets to this address and to all concern the station."""
+        """Let only packets to this address and to all concern the station."""
         self.stations.set_address(station, address)
 
     def set_echo(self, station: str, has_echo: bool) -> None:

@@ -15,15 +15,15 @@ from hil.net.traffic import Outgoing, Traffic
 
 READ_BYTES = 65536
 QUEUE_BYTES = 1024 * 1024
-"""What may wait for a slow line, nearly five minutes at 38400 baud."""
+"""Maximum that waits for a slow line, nearly five minutes at 38400 baud."""
 _THREAD_READ_S = 0.05
 
 
 class Owner(Protocol):
-    """What a line tells, in the event loop's thread."""
+    """The owner of a line, told in the event loop's thread."""
 
     def room(self) -> int:
-        """How many bytes may be read now; 0 stops the reading until ``resume``."""
+        """Number of bytes that may be read now; 0 stops the reading until ``resume``."""
 
     def received(self, data: bytes) -> None:
         """Bytes of the line."""
@@ -176,7 +176,7 @@ class ThreadLine:
         self._deliver()
 
     def _deliver(self) -> None:
-        """As much as there is room for; what stays stops the reading."""
+        """Hand on as much as there is room for; a rest stops the reading."""
         while self._open and self._unread and (room := self._owner.room()) > 0:
             data = bytes(self._unread[:room])
             del self._unread[:room]
@@ -187,7 +187,7 @@ class ThreadLine:
             self._may_read.set()
 
     def write(self, data: bytes) -> None:
-        """As ``FdLine.write``."""
+        """Never blocks; what finds no room is dropped."""
         taken = data[: QUEUE_BYTES - self._backlog] if self._open else b""
         self._traffic.dropped_bytes += len(data) - len(taken)
         self._backlog += len(taken)

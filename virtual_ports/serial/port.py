@@ -13,11 +13,11 @@ from hil.vocab.ports import SERIAL_FORMS, Port, PortContext, PortHost, PortStats
 log = logging.getLogger("hil")
 
 AGAIN_S = 1.0
-"""Between two attempts to open a port that is not there."""
+"""Time between two attempts to open a port that is not there."""
 
 
 def usable_url(value: Any) -> Any:
-    """As pydantic wants it: the value, or why it is no serial port."""
+    """Validate a serial port's URL for pydantic."""
     if isinstance(value, str) and not is_serial_url(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value

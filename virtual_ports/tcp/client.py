@@ -1,4 +1,4 @@
-"""One connection: its socket and what waits to be sent to it."""
+"""A connection: its socket and what waits to be sent to it."""
 
 import asyncio
 import socket

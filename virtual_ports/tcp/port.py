@@ -49,7 +49,7 @@ def make(options: Options, context: PortContext) -> Port:
 
 
 class Codec(Protocol):
-    """What a client's bytes are wrapped in."""
+    """The wrapping of a client's bytes."""
 
     baud: int | None
 
@@ -57,11 +57,11 @@ class Codec(Protocol):
         """Bytes of the line, never more than came, and what to answer the client."""
 
     def encode(self, data: bytes) -> bytes:
-        """What the client gets for bytes of the line."""
+        """The bytes that the client gets for bytes of the line."""
 
 
 class Plain:
-    """Nothing."""
+    """No wrapping."""
 
     baud: int | None = None
 
@@ -238,11 +238,12 @@ class TcpPort:
                 self._last_codec = None
 
     def backlog(self) -> int:
-        """Of the fastest client: one that does not read must not hold up the device for the others."""
+        """The backlog of the fastest client: one that does not read must not hold up the device for the
+        others."""
         return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
-        """Of the client that sent last, where its codec has one."""
+        """The baud of the client that sent last, where its codec has one."""
         return self._last_codec.baud if self._last_codec else None
 
     def stats(self) -> PortStats:
