@@ -1,4 +1,4 @@
-"""The ports at which bytes enter: one folder for each kind, found by its name when a configuration names it.
+"""Where bytes enter: one folder for each kind of port, found by its name when a configuration names it.
 
 Each folder has a ``port.py`` with ``Options`` (a strict pydantic model) and
 ``make(options, context) -> Port``. A port imports ``hil.vocab``, ``hil.wire`` and its own folder,

@@ -1,4 +1,4 @@
-"""The library of a profile's firmware: the serial interface's receive buffer, the Arduino
+"""What a profile's firmware is written against: the serial interface's receive buffer, the Arduino
 print and parse formats, and the file format of a board's non-volatile memory.
 
 Everything here is pure: bytes and simulated time come in as arguments or as answers to a ``yield``.

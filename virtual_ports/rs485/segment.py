@@ -68,6 +68,10 @@ class Segment:
         """Let only packets to this address and to all concern the station."""
         self.stations.set_address(station, address)
 
+    def set_polling(self, station: str, is_polling: bool) -> None:
+        """Whether a station's firmware takes bytes as they come: else it hears what is for others too."""
+        (self.stations.busy.discard if is_polling else self.stations.busy.add)(station)
+
     def set_echo(self, station: str, has_echo: bool) -> None:
         """Whether a station's receiver stays on while it drives."""
         self.stations[station].has_echo = has_echo

@@ -17,7 +17,7 @@ AGAIN_S = 1.0
 
 
 def usable_url(value: Any) -> Any:
-    """Validate a serial port's URL for pydantic."""
+    """As pydantic wants it: the value, or why it is no serial port."""
     if isinstance(value, str) and not is_serial_url(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value

@@ -1,4 +1,4 @@
-"""A connection: its socket and what waits to be sent to it."""
+"""One connection: its socket and what waits to be sent to it."""
 
 import asyncio
 import socket

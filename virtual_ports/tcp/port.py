@@ -49,7 +49,7 @@ def make(options: Options, context: PortContext) -> Port:
 
 
 class Codec(Protocol):
-    """The wrapping of a client's bytes."""
+    """What a client's bytes are wrapped in."""
 
     baud: int | None
 
@@ -57,11 +57,11 @@ class Codec(Protocol):
         """Bytes of the line, never more than came, and what to answer the client."""
 
     def encode(self, data: bytes) -> bytes:
-        """The bytes that the client gets for bytes of the line."""
+        """What the client gets for bytes of the line."""
 
 
 class Plain:
-    """No wrapping."""
+    """Nothing."""
 
     baud: int | None = None
 
@@ -238,12 +238,11 @@ class TcpPort:
                 self._last_codec = None
 
     def backlog(self) -> int:
-        """The backlog of the fastest client: one that does not read must not hold up the device for the
-        others."""
+        """Of the fastest client: one that does not read must not hold up the device for the others."""
         return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
-        """The baud of the client that sent last, where its codec has one."""
+        """Of the client that sent last, where its codec has one."""
         return self._last_codec.baud if self._last_codec else None
 
     def stats(self) -> PortStats:
