@@ -1,8 +1,9 @@
 """A stretch in which a segment is disturbed: what receivers and watchers make of it, told as it comes."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
+from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import PacketDecoder
 from hil.wire.serial_line import character_ns
@@ -30,12 +31,6 @@ class Burst(NamedTuple):
     off_ns: int
 
 
-class Show(Protocol):
-    """Tells watchers what has been on the line."""
-
-    def __call__(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None: ...
-
-
 class Disturbance:
     """Lasts from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
 
@@ -51,14 +46,14 @@ class Disturbance:
         clock: Clock,
         decoder: PacketDecoder,
         stats: SegmentStats,
-        show: Show,
+        watchers: Iterable[Callable[[SegmentEvent], None]],
     ) -> None:
         first = before[0] if before else burst
         self._stations = stations
         self._clock = clock
         self._decoder = decoder
         self._stats = stats
-        self._show = show
+        self._watchers = watchers
         self._line = DisturbedLine(first.on_ns)
         self._told: dict[str, tuple[Character, ...]] = {}
         """Characters that were read last, by station."""
@@ -158,6 +153,7 @@ class Disturbance:
         about = (
             f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
         )
-        self._show(self._piece_ns, data, about, is_damaged=True)
+        for watcher in self._watchers:
+            watcher(SegmentEvent(SimTimeNs(self._piece_ns), data, about, is_damaged=True))
         self._piece.clear()
         self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self._stats.senders)

@@ -199,14 +199,11 @@ class Segment:
             self.stats.count(clean.items)
             wrong = dict.fromkeys(fault_of(item) for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
-            self._show(clean.burst.start_ns, clean.burst.data, about)
+            for watcher in self.watchers:
+                watcher(SegmentEvent(SimTimeNs(clean.burst.start_ns), clean.burst.data, about))
         if self._disturbance and self._disturbance.off_ns <= now_ns:
             self._disturbance.end(now_ns)
             self._disturbance = None
-
-    def _show(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None:
-        for watcher in self.watchers:
-            watcher(SegmentEvent(SimTimeNs(at_ns), data, about, is_damaged))
 
     def _bring(self, burst: Burst) -> None:
         """A burst that nothing disturbs, so far."""
@@ -232,5 +229,5 @@ class Segment:
             self._decoder = self._clean[0].before
             self._clean.clear()
         self._disturbance = Disturbance(
-            burst, before, self.stations, self._clock, self._decoder, self.stats, self._show
+            burst, before, self.stations, self._clock, self._decoder, self.stats, self.watchers
         )
