@@ -1,1 +1,4 @@
-"""RS485 segments: a wire that stations share. ``segment.py`` is pure: simulated time is an argument."""
+"""RS485 segments: a wire that stations share. Pure: simulated time is an argument.
+
+``segment.py`` is the wire, ``stations.py`` who is on it, ``disturbance.py`` what bursts that overlap read as.
+"""

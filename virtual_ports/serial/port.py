@@ -7,12 +7,13 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from hil.net.traffic import Traffic
 from hil.vocab.ports import SERIAL_FORMS, Port, PortContext, PortHost, PortStats, is_serial_url
 
 log = logging.getLogger("hil")
 
 AGAIN_S = 1.0
-"""Between two attempts to open a port that is not there."""
+"""Time between two attempts to open a port that is not there."""
 
 
 def usable_url(value: Any) -> Any:
@@ -55,7 +56,7 @@ class SerialPort:
         self._line: Any = None
         self._keeper: asyncio.Task[None] | None = None
         self._lost = asyncio.Event()
-        self._connects = self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
+        self._traffic = Traffic()
         self.away: str | None = "not opened yet"
 
     @property
@@ -71,7 +72,7 @@ class SerialPort:
         self._keeper = self._loop.create_task(self._keep())
 
     async def _connect(self) -> None:
-        from virtual_ports.serial.line import FdLine, ThreadLine, open_serial, why
+        from virtual_ports.serial.open_line import FdLine, ThreadLine, open_serial, why
 
         try:
             port = await self._loop.run_in_executor(
@@ -83,8 +84,8 @@ class SerialPort:
         kind = ThreadLine if self._options.url.startswith("rfc2217://") else FdLine
         self._lost.clear()
         self.away = None
-        self._connects += 1
-        self._line = kind(port, self, self._loop)
+        self._traffic.connects += 1
+        self._line = kind(port, self, self._traffic, self._loop)
 
     async def _keep(self) -> None:
         while True:
@@ -101,11 +102,8 @@ class SerialPort:
         return self._host.room()
 
     def received(self, data: bytes) -> None:
-        self._rx_bytes += len(data)
+        self._traffic.rx_bytes += len(data)
         self._host.received(data)
-
-    def sent(self, count: int) -> None:
-        self._tx_bytes += count
 
     def drained(self) -> None:
         self._host.drained()
@@ -113,7 +111,6 @@ class SerialPort:
     def lost(self, reason: str) -> None:
         if self._line is None:
             return
-        self._dropped_bytes += self._line.backlog
         self.away = reason
         self._line = None
         self._lost.set()
@@ -125,9 +122,9 @@ class SerialPort:
 
     def write(self, data: bytes) -> None:
         if self._line is None:
-            self._unheard_bytes += len(data)
+            self._traffic.unheard_bytes += len(data)
             return
-        self._dropped_bytes += len(data) - self._line.write(data)
+        self._line.write(data)
 
     def resume_reading(self) -> None:
         if self._line is not None:
@@ -143,12 +140,8 @@ class SerialPort:
     def stats(self) -> PortStats:
         return PortStats(
             clients=int(self.away is None),
-            connects=self._connects,
-            rx_bytes=self._rx_bytes,
-            tx_bytes=self._tx_bytes,
-            dropped_bytes=self._dropped_bytes,
-            unheard_bytes=self._unheard_bytes,
             away=self.away,
+            **vars(self._traffic),
         )
 
     async def close(self) -> None:
