@@ -1,4 +1,8 @@
-"""The daemon: a bench in real time, its ports, its boards' memories, its control socket."""
+"""The daemon: a bench in real time, its ports, its boards' memories, its control socket.
+
+May import: hil.compose, hil.config, hil.host, hil.live, hil.net, hil.operations, hil.runs, hil.sim,
+hil.vocab, the standard library.
+"""
 
 import asyncio
 import errno

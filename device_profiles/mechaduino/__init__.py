@@ -1,5 +1,4 @@
 """The Mechaduino closed-loop stepper servo with firmware 0.1.5.
 
-``profile.yaml`` describes the board, its motor and encoder; ``firmware.py`` is its program. May
-import ``hil.vocab``, ``hil.wire`` and ``hil.firmware``.
+``profile.yaml`` describes the board, its motor and encoder; ``firmware.py`` is its program.
 """

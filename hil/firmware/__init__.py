@@ -2,6 +2,6 @@
 print and parse formats, and the file format of a board's non-volatile memory.
 
 Everything here is pure: bytes and simulated time come in as arguments or as answers to a ``yield``.
-Imports hil.vocab and hil.wire; never asyncio, socket, serial, os, time, threading or random, and no
-profile, port or other room of the project.
+
+May import: hil.vocab, hil.wire, the pure standard library.
 """

@@ -1,8 +1,10 @@
 """Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
 anything moves (``plan.py``), and how that is carried out (``execute.py``).
 
-Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.sim`` for inputs;
-knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
+Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
+
+May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, hil.wire, the pure standard library,
+pydantic, pydantic_core.
 """
 
 from hil.runs.clock import ClockOffset

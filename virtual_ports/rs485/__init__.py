@@ -1,1 +1,4 @@
-"""RS485 segments: a wire that stations share. ``segment.py`` is pure: simulated time is an argument."""
+"""RS485 segments: a wire that stations share, in simulated time.
+
+May import: hil.vocab, hil.wire, the pure standard library.
+"""
