@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.net.limits import Limit
 from hil.net.tcp_client import Client
+from hil.net.traffic import Traffic
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
 
 _READ_BYTES = 65536
@@ -92,8 +93,7 @@ class TcpPort:
         self._look_timer: asyncio.TimerHandle | None = None
         self._clients: dict[int, Client] = {}
         self._reading = True
-        self._connects = 0
-        self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
+        self._traffic = Traffic()
 
     @property
     def address(self) -> str:
@@ -141,7 +141,7 @@ class TcpPort:
         return ACCEPT_AGAIN_S
 
     def _came(self, connection: socket.socket) -> None:
-        self._connects += 1
+        self._traffic.connects += 1
         if self._is_room_for(connection):
             self._take(connection)
         else:
@@ -164,7 +164,7 @@ class TcpPort:
         return True
 
     def _take(self, connection: socket.socket) -> None:
-        client = Client(connection, self._loop, self._count, self._client_drained, self._forget)
+        client = Client(connection, self._loop, self._traffic, self._client_drained, self._forget)
         self._clients[connection.fileno()] = client
         self._codecs[client] = self._last_codec = self._make_codec()
         if self._reading:
@@ -179,10 +179,6 @@ class TcpPort:
                 self._forget(client)
         self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look) if self._clients else None
 
-    def _count(self, tx_bytes: int, dropped_bytes: int) -> None:
-        self._tx_bytes += tx_bytes
-        self._dropped_bytes += dropped_bytes
-
     def _client_drained(self) -> None:
         # Later, because the host may answer with a write, and this may be in the middle of one.
         self._loop.call_soon(self._tell_drained)
@@ -193,9 +189,9 @@ class TcpPort:
 
     def write(self, data: bytes) -> None:
         if not self._clients:
-            self._unheard_bytes += len(data)
+            self._traffic.unheard_bytes += len(data)
         for client in self._clients.values():
-            client.write(self._codecs[client].encode(data))
+            client.out.write(self._codecs[client].encode(data))
 
     def resume_reading(self) -> None:
         if not self._reading:
@@ -225,10 +221,10 @@ class TcpPort:
         codec = self._codecs[client]
         payload, answer = codec.decode(data)
         if answer:
-            client.write(answer)
+            client.out.write(answer)
         if payload:
             self._last_codec = codec
-            self._rx_bytes += len(payload)
+            self._traffic.rx_bytes += len(payload)
             self._host.received(payload)
 
     def _forget(self, client: Client) -> None:
@@ -239,7 +235,7 @@ class TcpPort:
 
     def backlog(self) -> int:
         """Of the fastest client: one that does not read must not hold up the device for the others."""
-        return min((client.backlog_bytes for client in self._clients.values()), default=0)
+        return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
         """Of the client that sent last, where its codec has one."""
@@ -248,12 +244,8 @@ class TcpPort:
     def stats(self) -> PortStats:
         return PortStats(
             clients=len(self._clients),
-            connects=self._connects,
-            rx_bytes=self._rx_bytes,
-            tx_bytes=self._tx_bytes,
-            dropped_bytes=self._dropped_bytes,
-            unheard_bytes=self._unheard_bytes,
             turned_away=self._full.count + self._out_of_fds.count if self._acceptor else 0,
+            **vars(self._traffic),
         )
 
     async def close(self) -> None:
