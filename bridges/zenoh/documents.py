@@ -6,8 +6,8 @@ from typing import Any
 
 from bridges.zenoh.keys import VERSION
 from hil.vocab.bridges import BridgeHost
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024

@@ -17,8 +17,8 @@ from bridges.zenoh.security import Gate
 from hil.net.signature import signed
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeHost, Source
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 _LIVE_S = 1.0
 _ATTACHMENT_ROOM = 2048

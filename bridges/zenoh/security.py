@@ -24,8 +24,8 @@ from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, prefix
 from bridges.zenoh.options import Options, TlsOptions
 from hil.net.signature import mac_of
 from hil.vocab.bridges import Source
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import Role, VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 FRESH_NS = 30_000_000_000
 """How far a signature's time may be from the daemon's, either way: clocks of a site differ by seconds."""

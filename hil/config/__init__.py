@@ -4,8 +4,8 @@ Belongs here: the configuration's model, its checks, its JSON Schema and referen
 difference between two configurations. Pure: the caller reads the files and finds the profiles and
 ports (``Catalogue``).
 
-May import: hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath,
-pydantic, pydantic_core, yaml.
+May import: hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
+pydantic_core, yaml.
 """
 
 from hil.config.catalogue import (

@@ -8,7 +8,7 @@ from hil.config.explain import shown
 from hil.config.load import ConstantLoad
 from hil.config.model import BenchConfig
 from hil.core import AxisPlan, Core
-from hil.vocab.loads import load_problem
+from hil.sim.loads import load_problem
 
 LOAD = "load_torque_Nm"
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from hil.net.control_client import ControlError
 from hil.sim.inputs import MAX_BURSTS
-from hil.vocab.json_text import JsonError, read_json
+from hil.wire.json_text import JsonError, read_json
 from hil.wire.step_dir import MAX_ROWS
 
 NAME_CHARACTERS = 256

@@ -15,6 +15,7 @@ from hil.core.fields import OF_KIND
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.inputs import Reset
+from hil.sim.loads import load_problem
 from hil.sim.uart import DeviceUart
 from hil.vocab.faults import (
     FAULT_KINDS,
@@ -29,7 +30,6 @@ from hil.vocab.faults import (
     FaultRefused,
 )
 from hil.vocab.firmware import MAIN
-from hil.vocab.loads import load_problem
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, Chance, byte_fault

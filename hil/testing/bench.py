@@ -11,12 +11,12 @@ from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
 from hil.sim.device import Device
+from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Input
 from hil.sim.station import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
-from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import MAIN
 from hil.vocab.parameters import Values
 from hil.vocab.segment import SegmentView

@@ -21,6 +21,7 @@ from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
 from hil.sim.bench import BenchRuntime
+from hil.sim.given_fault import fault_refusal
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.sim.inputs import (
     Bytes,
@@ -34,7 +35,6 @@ from hil.sim.inputs import (
     SetField,
 )
 from hil.testing.bench import MemoryStore
-from hil.vocab.faults import fault_refusal
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.step_dir import generate

@@ -7,8 +7,8 @@ import pytest
 from session_bench import Bench, MemoryPort
 
 from hil.live.joint import Lines, Session
+from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
-from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.time import FOREVER
 from hil.vocab.verbs import Verb
