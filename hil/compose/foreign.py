@@ -5,7 +5,6 @@ from hil.core.fields import FIELDS, OF_KIND
 from hil.firmware.paths import length_ns
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.faults import place_of
 from hil.sim.given_fault import fault_of
 from hil.sim.inputs import (
     Bytes,
@@ -53,7 +52,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     active = bench.faults.active
     if isinstance(given, Clear):
         known = active.get(given.number)
-        if place_of(bench, target) is None or (known and known.target != target):
+        if bench.roster.place(target) is None or (known and known.target != target):
             return f"fault {given.number} is not on {target[:_SHOWN]!r}"
         return None
     if given.number in active:
