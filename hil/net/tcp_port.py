@@ -89,7 +89,7 @@ class TcpPort:
         self._last_codec: Codec | None = None
         self._title = f"tcp port of {context.device}"
         self._number = options.port
-        self._acceptor: Acceptor[socket.socket] | None = None
+        self._acceptor: Acceptor | None = None
         self._look_timer: asyncio.TimerHandle | None = None
         self._clients: dict[int, Client] = {}
         self._reading = True
@@ -112,8 +112,8 @@ class TcpPort:
             listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
         except (OSError, UnicodeError) as error:
             raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
-        self._full = Limit(log.warning, self._loop.call_later)
-        self._out_of_fds = Limit(log.warning, self._loop.call_later)
+        self._full = Limit(log.warning, self._loop)
+        self._out_of_fds = Limit(log.warning, self._loop)
         listener.setblocking(False)
         self._number = listener.getsockname()[1]
         self._acceptor = Acceptor(listener, self._loop, self._came, self._wait)

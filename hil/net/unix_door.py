@@ -17,7 +17,7 @@ log = logging.getLogger("hil")
 Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[None]]
 
 
-def open_door(path: Path, serve: Serve, line_limit: int) -> Visitors[socket.socket]:
+def open_door(path: Path, serve: Serve, line_limit: int) -> Visitors:
     """A listening unix socket. ``serve`` is run for each client, and cancelled where it waits when its client
     has to go.
 

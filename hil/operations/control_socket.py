@@ -9,7 +9,6 @@ import asyncio
 import json
 import logging
 import os
-import socket
 from collections.abc import Callable
 from contextlib import suppress
 from inspect import isawaitable
@@ -50,7 +49,7 @@ class ControlServer:
     def __init__(self, daemon: "Daemon", path: Path) -> None:
         self._daemon = daemon
         self._path = path
-        self._visitors: Visitors[socket.socket] | None = None
+        self._visitors: Visitors | None = None
         self._clients: set[asyncio.StreamWriter] = set()
         self._is_closed = False
 
