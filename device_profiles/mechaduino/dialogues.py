@@ -8,7 +8,7 @@ import re
 from typing import Any, ClassVar, Literal
 
 from hil.firmware.listening import wait_until
-from hil.firmware.paths import at, length_ns, to_rest
+from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.terminal_axis import How

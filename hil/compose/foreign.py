@@ -2,7 +2,7 @@
 not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
-from hil.firmware.paths import length_ns
+from hil.firmware.set_point_paths import length_ns
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of

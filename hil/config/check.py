@@ -8,15 +8,15 @@ from typing import Any, TypeGuard
 
 from pydantic import BaseModel, ValidationError
 
-from hil.config.bridges import read_bridges
+from hil.config.bridge_options import read_bridges
 from hil.config.catalogue import Catalogue, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
 from hil.config.explain import findings_of, nearest, shown, unknown_key
-from hil.config.faults import fault_findings
+from hil.config.fault_findings import fault_findings
 from hil.config.load import LOAD_KINDS, EndStopsLoad
 from hil.config.model import BenchConfig, PortConfig
 from hil.config.motors import motor_findings
-from hil.config.segments import segment_findings
+from hil.config.segment_findings import segment_findings
 from hil.config.wires import wire_findings
 from hil.config.yaml_text import document_from_yaml
 from hil.core import FULL_PARAMETERS

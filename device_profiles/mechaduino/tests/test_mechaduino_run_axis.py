@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from device_profiles.mechaduino.dialogues import RunAxis
-from hil.firmware.paths import at, length_ns, trapezoid
+from hil.firmware.set_point_paths import at, length_ns, trapezoid
 from hil.testing import Bench
 from hil.testing.bench import LISTEN_SLICE_NS
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send

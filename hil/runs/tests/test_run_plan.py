@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
-from hil.firmware.paths import at, length_ns
+from hil.firmware.set_point_paths import at, length_ns
 from hil.runs import AxisNow, Plan, parse_run, plan_run, run_from_data
 
 SERVO = AxisNow("servo", 0.0, ("position_deg", "yw"), ("D3", "step"))
