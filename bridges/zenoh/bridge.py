@@ -12,14 +12,16 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.documents import RUN_BYTES, acknowledged, read_payload, read_text, refused
+from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
+from bridges.zenoh.opening import open_session
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications, short_state
 from bridges.zenoh.readings import SLICE, Readings, encoding
 from bridges.zenoh.reference import reference
-from bridges.zenoh.security import Gate, SecurityError, open_session
 from bridges.zenoh.sender import Sender
+from bridges.zenoh.users import SecurityError
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeError, BridgeHost, Done, Source
 from hil.vocab.verbs import Role, VerbRefused

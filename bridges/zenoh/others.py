@@ -12,8 +12,8 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.documents import RUN_BYTES
+from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
-from bridges.zenoh.security import Gate
 from hil.net.signature import signed
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeHost, Source
