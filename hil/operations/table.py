@@ -1,5 +1,5 @@
-"""The one table of what can be asked of a bench. ``desk.py`` answers it; doors, permissions, the reference and
-the control socket's verbs are written from it.
+"""The one table of what can be asked of a bench. ``desk.py`` answers it. Doors, permissions, the reference
+and the control socket's verbs are written from it.
 
 Verbs of a kind of board stand in the table of its profile and are asked for by ``do``.
 """

@@ -1,4 +1,4 @@
-"""One thing that can be asked of a bench, as data: doors, permissions and the reference are written from it."""
+"""One thing that can be asked of a bench, as data."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
