@@ -232,7 +232,7 @@ _ROWS = (
         "part",
         RUN,
         "what the bench that leads a run asks of this one",
-        Parameter("asked", "see run/<id>/part", form=OBJECT),
+        Parameter("given", "see run/<id>/part", form=OBJECT),
         takes_time=True,
     ),
     # ---- the daemon ----
