@@ -32,13 +32,18 @@ from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priorit
 from hil.host.service import Service, has_terminal
 from hil.host.trust import distrust
 from hil.live.apply import Reloader
+from hil.live.clock import WallClock
 from hil.live.commits import DaemonStore
+from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard, take_breadcrumb
 from hil.live.joint import Lines, Session
 from hil.live.log_file import LogFile
 from hil.live.pass_through import PassThrough
-from hil.live.runs.queue import Runs
+from hil.live.runs.other_benches import OtherBenches
+from hil.live.runs.part import Parts
+from hil.live.runs.queue import RunQueue
+from hil.live.runs.real import AllAxes, RealAxes
 from hil.live.store import NvmStore, StoreError
 from hil.live.tap_joint import TapSession
 from hil.live.vitals import Vitals
@@ -47,6 +52,7 @@ from hil.net.control_client import listener
 from hil.operations.bridge_host import Host
 from hil.operations.control_socket import ControlServer, already_running
 from hil.operations.control_verbs import WATCH_IDLE_S
+from hil.runs import BenchAxes
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
@@ -84,8 +90,7 @@ class Daemon:
         port_group: str | None = None,
         notifier: Notifier | None = None,
     ) -> None:
-        self.config = config
-        self.catalogue: Catalogue = find_catalogue()
+        self.configured = Configured(config, find_catalogue())
         self.runtime_dir = runtime_base / config.bench
         self.state_dir = state_base / config.bench
         self.notes: dict[str, str] = {}
@@ -97,7 +102,10 @@ class Daemon:
         self.lines = Lines(self.release, lambda call: asyncio.get_running_loop().call_soon(call))
         self.bridges: dict[str, Bridge] = {}
         self.host: Host
-        self.runs: Runs
+        self.runs: RunQueue
+        self.parts: Parts
+        self.real_axes: RealAxes
+        self.others = OtherBenches(self.bridges)
         self.grant: Grant | None = None
         self.epoch_ns = 0
         """Wall time at simulated time 0, nanoseconds since 1970."""
@@ -139,7 +147,7 @@ class Daemon:
             await self._open_ports()
             self._start_core(loop)
             self.vitals.start()
-            self.runs = Runs(self)
+            self._make_runs()
             await self._open_bridges()
             self.reloader.is_open = True
             self.service.start()
@@ -149,6 +157,21 @@ class Daemon:
             await self._put_away(loop, control, self.files)
             os.close(lock)
             signals.ignore(loop, calls)
+
+    @property
+    def config(self) -> BenchConfig:
+        return self.configured.config
+
+    @property
+    def catalogue(self) -> Catalogue:
+        return self.configured.catalogue
+
+    def _make_runs(self) -> None:
+        wall = WallClock(self.bench, self.config.speed, self.epoch_ns)
+        self.real_axes = RealAxes(self.real, self.configured, self.bench)
+        axes = AllAxes(BenchAxes(self.bench, self.watches.sampler), self.real_axes)
+        self.runs = RunQueue(axes, self.configured, wall, self.others)
+        self.parts = Parts(self.runs, axes, self.configured, wall)
 
     def stop(self) -> None:
         """End ``run``."""
@@ -390,6 +413,7 @@ class Daemon:
             await bridge.close()
         if hasattr(self, "runs"):
             await self.runs.close()
+            await self.real_axes.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
             self._guard.close()

@@ -306,7 +306,7 @@ class Reloader:
         }
         for name in plan.named("remove", "restart"):
             gone += self._take_away(plan, staged, name)
-        daemon.config = plan.config
+        daemon.configured.config = plan.config
         self._seeds = {n: i for n, i in (self._seeds | staged.seeds).items() if plan.has_twin(n)}
         for name, (group, device) in staged.twins.items():
             if name in staged.memories:
@@ -338,7 +338,6 @@ class Reloader:
         daemon = self._daemon
         gone: list[Port] = []
         daemon.faults.forget(name)
-        daemon.runs.real.forget(name)
         if name in daemon.real:
             if name in staged.boards and name not in staged.real:
                 return []  # another board at the same port

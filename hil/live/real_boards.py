@@ -67,5 +67,5 @@ async def carry_out(daemon: "Daemon", device: str, verb: str) -> dict[str, Any]:
         raise NoDialogue(f"{device} is a real {profile}: its terminal has no {verb}; do it at the board")
     if daemon.real[device].is_held:
         raise DialogueError(f"{device}: a run has this board; cancel it, or wait for its end")
-    await daemon.runs.real.carry_out(device, verb, dialogue())
+    await daemon.real_axes.carry_out(device, verb, dialogue())
     return {}

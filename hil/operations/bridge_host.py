@@ -15,7 +15,7 @@ from hil.live.captures import names, watch_port, watch_segment
 from hil.operations.health import health
 from hil.operations.metrics import readings
 from hil.operations.segments import listed as listed_segments
-from hil.runs.execute import How, Progress
+from hil.runs import How, Progress
 from hil.sim.inputs import Pin, Reset, SetField
 from hil.sim.settable import SETTABLE, setting_problem
 from hil.telemetry import Sampler
@@ -226,10 +226,10 @@ class Host:
             submitted = self._daemon.runs.submit(source, text)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
-        return submitted.as_dict() if isinstance(submitted, Progress) else self._submitted(submitted)
+        return submitted.result().as_dict() if submitted.done() else self._submitted(submitted)
 
     @staticmethod
-    async def _submitted(submitted: Coroutine[Any, Any, Progress]) -> Mapping[str, Any]:
+    async def _submitted(submitted: asyncio.Future[Progress]) -> Mapping[str, Any]:
         try:
             return (await submitted).as_dict()
         except ConfigError as error:
@@ -238,7 +238,7 @@ class Host:
     def part_of_run(
         self, source: Source, name: str, given: Mapping[str, Any]
     ) -> Coroutine[Any, Any, Mapping[str, Any]]:
-        return self._daemon.runs.parts.answer(source, name, given)
+        return self._daemon.parts.answer(source, name, given)
 
     def run_progress(self, name: str) -> Mapping[str, Any] | None:
         progress = self._daemon.runs.progress.get(name)

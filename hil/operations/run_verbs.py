@@ -3,8 +3,6 @@
 from typing import TYPE_CHECKING, Any
 
 from hil.config import ConfigError
-from hil.live.runs.lead import joined_benches
-from hil.runs import Progress
 from hil.vocab.bridges import LOCAL
 from hil.vocab.verbs import VerbRefused
 
@@ -17,8 +15,7 @@ async def submit(daemon: "Daemon", text: str, file: str, check: bool) -> dict[st
     try:
         if check:
             return await daemon.runs.check(LOCAL, text, file)
-        progress = daemon.runs.submit(LOCAL, text, file, anew=True)
-        return (progress if isinstance(progress, Progress) else await progress).as_dict()
+        return (await daemon.runs.submit(LOCAL, text, file, anew=True)).as_dict()
     except ConfigError as error:
         return {"problems": str(error)}
 
@@ -40,4 +37,4 @@ def cancel(daemon: "Daemon", name: str, how: str) -> dict[str, Any]:
 
 async def benches(daemon: "Daemon") -> list[dict[str, Any]]:
     """The others that are joined."""
-    return await joined_benches(daemon, LOCAL)
+    return await daemon.others.joined(LOCAL)

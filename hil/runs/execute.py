@@ -1,12 +1,14 @@
 """Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
 
 from collections.abc import Collection, Generator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from math import isnan, sqrt
-from typing import Any, Literal, Protocol
 
+from hil.runs.axes import Rows, RunBench
+from hil.runs.baton import Baton
 from hil.runs.document import WaitUntil
 from hil.runs.plan import Phrase, Plan
+from hil.runs.progress import AxisReport, Ended, How, Progress
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.verbs import VerbRefused
 
@@ -33,108 +35,7 @@ PULSE_DEG = 0.91
 ANGLES = (ord("x"), ord("h"))
 """Modes of a servo whose set-point is an angle."""
 
-How = Literal["grace", "prejudice"]
 SERVO_SIGNALS, STEPPER_SIGNALS = ("r", "yw"), ("commanded_deg", "position_deg")
-
-
-class Rows(Protocol):
-    """Samples of two fields of an axis."""
-
-    def take(self) -> Sequence[tuple[float, ...]]:
-        """Rows of (at_ns, where it should be, where it is) since the last call."""
-
-    def close(self) -> None: ...
-
-
-class Baton(Protocol):
-    """Says when each phrase begins. The one after the last is the end, which all axes reach together."""
-
-    def start_ns(self, phrase: int) -> int | None:
-        """In simulated time, still to come; None: it is not known yet. Asked when the phrases before it have
-        ended here."""
-
-
-class RunBench(Protocol):
-    """What an execution needs of a bench. Axes by name."""
-
-    @property
-    def now_ns(self) -> int: ...
-
-    def give(self, axis: str, given: Input) -> None:
-        """An input takes effect. Raises VerbRefused: a verb was not carried out."""
-
-    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
-        """All of one time. NaN: it is not known."""
-
-    def failure(self, axis: str) -> str | None:
-        """Why the board does nothing any more."""
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        """Of verbs that were to be carried out later, since the last call."""
-
-    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows: ...
-
-
-@dataclass
-class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run; None:
-    nobody knows. Angles are the board's own, as those of the run. ``commanded_deg``: where its set-point is
-    at the end, of a real board as it said."""
-
-    target_deg: float
-    commanded_deg: float | None = None
-    position_deg: float | None = None
-    error_max_deg: float | None = None
-    error_rms_deg: float | None = None
-    at_end: str | None = None
-    """How the run left it: stands, moves, off (a servo whose loop is off), failed, or unknown (its bench is
-    gone)."""
-
-
-@dataclass
-class BenchReport:
-    """How another bench did that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
-    take ``clock_error_ns``."""
-
-    state: str
-    why: str | None
-    clock_offset_ns: int
-    clock_error_ns: int
-
-
-@dataclass
-class Progress:
-    """Of a run. ``state``: queued, running, done, failed or cancelled; ``step`` counts from 1, repetitions
-    too. Times are simulated; ``why`` says what ended it. ``benches``: the others that take part."""
-
-    run: str
-    state: str = "queued"
-    step: int = 0
-    steps: int = 0
-    started_at_ns: int | None = None
-    ended_at_ns: int | None = None
-    why: str | None = None
-    submissions: int = 1
-    """How often its name was submitted: it is done once."""
-    axes: dict[str, AxisReport] = field(default_factory=dict)
-    benches: dict[str, BenchReport] = field(default_factory=dict)
-
-    @property
-    def is_over(self) -> bool:
-        return self.state not in ("queued", "running")
-
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
-
-
-class Ended(Exception):
-    """What ended a run before its end, and how its axes are to stop."""
-
-    def __init__(self, state: str, why: str, how: How) -> None:
-        super().__init__(why)
-        self.state = state
-        self.how = how
 
 
 @dataclass
@@ -145,22 +46,17 @@ class _Errors:
     squares: float = 0.0
 
 
-class Soon:
-    """A ``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
-
-    def __init__(self, bench: RunBench, lead_ns: int) -> None:
-        self._bench = bench
-        self._lead_ns = lead_ns
-
-    def start_ns(self, phrase: int) -> int:
-        return self._bench.now_ns + self._lead_ns
-
-
 class Execution:
-    """One run, or the part of it whose axes are on this bench (``mine``)."""
+    """One run, or the part of it whose axes are on this bench (``mine``). ``progress``: where it says how it
+    does."""
 
     def __init__(
-        self, plan: Plan, bench: RunBench, baton: Baton, mine: Collection[str] | None = None
+        self,
+        plan: Plan,
+        bench: RunBench,
+        baton: Baton,
+        mine: Collection[str] | None = None,
+        progress: Progress | None = None,
     ) -> None:
         self.plan = plan
         self._bench = bench
@@ -178,7 +74,7 @@ class Execution:
         """What ended it before its end; its axes may still be stopping."""
         self.reached = -1
         """The phrase whose beginning it waits for, or that has begun; all before have ended here."""
-        self.progress = Progress(plan.run.run, steps=plan.steps)
+        self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
         """At any time. A run that stops with grace already can be stopped with prejudice."""

@@ -6,7 +6,7 @@ from hashlib import sha256
 from itertools import pairwise
 from math import ceil
 from struct import Struct
-from typing import Any, Literal
+from typing import Any
 
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import suggestion
@@ -21,6 +21,7 @@ from hil.core.trajectory import (
     plan_spline,
     plan_spline_within,
 )
+from hil.runs.axes import AxisNow
 from hil.runs.document import STEPS, RunDocument, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S, PathPiece
 from hil.vocab.time import NS_PER_S
@@ -28,19 +29,6 @@ from hil.vocab.time import NS_PER_S
 _PIECE = Struct("<q4d")
 SPLINE_LOOKS = 1000
 """Times at which a spline's positions are compared with the axes' ranges."""
-
-
-@dataclass(frozen=True)
-class AxisNow:
-    """An axis before the run: where its set-point is, and what it is. ``why_not``: it cannot take part.
-    ``is_real``: a board that is told where to go over its terminal, which tells no position."""
-
-    kind: Literal["servo", "stepper"]
-    position_deg: float
-    fields: Sequence[str]
-    pins: Sequence[str]
-    why_not: str | None = None
-    is_real: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,18 @@ a motion was cut short, that has to be done again. While a run has a board, prog
 import asyncio
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from hil.compose import load_terminal_axis
+from hil.live.configured import Configured
 from hil.live.pass_through import PassThrough
-from hil.runs import AxisNow, BenchAxes
-from hil.runs.execute import Rows
+from hil.runs import AxisNow, BenchAxes, Rows
+from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.dialogue import Dialogue, DialogueError
 from hil.vocab.terminal_axis import How, TerminalAxis, TerminalServo, TerminalStepper
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
 
 log = logging.getLogger("hil")
 
@@ -40,12 +38,17 @@ class _Board:
 
     def __init__(self, through: PassThrough, axis: TerminalAxis, period_ns: int) -> None:
         self.through = through
+        self._port = through.board
         self.axis = axis
         self.period_ns = period_ns
         self.failure: str | None = None
         """Of the present run."""
         self._known_as: tuple[int, int] | None = None
         self._task: asyncio.Task[None] | None = None
+
+    def is_at(self, through: PassThrough) -> bool:
+        """Whether it is still the board there; a reload may have exchanged it."""
+        return through is self.through and through.board is self._port
 
     def _line(self) -> tuple[int, int]:
         return self.through.typed_bytes, self.through.board.stats().connects
@@ -131,31 +134,32 @@ class _Board:
 
 
 class RealAxes:
-    """``hil.runs.execute.RunBench`` of a daemon's real boards."""
+    """``hil.runs.RunBench`` of the real boards, by the lines that join them to their ports. ``bench``: whose
+    time they go by."""
 
-    def __init__(self, daemon: "Daemon") -> None:
-        self._daemon = daemon
+    def __init__(
+        self, boards: Mapping[str, PassThrough], configured: Configured, bench: BenchRuntime
+    ) -> None:
+        self._lines = boards
+        self._configured = configured
+        self._bench = bench
         self._boards: dict[str, _Board] = {}
         """Those that were asked for, by name."""
 
     def __contains__(self, name: str) -> bool:
-        return name in self._daemon.real
+        return name in self._lines
 
     def _board(self, name: str) -> _Board | None:
-        """Known anew when another line has the name, as after a reload. None: it has nothing for runs."""
-        through, config = self._daemon.real[name], self._daemon.config.devices[name]
+        """Known anew when another board has the name, as after a reload. None: it has nothing for runs."""
+        through, config = self._lines[name], self._configured.config.devices[name]
         board = self._boards.get(name)
-        if board is not None and board.through is through:
+        if board is not None and board.is_at(through):
             return board
         if (make := load_terminal_axis(config.profile)) is None:
             return None
         rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
         board = self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
         return board
-
-    def forget(self, name: str) -> None:
-        """Another board has this name now, or none."""
-        self._boards.pop(name, None)
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
         """A verb of a board that no run has; the one that takes it in hand does so.
@@ -169,7 +173,7 @@ class RealAxes:
             return
         if board:
             board.forget()
-        await self._daemon.real[name].talk(dialogue)
+        await self._lines[name].talk(dialogue)
 
     async def close(self) -> None:
         """Stop what still moves."""
@@ -177,15 +181,17 @@ class RealAxes:
 
     def axes(self) -> dict[str, AxisNow]:
         """All real boards, as a plan begins with them."""
-        return {name: self._axis(name) for name in self._daemon.real}
+        return {name: self._axis(name) for name in self._lines}
 
     def _axis(self, name: str) -> AxisNow:
         board = self._board(name)
         if board is None:
-            why = f"a real {self._daemon.config.devices[name].profile} has nothing for runs at its terminal"
+            why = (
+                f"a real {self._configured.config.devices[name].profile} has nothing for runs at its terminal"
+            )
             return AxisNow("stepper", 0.0, (), (), why, is_real=True)
         why_not = board.why_not()
-        if (speed := self._daemon.config.speed) != 1:
+        if (speed := self._configured.config.speed) != 1:
             why_not = f"the bench goes at {speed:g} times the speed of its real boards"
         return AxisNow(board.axis.kind, board.axis.commanded_deg or 0.0, (), (), why_not, is_real=True)
 
@@ -193,7 +199,7 @@ class RealAxes:
 
     @property
     def now_ns(self) -> int:
-        return self._daemon.bench.now_ns
+        return self._bench.now_ns
 
     def give(self, axis: str, given: Input) -> None:
         board = self._boards[axis]
@@ -250,7 +256,7 @@ class _NoRows:
 
 
 class AllAxes:
-    """``hil.runs.execute.RunBench`` of a daemon: its twins and its real boards."""
+    """``hil.runs.RunBench`` of a bench: its twins and its real boards."""
 
     def __init__(self, twins: BenchAxes, real: RealAxes) -> None:
         self._twins = twins

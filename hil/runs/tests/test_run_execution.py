@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
-from hil.runs import Execution
-from hil.runs.execute import Progress, Soon
+from hil.runs import Execution, Progress, Soon
 from hil.testing import Bench
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
