@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
-from hil.vocab.bridges import Bridge, BridgeHost
+from hil.vocab.bridges import Bridge, Desk
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
@@ -67,9 +67,9 @@ def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> 
     return Catalogue(profiles, _Kinds(PORTS, "port", extra_ports or {}), _Kinds(BRIDGES, "bridge", {}))
 
 
-def make_bridge(kind: str, options: BaseModel, host: BridgeHost) -> Bridge:
+def make_bridge(kind: str, options: BaseModel, desk: Desk) -> Bridge:
     """The bridge that a configuration describes, not yet open."""
-    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, host)
+    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, desk)
     return bridge
 
 

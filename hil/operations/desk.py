@@ -76,9 +76,7 @@ class Desk:
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
         if (known := OPERATIONS.get(operation)) is None:
-            raise VerbRefused(
-                "no_verb", f"there is no verb {shown(operation)}; verbs are {', '.join(OPERATIONS)}"
-            )
+            raise no_operation(operation)
         _permit(source, known.name, known.role)
         self._find(known.target, target)
         answer, asked, values = self._answerers[known.name], Asked(source, target), known.filled(given)
@@ -120,6 +118,12 @@ class Desk:
             return self.ask(asked.source, name, asked.target, parameters)
         _permit(asked.source, name, verb.role)
         return self._answerers["do"](asked, verb, verb.filled(parameters))
+
+
+def no_operation(name: str) -> VerbRefused:
+    """What is not in the table, or has no answer in JSON, for those who write JSON."""
+    known = ", ".join(each.name for each in OPERATIONS.values() if each.answer is not None)
+    return VerbRefused("no_verb", f"there is no verb {shown(name)}; verbs are {known}")
 
 
 def _permit(source: Source, what: str, role: Role) -> None:

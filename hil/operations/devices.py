@@ -1,11 +1,11 @@
 """A bench's devices as doors see them."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
 from hil.compose.find import load_dialogues, load_verbs
-from hil.config import BenchConfig
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS
+from hil.live.configured import Configured
 from hil.sim.bench import BenchRuntime
 from hil.sim.settable import SETTABLE
 from hil.vocab.bridges import AxisField, DeviceInfo
@@ -21,24 +21,24 @@ STATE = (
 class Devices(Mapping[str, DeviceInfo]):
     """By name, of the configuration at the moment at which one is looked at."""
 
-    def __init__(self, sim: BenchRuntime, config: Callable[[], BenchConfig]) -> None:
+    def __init__(self, sim: BenchRuntime, configured: Configured) -> None:
         self._sim = sim
-        self._config = config
+        self._configured = configured
 
     def __getitem__(self, name: str) -> DeviceInfo:
-        config = self._config()
+        config = self._configured.config
         device = config.devices[name]
         kind = None if name in config.real else self._sim.devices[name].axis.kind
         return _info(name, device.profile, kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._config().devices)
+        return iter(self._configured.config.devices)
 
     def __len__(self) -> int:
-        return len(self._config().devices)
+        return len(self._configured.config.devices)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._config().devices
+        return name in self._configured.config.devices
 
 
 @lru_cache(2048)

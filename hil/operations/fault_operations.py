@@ -29,7 +29,9 @@ class FaultOperations:
         """The numbers of those that are gone. Those on ``m1`` are those on its ports too, and none of
         ``m10``."""
         there = [
-            row["number"] for row in self._registry.listed() if not on or f"{row['target']}.".startswith(f"{on}.")
+            row["number"]
+            for row in self._registry.listed()
+            if not on or f"{row['target']}.".startswith(f"{on}.")
         ]
         chosen = there if number == "all" else [each for each in there if each == number]
         if number != "all" and not chosen:

@@ -1,10 +1,12 @@
 """Runs that are asked for."""
 
-from collections.abc import Coroutine, Mapping
+from collections.abc import Awaitable, Coroutine, Mapping
 from typing import Any
 
 from hil.config import ConfigError
-from hil.live.runs.queue import Runs
+from hil.live.runs.other_benches import OtherBenches
+from hil.live.runs.part import Parts
+from hil.live.runs.queue import RunQueue
 from hil.operations.desk import Answerer, Asked
 from hil.runs import Progress
 from hil.vocab.verbs import VerbRefused
@@ -13,8 +15,8 @@ from hil.vocab.verbs import VerbRefused
 class RunOperations:
     """Of one bench."""
 
-    def __init__(self, runs: Runs) -> None:
-        self._runs = runs
+    def __init__(self, runs: RunQueue, parts: Parts, others: OtherBenches) -> None:
+        self._runs, self._parts, self._others = runs, parts, others
 
     def answers(self) -> Mapping[str, Answerer]:
         return {
@@ -32,9 +34,9 @@ class RunOperations:
             return _planned(self._runs.check(asked.source, text, file))
         try:
             submitted = self._runs.submit(asked.source, text, file, anew=anew)
+            return submitted.result().as_dict() if submitted.done() else _planned(submitted)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
-        return submitted.as_dict() if isinstance(submitted, Progress) else _planned(submitted)
 
     def states(self, asked: Asked) -> list[dict[str, Any]]:
         """Of one run, or of all."""
@@ -49,16 +51,16 @@ class RunOperations:
 
     def part(self, asked: Asked, given: Mapping[str, Any]) -> Coroutine[Any, Any, Mapping[str, Any]]:
         """What a bench that leads a run asks of this one."""
-        return self._runs.parts.answer(asked.source, asked.target, given)
+        return self._parts.answer(asked.source, asked.target, given)
 
     def benches(self, asked: Asked) -> Coroutine[Any, Any, list[dict[str, Any]]]:
         """The others that are joined."""
-        return self._runs.benches(asked.source)
+        return self._others.joined(asked.source)
 
 
-async def _planned(planning: Coroutine[Any, Any, Any]) -> dict[str, Any]:
+async def _planned(planning: Awaitable[Any]) -> dict[str, Any]:
     try:
         answer = await planning
     except ConfigError as error:
         raise VerbRefused("bad_run", str(error)) from None
-    return answer.as_dict() if isinstance(answer, Progress) else answer
+    return answer.as_dict() if isinstance(answer, Progress) else dict(answer)

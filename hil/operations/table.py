@@ -8,8 +8,6 @@ from typing import Any
 
 from hil.net.answers import FORMS
 from hil.sim.inputs import MAX_BURSTS
-from hil.sim.settable import SETTABLE
-from hil.telemetry.sampler import MIN_INTERVAL_NS
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, Role
@@ -119,7 +117,7 @@ _ROWS = (
     _asked(
         "set",
         TWIN,
-        f"set what surrounds the board, or a gain of its firmware: {', '.join(SETTABLE)}",
+        "set what surrounds the board, or a gain of its firmware (see Fields of an axis)",
         _name("field", "its name"),
         Parameter("value", "in the field's unit", form=VALUE),
     ),
@@ -133,9 +131,10 @@ _ROWS = (
     _asked(
         "do",
         DEVICE,
-        "carry out a verb of the device (see Verbs)",
+        "carry out a verb of the device (see Verbs), by who has the verb's role",
         _name("name", "the verb's name"),
         Parameter("parameters", "the verb's own", form=OBJECT),
+        role=VIEWER,
         takes_time=True,
     ),
     _asked(
@@ -171,10 +170,11 @@ _ROWS = (
     _asked(
         "watch",
         TWIN,
-        f"sample fields of an axis from now on, every {MIN_INTERVAL_NS} ns to an hour;"
-        f" ends {WATCH_IDLE_S} s after the last `samples`",
+        f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
         Parameter("signals", "names of fields; [] for the usual ones", form=NAMES),
-        Parameter("interval_ns", "between two samples", "ns", -_COUNT, 2.0**64, is_whole=True),
+        Parameter(
+            "interval_ns", "between two samples, 50 us to an hour", "ns", -_COUNT, 2.0**64, is_whole=True
+        ),
         role=VIEWER,
     ),
     _asked(

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from hil.vocab.parameters import Parameter, Values, filled
-from hil.vocab.verbs import Role, VerbRefused
+from hil.vocab.parameters import Parameter, Values
+from hil.vocab.verbs import Role, checked
 
 
 class Target(Enum):
@@ -52,16 +52,3 @@ class Operation:
         """Names in a request: the target's, then the parameters'."""
         named = (self.target.argument,) if self.target.argument else ()
         return (*named, *(parameter.name for parameter in self.parameters))
-
-
-def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, object]) -> Values:
-    """What was given with the defaults filled in.
-
-    Raises:
-        VerbRefused: it does not do; with all problems.
-    """
-    values, problems = filled(what, parameters, given)
-    if problems:
-        text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
-        raise VerbRefused("bad_parameter", text)
-    return values
