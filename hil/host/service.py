@@ -12,8 +12,8 @@ STATUS_S = 1.0
 
 
 class Service:
-    """Tells a service manager how the bench does. ``line``: the bench in one line; ``ticks``: wakes of the core.
-    All of it runs in the event loop, so that a loop that hangs pings no more."""
+    """Tells a service manager how the bench does. ``line``: the bench in one line; ``ticks``: wakes of the
+    core. All of it runs in the event loop, so that a loop that hangs pings no more."""
 
     def __init__(self, notifier: Notifier, line: Callable[[], str], ticks: Callable[[], int]) -> None:
         self._notifier = notifier

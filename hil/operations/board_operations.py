@@ -153,7 +153,7 @@ class BoardOperations:
     async def wait(
         self,
         asked: Asked,
-        effective_at_ns: float,
+        effective_at_ns: int,
         at_most_s: float,
         ends_after_ns: float | None = None,
         set_point: float | None = None,

@@ -63,31 +63,31 @@ class LookingOn:
         listeners.append(tell)
         return _Calls(lambda: listeners.remove(tell))
 
-    def watch(self, asked: Asked, signals: list[str], interval_ns: float) -> dict[str, Any]:
+    def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """The watch's number, for those who come back for its samples."""
         kind = self._sim.devices[asked.target].axis.kind
         try:
             names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
             return {
-                "watch": self._watches.open(asked.target, names, int(interval_ns)),
+                "watch": self._watches.open(asked.target, names, interval_ns),
                 "signals": names,
             }
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
 
-    def samples(self, asked: Asked, watch: float) -> dict[str, Any]:
+    def samples(self, asked: Asked, watch: int) -> dict[str, Any]:
         """Those since the last time."""
         try:
-            rows, lost = self._watches.take(int(watch), SAMPLES_AT_A_TIME)
+            rows, lost = self._watches.take(watch, SAMPLES_AT_A_TIME)
         except KeyError:
             raise VerbRefused(
-                "not_now", f"watch {watch:g} has ended; ask for samples every {WATCH_IDLE_S} s"
+                "not_now", f"watch {watch} has ended; ask for samples every {WATCH_IDLE_S} s"
             ) from None
         return {"rows": rows, "lost": lost, "sim_ns": self._sim.now_ns}
 
-    def unwatch(self, asked: Asked, watch: float) -> dict[str, Any]:
+    def unwatch(self, asked: Asked, watch: int) -> dict[str, Any]:
         """Also one that has ended."""
-        self._watches.close(int(watch))
+        self._watches.close(watch)
         return {}
 
     def capture(self, asked: Asked, ports: list[str]) -> tuple[Capture, Callable[[], None]]:

@@ -18,6 +18,7 @@ from hil.live.places import Places
 from hil.operations.desk import Answerer, Asked
 from hil.operations.health import Health
 from hil.operations.metrics import Metrics
+from hil.operations.segments import listed as listed_segments
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridges import Bridge, DeviceInfo
 from hil.vocab.firmware import NETWORK
@@ -49,7 +50,7 @@ class Reports:
         return {
             "list": lambda asked: self.listed(),
             "status": lambda asked: self.status(),
-            "segments": lambda asked: self.segments(),
+            "segments": lambda asked: listed_segments(self.sim, self.places),
             "health": lambda asked: self._health(),
             "metrics": self._metrics,
             "verbs": self._verbs,
@@ -66,7 +67,7 @@ class Reports:
         return head | {"devices": devices, "taps": taps}
 
     def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
-        place = self.places[name] if name in self.places else None
+        place = self.places.uarts().get(name) or self.places.boards().get(name)
         row = {
             "device": name,
             "profile": config.profile,
@@ -97,7 +98,7 @@ class Reports:
         return listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
-            "segments": self.segments(),
+            "segments": listed_segments(self.sim, self.places),
             "faults": self.faults.listed(),
             "rt": self.grant.state,
             "rt_line": self.grant.line(),
@@ -131,23 +132,6 @@ class Reports:
             "port_failure": place.failure,
             "snapshot": device.axis.published().as_dict(),
         }
-
-    def segments(self) -> list[dict[str, Any]]:
-        """Each with its stations, taps and counters."""
-        now_ns, rows = self.sim.now_ns, []
-        for name, segment in self.sim.segments.items():
-            places = {label: tap for label, tap in self.places.taps().items() if label.startswith(f"{name}.")}
-            taps = [
-                {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
-                for label, tap in places.items()
-            ]
-            clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
-            notes = [f"two stations have one {clash}" for clash in clashes]
-            for tap in places.values():
-                notes += [tap.failure] if tap.failure else []
-                notes += tap.end.tap.notes.values()
-            rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
-        return rows
 
     def _health(self) -> dict[str, Any]:
         rt, devices = self.sim.core.native.rt_stats(), self.sim.devices.values()
@@ -191,8 +175,8 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
 
 
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
-    """The bench in one line, for ``systemctl status``: devices and those that have failed, clients, real time,
-    missed ticks."""
+    """The bench in one line, for ``systemctl status``: devices and those that have failed, clients, real
+    time, missed ticks."""
     failed = [name for name, device in sim.devices.items() if device.failed]
     failed += [label for label, place in places.uarts().items() if place.failure]
     clients = sum(place.port.stats().clients for place in places.joints())

@@ -28,8 +28,8 @@ class RunOperations:
         }
 
     def submit(self, asked: Asked, text: str, file: str, check: bool, anew: bool) -> Any:
-        """The run's progress at once, or a coroutine of it for what takes time; of a check only how many steps
-        it has."""
+        """The run's progress at once, or a coroutine of it for what takes time; of a check how many steps it
+        has."""
         if check:
             return _planned(self._runs.check(asked.source, text, file))
         try:

@@ -21,7 +21,6 @@ LONGEST_WAIT_S = 3600.0
 _COMMON = {verb.name: verb for verb in COMMON}
 TYPED_BYTES = round(_COMMON["type"].parameters[0].maximum)
 """Of what is typed at once, as text or as hexadecimal digits."""
-_COUNT = 2.0**53
 
 
 def _is_hex(value: Any) -> bool:
@@ -32,6 +31,10 @@ def _is_hex(value: Any) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _are_names(value: Any) -> bool:
@@ -53,6 +56,8 @@ def _rows(most: int, columns: str) -> Form:
     )
 
 
+TEXT = Form("a text", lambda value: isinstance(value, str))  # whoever reads it has a limit
+WHOLE = Form("a whole number", _is_whole)
 NAMES = Form("a list of texts", _are_names)
 HEX = Form(f"hexadecimal digits of at most {TYPED_BYTES} bytes", _is_hex)
 FLAG = Form("true or false", lambda value: isinstance(value, bool))
@@ -68,11 +73,7 @@ def _name(name: str, about: str, **more: Any) -> Parameter:
 
 
 def _number(name: str, about: str) -> Parameter:
-    return Parameter(name, about, maximum=_COUNT, is_whole=True)
-
-
-def _text(name: str, about: str, **more: Any) -> Parameter:
-    return Parameter(name, about, maximum=_COUNT, is_text=True, **more)  # whoever reads it has a limit
+    return Parameter(name, about, form=WHOLE)
 
 
 def _asked(
@@ -142,12 +143,8 @@ _ROWS = (
         TWIN,
         "wait until a verb's motion has ended; answers whether something else ended it",
         _number("effective_at_ns", "when the verb took effect"),
-        Parameter(
-            "ends_after_ns", "how long the motion takes, as the verb's answer said", "ns", 0, _COUNT, 0
-        ),
-        Parameter(
-            "set_point", "where it goes, as the verb's answer said", "", -1e300, 1e300, is_optional=True
-        ),
+        Parameter("ends_after_ns", "how long it takes, as the verb said", "ns", 0, 1e18, is_optional=True),
+        Parameter("set_point", "where it goes, as the verb said", "", -1e300, 1e300, is_optional=True),
         Parameter("at_most_s", "of simulated time", "s", 0, LONGEST_WAIT_S, LONGEST_WAIT_S),
         role=VIEWER,
         takes_time=True,
@@ -172,9 +169,7 @@ _ROWS = (
         TWIN,
         f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
         Parameter("signals", "names of fields; [] for the usual ones", form=NAMES),
-        Parameter(
-            "interval_ns", "between two samples, 50 us to an hour", "ns", -_COUNT, 2.0**64, is_whole=True
-        ),
+        _number("interval_ns", "between two samples, 50 us to an hour"),
         role=VIEWER,
     ),
     _asked(
@@ -215,8 +210,8 @@ _ROWS = (
         "run",
         BENCH,
         "submit a multi-axis run, or only check it",
-        _text("text", "the run, YAML or JSON"),
-        _text("file", "where it came from, for its problems", default="<run>"),
+        Parameter("text", "the run, YAML or JSON", form=TEXT),
+        Parameter("file", "where it came from, for its problems", form=TEXT, default="<run>"),
         Parameter("check", "do not carry it out", form=FLAG, default=False),
         Parameter("anew", "carry one that has ended out again", form=FLAG, default=False),
         takes_time=True,

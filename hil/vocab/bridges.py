@@ -107,7 +107,8 @@ class Desk(Protocol):
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
         """Carry an operation of the table out: its answer, or where the table says that it takes time maybe a
-        coroutine of it. What takes effect at a time answers ``Done``. ``target``: a name, empty for the bench.
+        coroutine of it. What takes effect at a time answers ``Done``. ``target``: a name, or empty for the
+        bench.
 
         Raises:
             VerbRefused: it was not carried out; a coroutine raises it when it is awaited.

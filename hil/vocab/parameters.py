@@ -67,7 +67,9 @@ class Parameter:
             values = self.form.about
         unit = f"{', in' if self.limits else ''} {self.unit}" if self.unit else ""
         default = "needed" if self.default is None else f"default {self.default}"
-        return f"{self.about}, {values}{unit}, {'may be left out' if self.is_optional else default}"
+        if self.is_optional or self.default == "" or self.default is False:
+            default = "may be left out"
+        return f"{self.about}, {values}{unit}, {default}"
 
 
 Values = dict[str, Any]

@@ -68,7 +68,7 @@ def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, ob
 
 
 class VerbRefused(Exception):
-    """A request cannot be carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
+    """A request is not carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)
