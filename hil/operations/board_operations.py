@@ -72,7 +72,7 @@ class BoardOperations:
             raise VerbRefused(
                 "no_parameter", f"fields of {device.name} that can be set are {', '.join(fields)}"
             )
-        if problem := setting_problem(self._sim, device, field, value):
+        if problem := setting_problem(self._sim.faults, device, field, value):
             raise VerbRefused("bad_parameter", problem)
         return Done(self._sim.give(device, SetField(field, float(value))), {field: value})
 
@@ -140,7 +140,7 @@ class BoardOperations:
         if asked.target not in taps:
             there = ", ".join(taps) or "none"
             raise VerbRefused("no_place", f"there is no tap {asked.target!r}; there are {there}")
-        return Done(self._sim.give_tap(taps[asked.target], Play(rows)), {})
+        return Done(self._sim.give(taps[asked.target], Play(rows)), {})
 
     def state(self, asked: Asked) -> dict[str, float | None]:
         """None for what is no number."""

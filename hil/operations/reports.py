@@ -111,7 +111,7 @@ class Reports:
             "missed": rt["missed"],
             "overruns": rt["overruns"],
             "wake_latency": octaves(rt["wake_latency"]),
-            "lag": list(self.sim.lag),
+            "lag": list(self.sim.drive.lag),
         }
 
     def _of_twin(self, name: str) -> dict[str, Any]:
