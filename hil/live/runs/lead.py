@@ -212,18 +212,18 @@ class Together:
                 m.report.get("reached", -1) < phrase for m in self._members
             ):
                 await asyncio.sleep(POLL_S)
-            start_ns = self._daemon.host.times_ns()[1] + LEAD_WALL_NS
+            start_ns = self._daemon.clock.times_ns()[1] + LEAD_WALL_NS
             try:
                 await asyncio.gather(*(self._go(member, phrase, start_ns) for member in self._members))
             except (BenchGone, VerbRefused) as error:
                 execution.stop(self._run.on_fault, f"not all could be told when to begin: {error}", "failed")
                 return
-            late_ns = self._daemon.host.times_ns()[1] - start_ns
+            late_ns = self._daemon.clock.times_ns()[1] - start_ns
             if late_ns >= 0:
                 why = f"the start was {late_ns / 1e6:.0f} ms ago when all had been told"
                 execution.stop(self._run.on_fault, why, "failed")
                 return
-            self.baton.starts_ns[phrase] = self._daemon.host.sim_ns(start_ns)
+            self.baton.starts_ns[phrase] = self._daemon.clock.sim_ns(start_ns)
 
     async def _go(self, member: _Member, phrase: int, start_ns: int) -> None:
         there_ns = start_ns + member.clock.offset_ns

@@ -98,7 +98,7 @@ class Parts:
         raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
 
     def _look(self) -> dict[str, Any]:
-        taken = self.runs.taken()
+        taken = self.daemon.holds.taken()
         axes = self.runs.axes.axes()
         for device, run in taken.items():
             if device in axes:
@@ -142,7 +142,7 @@ class Parts:
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
         """This bench's axes as they are now, which is as they were told."""
-        taken, axes = self.runs.taken(), self.runs.axes.axes()
+        taken, axes = self.daemon.holds.taken(), self.runs.axes.axes()
         for axis, device in names.items():
             if device in taken:
                 raise VerbRefused("not_now", f"{axis} is in the run {taken[device]}")
@@ -166,10 +166,10 @@ class Parts:
             return self._report(part)  # which tells the leader why
         if phrase != execution.reached or phrase in part.baton.starts_ns:
             raise VerbRefused("not_now", f"phrase {phrase} does not begin now")
-        late_ns = self.daemon.host.times_ns()[1] - start_wall_ns
+        late_ns = self.daemon.clock.times_ns()[1] - start_wall_ns
         if not -FAR_NS < late_ns < 0:
             raise VerbRefused("not_now", f"the start was {late_ns / 1e6:.1f} ms ago when it was told")
-        start_ns = self.daemon.host.sim_ns(start_wall_ns)
+        start_ns = self.daemon.clock.sim_ns(start_wall_ns)
         part.baton.starts_ns[phrase] = start_ns
         return self._report(part)
 

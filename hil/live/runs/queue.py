@@ -157,10 +157,6 @@ class Runs:
         """It waits, moves, or is just ending: nothing else can have its name."""
         return name in self._entries
 
-    def taken(self) -> dict[str, str]:
-        """Devices that are in a run or will be, and in which."""
-        return {device: name for name, entry in self._entries.items() for device in entry.devices}
-
     def hold(
         self,
         source: Source,
@@ -189,6 +185,7 @@ class Runs:
     def _over(self, entry: Entry) -> None:
         """It has ended, and others may begin."""
         del self._entries[entry.name]
+        self._daemon.holds.release(entry.name)
         ended = [name for name, progress in self.progress.items() if progress.is_over]
         for name in ended[: max(len(ended) - KEPT, 0)]:
             del self.progress[name], self._digests[name]
@@ -236,6 +233,7 @@ class Runs:
         """In the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, progress
+        self._daemon.holds.take(entry.name, entry.devices)
         self._digests[entry.name] = _digest(entry.text)
 
     def _names(self, run: RunDocument) -> dict[str, str]:

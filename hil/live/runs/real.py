@@ -13,7 +13,8 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
 from hil.compose import load_terminal_axis
-from hil.live.pass_through import PassThrough
+from hil.live.board_end import BoardEnd
+from hil.live.changes import Changed
 from hil.runs import AxisNow, BenchAxes
 from hil.runs.execute import Rows
 from hil.sim.inputs import Do, Follow, Input
@@ -38,7 +39,7 @@ STOP_S = 2.0
 class _Board:
     """One real board, and what the daemon knows of it."""
 
-    def __init__(self, through: PassThrough, axis: TerminalAxis, period_ns: int) -> None:
+    def __init__(self, through: BoardEnd, axis: TerminalAxis, period_ns: int) -> None:
         self.through = through
         self.axis = axis
         self.period_ns = period_ns
@@ -48,12 +49,12 @@ class _Board:
         self._task: asyncio.Task[None] | None = None
 
     def _line(self) -> tuple[int, int]:
-        return self.through.typed_bytes, self.through.board.stats().connects
+        return self.through.typed_bytes, self.through.line.stats().connects
 
     @property
     def away(self) -> str | None:
-        stats = self.through.board.stats()
-        return None if stats.clients else f"{self.through.board.address} is away"
+        stats = self.through.line.stats()
+        return None if stats.clients else f"{self.through.line.address} is away"
 
     @property
     def is_known(self) -> bool:
@@ -111,14 +112,14 @@ class _Board:
 
     def hold(self) -> None:
         self.failure = None
-        self.through.hold(True)
+        self.through.hold_clients(True)
 
     def release(self) -> None:
         """When it stands."""
         if self._task and not self._task.done():
             self._task.add_done_callback(lambda _: self.release())
         else:
-            self.through.hold(False)
+            self.through.hold_clients(False)
 
     async def end(self) -> None:
         """The daemon ends: what a run had begun goes on no more."""
@@ -137,13 +138,14 @@ class RealAxes:
         self._daemon = daemon
         self._boards: dict[str, _Board] = {}
         """Those that were asked for, by name."""
+        daemon.changes.at_once(self._exchange)
 
     def __contains__(self, name: str) -> bool:
-        return name in self._daemon.real
+        return name in self._daemon.places.boards()
 
     def _board(self, name: str) -> _Board | None:
         """Known anew when another line has the name, as after a reload. None: it has nothing for runs."""
-        through, config = self._daemon.real[name], self._daemon.config.devices[name]
+        through, config = self._daemon.places.boards()[name].end, self._daemon.config.devices[name]
         board = self._boards.get(name)
         if board is not None and board.through is through:
             return board
@@ -153,9 +155,9 @@ class RealAxes:
         board = self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
         return board
 
-    def forget(self, name: str) -> None:
-        """Another board has this name now, or none."""
-        self._boards.pop(name, None)
+    def _exchange(self, changed: Changed) -> None:
+        for name in changed.left:
+            self._boards.pop(name, None)
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
         """A verb of a board that no run has; the one that takes it in hand does so.
@@ -169,7 +171,7 @@ class RealAxes:
             return
         if board:
             board.forget()
-        await self._daemon.real[name].talk(dialogue)
+        await self._daemon.places.boards()[name].end.talk(dialogue)
 
     async def close(self) -> None:
         """Stop what still moves."""
@@ -177,7 +179,7 @@ class RealAxes:
 
     def axes(self) -> dict[str, AxisNow]:
         """All real boards, as a plan begins with them."""
-        return {name: self._axis(name) for name in self._daemon.real}
+        return {name: self._axis(name) for name in self._daemon.places.boards()}
 
     def _axis(self, name: str) -> AxisNow:
         board = self._board(name)
