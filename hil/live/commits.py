@@ -2,14 +2,12 @@
 
 import asyncio
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
-from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import CommitDone
 
 log = logging.getLogger("hil")
 
@@ -21,7 +19,6 @@ class Commits:
     def __init__(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         self._files = files
         self._loop = loop
-        self.bench: BenchRuntime | None = None
         self._counters: dict[str, int] = {}
         self._ends = False
         self.failures: dict[str, str] = {}
@@ -39,24 +36,27 @@ class Commits:
         self._ends = True
         await self._loop.run_in_executor(None, self._files.close)
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
         if self._ends:
-            return
+            return None
         self._counters[device.name] = self._counters.get(device.name, 0) + 1
         content = Content(device.profile, self._counters[device.name], dict(sections))
-        self._files.commit(device.name, content, lambda ok, why: self._call_soon(device, ok, why))
 
-    def _call_soon(self, device: Device, durable: bool, why: str) -> None:
-        with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-            self._loop.call_soon_threadsafe(self._done, device, durable, why)
+        def done(durable: bool, why: str) -> None:
+            with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
+                self._loop.call_soon_threadsafe(self._done, device.name, durable, why, answered)
 
-    def _done(self, device: Device, durable: bool, why: str) -> None:
+        self._files.commit(device.name, content, done)
+        return None
+
+    def _done(self, name: str, durable: bool, why: str, answered: Callable[[bool], bool]) -> None:
         self.writes["ok" if durable else "failed"] += 1
-        if self.bench is None or self.bench.devices.get(device.name) is not device:
+        if not answered(durable):
             return  # a reload has taken it away
         if durable:
-            self.failures.pop(device.name, None)
+            self.failures.pop(name, None)
         else:
-            self.failures[device.name] = why
-            log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
-        self.bench.give(device, CommitDone(durable))
+            self.failures[name] = why
+            log.error("%s: its flash was not written: %s; it keeps its old content", name, why)

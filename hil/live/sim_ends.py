@@ -47,6 +47,7 @@ class UartEnd:
         self._is_typing = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
+        self._uart.listeners.append(self.send)
 
     # ---- End ----
 
@@ -70,6 +71,7 @@ class UartEnd:
             self._bench.give(self.device, Reset())
 
     def leave(self) -> None:
+        self._uart.listeners.remove(self.send)
         self._lines.forget(self)
         self._typed.clear()
 
@@ -91,7 +93,7 @@ class UartEnd:
 
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
-        if not self._typed or not self._bench.real_time or not (room := self._joint.room()):
+        if not self._typed or not self._bench.drive.is_on or not (room := self._joint.room()):
             return self._bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]
@@ -164,7 +166,7 @@ class TapEnd:
         self._joint = joint
         self._is_held = False
         self._is_fresh = False
-        tap.fresh = self._has_heard
+        tap.listeners.append(self._has_heard)
 
     # ---- End ----
 
@@ -180,7 +182,7 @@ class TapEnd:
 
     def take(self, data: bytes) -> None:
         self._joint.tell("board", data)
-        self._bench.give_tap(self.tap, Bytes(data, self._joint.port.client_baud()))
+        self._bench.give(self.tap, Bytes(data, self._joint.port.client_baud()))
 
     def refresh(self) -> None:
         self._joint.refresh()
@@ -189,6 +191,7 @@ class TapEnd:
         """The tap has no power that could go."""
 
     def leave(self) -> None:
+        self.tap.listeners.remove(self._has_heard)
         self._lines.forget(self)
 
     # ---- out ----

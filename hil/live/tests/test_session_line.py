@@ -10,6 +10,7 @@ from session_bench import Bench, Echo, MemoryPort
 from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
 from hil.live.sim_ends import UartEnd
+from hil.sim.around import Around
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
@@ -35,7 +36,6 @@ def joined(bench: Bench, device: Device, port: MemoryPort, *, native_usb: bool =
     joint = Joint[UartEnd](device.name, port)
     joint.occupy(UartEnd(bench.runtime, lines_of(bench), joint, device, native_usb=native_usb))
     port.resumed = 0
-    bench.runtime.listeners.append(lambda device, uart, at_ns, data: joint.end.send(at_ns, data))
     return joint
 
 
@@ -254,10 +254,9 @@ def returns() -> Main:
 )
 def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
     firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
-    bench = Bench()
-    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     told: list[str | None] = []
-    broken.on_failed = lambda device: told.append(device.failed)
+    bench = Bench(Around(on_failed=lambda device: told.append(device.failed)))
+    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     bench.until(1000)
     bench.runtime.give(broken, Bytes(b"a!b"))
     assert broken.failed is not None

@@ -10,6 +10,7 @@ from session_bench import Bench, MemoryPort
 from hil.live.joint import Joint
 from hil.live.lines import Lines
 from hil.live.sim_ends import UartEnd
+from hil.sim.around import Around
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
 from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
@@ -41,21 +42,19 @@ class RealTime:
     """One device whose firmware is due, or has hung since its start; nobody has called ``service``."""
 
     def __init__(self, firmware: type[Clock] = Clock, *, hangs: bool = False) -> None:
-        bench = Bench()
-        self.runtime = bench.runtime
         self.loop = asyncio.new_event_loop()
         self.lines = Lines(self.loop, lambda: self.runtime.now_ns)
-        self.runtime.turn_over = self.lines.turn_over
+        bench = Bench(Around(turn_over=self.lines.turn_over))
+        self.runtime = bench.runtime
         self.device = bench.add("m1", firmware, BAUD)
         self.port = MemoryPort(BAUD)
         self.joint = Joint[UartEnd]("m1", self.port)
         self.joint.occupy(UartEnd(self.runtime, self.lines, self.joint, self.device))
-        self.runtime.listeners.append(lambda device, uart, at_ns, data: self.joint.end.send(at_ns, data))
         self.port.resumed = 0
         self.device.verbs = {"beep": Verb("beep", "", run=lambda firmware: None)}
         load = fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})
         self.fault = self.runtime.inject(fault_refusal("node_hang", "m1", {}) if hangs else load)
-        self.runtime.run_real_time(1_000_000, 1.0, 0, -1)
+        self.runtime.drive.start(1_000_000, 1.0, 0, -1)
 
     def __enter__(self) -> "RealTime":
         return self
@@ -82,7 +81,7 @@ WAYS: dict[str, Callable[[RealTime], object]] = {
     "a fault": lambda real: real.runtime.inject(fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})),
     "a fault's end": lambda real: real.runtime.clear_fault(real.fault),
     "a look": lambda real: real.runtime.snapshot("m1"),
-    "the core": lambda real: real.runtime.service(),
+    "the core": lambda real: real.runtime.drive.service(),
 }
 
 
