@@ -54,9 +54,11 @@ from hil.live.store import NvmStore, StoreError
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
 from hil.net.control_client import listener
-from hil.operations.bridge_host import Host
-from hil.operations.control_socket import ControlServer, already_running
-from hil.operations.control_verbs import WATCH_IDLE_S
+from hil.operations.control_socket import ClaimedSocket, ControlServer, SocketRefused, already_running
+from hil.operations.desk import Desk
+from hil.operations.make_desk import make_desk
+from hil.operations.reports import status_line
+from hil.operations.table import WATCH_IDLE_S
 from hil.runs import BenchAxes
 from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
@@ -106,12 +108,14 @@ class Daemon:
         self.clock: WallClock
         self.captures: Captures
         self.bridges = Bridges(self.changes)
-        self.host: Host
+        self.desk: Desk
         self.runs: RunQueue
         self.parts: Parts
         self.real_axes: RealAxes
         self.others = OtherBenches(self.bridges)
-        self.grant: Grant | None = None
+        self.grant: Grant
+        self._claimed: ClaimedSocket | None = None
+        self._control: ControlServer | None = None
         self.bench: BenchRuntime
         self.watches: Watches
         self.vitals: Vitals
@@ -122,7 +126,13 @@ class Daemon:
         self._log_file: LogFile | None = None
         self._require_rt = require_rt
         self._port_group = port_group
-        self.service = Service(self, notifier or Notifier({}, 0))
+        notifier = notifier or Notifier({}, 0)
+        self._is_service = bool(notifier)
+        self.service = Service(
+            notifier,
+            lambda: status_line(self.bench, self.configured, self.places, self.grant),
+            lambda: self.bench.core.native.rt_stats()["ticks"],
+        )
         self.reloader = Reloader(self)
         self._stop = asyncio.Event()
         self._keeps_parent = False
@@ -149,25 +159,29 @@ class Daemon:
         signals.answer(loop, calls)  # first: one that comes early leaves nothing behind either
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
         self.files, lock = self._open_store()
-        control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
         try:
             self._prepare_runtime_dir()
-            await control.open()
+            try:
+                self._claimed = ClaimedSocket(self.runtime_dir / CONTROL_SOCKET, self.config.bench)
+            except SocketRefused as error:
+                raise StartError(str(error)) from None
             self._build(self.files, loop)
             await self._open_ports()
             self._start_core(loop)
             self.vitals.start()
             self._make_runs()
+            self.desk = self._make_desk()
             try:
-                await self.bridges.open(self.config.bridges, self.host)
+                await self.bridges.open(self.config.bridges, self.desk)
             except BridgeError as error:
                 raise StartError(str(error)) from None
             self.reloader.is_open = True
+            self._control = ControlServer(self.desk, self._claimed)
             self.service.start()
             started(self)
             await self._stop.wait()
         finally:
-            await self._put_away(loop, control, self.files)
+            await self._put_away(loop, self.files)
             os.close(lock)
             signals.ignore(loop, calls)
 
@@ -176,6 +190,30 @@ class Daemon:
         axes = AllAxes(BenchAxes(self.bench, self.watches.sampler), self.real_axes)
         self.runs = RunQueue(axes, self.configured, self.clock, self.others, self.holds)
         self.parts = Parts(self.runs, axes, self.configured, self.clock, self.holds)
+
+    def _make_desk(self) -> Desk:
+        return make_desk(
+            sim=self.bench,
+            configured=self.configured,
+            places=self.places,
+            clock=self.clock,
+            commits=self.commits,
+            faults=self.faults,
+            watches=self.watches,
+            captures=self.captures,
+            runs=self.runs,
+            parts=self.parts,
+            others=self.others,
+            real=self.real_axes,
+            apply=self.reloader,
+            bridges=self.bridges,
+            vitals=self.vitals,
+            grant=self.grant,
+            notes=self.notes,
+            state_dir=self.state_dir,
+            is_service=self._is_service,
+            stop=self.stop,
+        )
 
     def stop(self) -> None:
         """End ``run``."""
@@ -255,7 +293,6 @@ class Daemon:
         self.faults = FaultRegistry(self.bench, self.places)
         self.watches = Watches(self.bench, self.changes, self.config.speed, WATCH_IDLE_S)
         self.vitals = Vitals(self.bench)
-        self.host = Host(self)
 
     def _open_log(self, path: Path) -> None:
         try:
@@ -383,12 +420,13 @@ class Daemon:
 
     # ---- end ----
 
-    async def _put_away(
-        self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
-    ) -> None:
+    async def _put_away(self, loop: asyncio.AbstractEventLoop, files: NvmStore) -> None:
         self.service.stop()
         await self.reloader.close()
-        await control.close()
+        if self._control:
+            await self._control.close()
+        if self._claimed:
+            self._claimed.release()
         await self.bridges.close()
         if hasattr(self, "runs"):
             await self.runs.close()

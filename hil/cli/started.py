@@ -21,9 +21,7 @@ def started(daemon: Daemon, writer: LogWriter) -> None:
 
 def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
     lines: list[str] = []
-    lines.append(
-        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
-    )
+    lines.append(f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line()}")
     if for_journal:  # nobody types from there
         for name, address in daemon.addresses():
             lines.append(f"{name} at {address}")

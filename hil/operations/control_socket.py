@@ -30,7 +30,7 @@ from hil.vocab.verbs import VerbRefused
 CONTROL_VERSION = 1
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
-_USUAL: Mapping[str, Mapping[str, Any]] = {"run": {"anew": True}}
+_USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
 """Nobody here asks twice for what he has asked once."""
 _PROBLEMS = ("bad_run", "bad_config")
 """Refusals that are answers here: the problems of a text."""
@@ -100,7 +100,7 @@ class ControlServer:
             writer.write(json.dumps(answer).encode() + b"\n")
             if capture:
                 await writer.drain()
-                await _carry(*capture, reader, writer)
+                await _carry(capture, reader, writer)
             visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
             await writer.drain()
 
@@ -154,10 +154,11 @@ def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str,
 
 
 async def _carry(
-    capture: Capture, end: Callable[[], None], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    capture: tuple[Capture, Callable[[], None]], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
 ) -> None:
     """A capture goes out until its client leaves."""
-    capture.begin(writer)
+    taken, end = capture
+    taken.begin(writer)
     try:
         await reader.read(1)
     finally:

@@ -6,12 +6,12 @@ from fractions import Fraction
 from typing import Any, NamedTuple, Protocol
 
 from hil.config.explain import suggestion
-from hil.live.real_boards import CANNOT
-from hil.operations.table import OPERATIONS
+from hil.operations.table import EVERY_BOARDS, OPERATIONS
 from hil.vocab.bridges import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.operation import Target
-from hil.vocab.verbs import COMMON, Role, VerbRefused
+from hil.vocab.verbs import Role, VerbRefused
 
+CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
 _SHOWN = 80
 _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
@@ -108,14 +108,14 @@ class Desk:
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:
         """A verb of the device. One that all boards have is an operation itself."""
+        if name in EVERY_BOARDS:
+            return self.ask(asked.source, name, asked.target, parameters)
         device = self._devices[asked.target]
         if (verb := device.verbs.get(name)) is None:
             raise VerbRefused(
                 "no_verb",
                 f"{device.name}, a {device.profile}, has no {shown(name)}; {suggestion(name, device.verbs)}",
             )
-        if verb in COMMON:
-            return self.ask(asked.source, name, asked.target, parameters)
         _permit(asked.source, name, verb.role)
         return self._answerers["do"](asked, verb, verb.filled(parameters))
 

@@ -37,7 +37,7 @@ class LookingOn:
         return [name for name in self._captures.names if name not in self._sim.segments]
 
     def open(
-        self, what: Watched, target: str, call: Callable[..., object], interval_ns: int | Fraction
+        self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
     ) -> Watch:
         """As ``Desk.watch``; a target of samples is a twin."""
         try:
@@ -55,7 +55,7 @@ class LookingOn:
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
 
-    def _watch_runs(self, call: Callable[..., object]) -> Watch:
+    def _watch_runs(self, call: Callable[..., Any]) -> Watch:
         def tell(progress: Progress) -> None:
             call(progress.as_dict())
 

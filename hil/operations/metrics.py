@@ -123,7 +123,7 @@ def _problems(s: Scrape) -> Values:
 
 def _granted(s: Scrape) -> Values:
     errnos = {"priority": "fifo_errno", "cpu": "pin_errno", "memory": "lock_errno"}
-    return [((what,), int(not s.rt[errno])) for what, errno in errnos.items()]  # type: ignore[literal-required]
+    return [((what,), int(not s.rt[errno])) for what, errno in errnos.items()]
 
 
 def _runs(s: Scrape) -> Values:

@@ -18,8 +18,9 @@ LIST_NAMES = 1024
 WATCH_IDLE_S = 10
 """A watch that nobody asks for samples so long has ended."""
 LONGEST_WAIT_S = 3600.0
-_COMMON = {verb.name: verb for verb in COMMON}
-TYPED_BYTES = round(_COMMON["type"].parameters[0].maximum)
+EVERY_BOARDS = {verb.name: verb for verb in COMMON}
+"""Verbs that all boards have, which are operations themselves."""
+TYPED_BYTES = round(EVERY_BOARDS["type"].parameters[0].maximum)
 """Of what is typed at once, as text or as hexadecimal digits."""
 
 
@@ -89,7 +90,7 @@ def _asked(
 
 def _common(name: str, target: Target, *, takes_time: bool = False) -> Operation:
     """A verb that every board has: by ``do`` it is the same operation."""
-    verb = _COMMON[name]
+    verb = EVERY_BOARDS[name]
     return _asked(name, target, verb.about, *verb.parameters, role=verb.role, takes_time=takes_time)
 
 

@@ -5,13 +5,14 @@ Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, 
 knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 
-from hil.runs.axes import AxisNow, Named, Rows, RunBench
+from hil.runs.axes import AxisNow, Refused, Rows, RunBench
 from hil.runs.baton import Baton, Soon, Told
 from hil.runs.clock import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
-from hil.runs.plan import Event, Phrase, Plan, plan_run
+from hil.runs.plan import Event, Phrase, Plan
+from hil.runs.planner import plan_run
 from hil.runs.progress import AxisReport, BenchReport, Ended, How, Progress
 
 __all__ = [
@@ -26,10 +27,10 @@ __all__ = [
     "Event",
     "Execution",
     "How",
-    "Named",
     "Phrase",
     "Plan",
     "Progress",
+    "Refused",
     "Rows",
     "RunBench",
     "RunDocument",
