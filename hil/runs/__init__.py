@@ -11,7 +11,8 @@ from hil.runs.clock import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
-from hil.runs.plan import Event, Phrase, Plan, plan_run
+from hil.runs.plan import Event, Phrase, Plan
+from hil.runs.planner import plan_run
 from hil.runs.progress import AxisReport, BenchReport, Ended, How, Progress
 
 __all__ = [
