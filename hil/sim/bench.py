@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
 
-from hil.core import AxisPlan, Core, CoreAxis, Snapshot
+from hil.core import Core, CoreAxis, Snapshot
 from hil.sim.device import Device
 from hil.sim.faults import Faults
 from hil.sim.group import Group
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, Do, Inject, Input, Logged, Stopped
 from hil.sim.station import Tap
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import Segment, SegmentView
 from hil.vocab.time import SimTimeNs

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from hil.core import AxisPlan, Core
+from hil.core import Core
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Main
 from hil.vocab.ports import PortHost, PortStats
 from hil.vocab.time import SimTimeNs

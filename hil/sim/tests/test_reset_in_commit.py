@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
-from hil.core import AxisPlan, Core
+from hil.core import Core
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, CommitDone, Reset
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Main
 from hil.vocab.time import SimTimeNs
 
