@@ -53,6 +53,7 @@ from hil.operations.bridge_host import Host
 from hil.operations.control_socket import ControlServer, already_running
 from hil.operations.control_verbs import WATCH_IDLE_S
 from hil.runs import BenchAxes
+from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
@@ -60,7 +61,7 @@ from hil.vocab.bridges import Bridge, BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
-from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.time import FOREVER
 
 log = logging.getLogger("hil")
 
@@ -233,33 +234,33 @@ class Daemon:
         if hung := take_breadcrumb(self.state_dir / BREADCRUMB):
             self.notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
             log.error("%s: %s", hung, self.notes[hung])
-        store = DaemonStore(files, counters)
-        self.bench = bench_runtime(self.config, self.catalogue, memories, store)
-        self.bench.turn_over = self.lines.turn_over
+        if self._input_log:
+            self._open_log(self._input_log)
+        self._guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
+        self.store = DaemonStore(files, counters, loop)
+        around = Around(
+            turn_over=self.lines.turn_over,
+            turn=self._turn,
+            guard=self._guard,
+            on_failed=self._device_failed,
+            log=self._log_writer(memories),
+        )
+        self.bench = bench_runtime(self.config, self.catalogue, memories, self.store, around)
         self.faults.bench = self.bench
         self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
-        store.bench, store.loop, self.store = self.bench, loop, store
         self.vitals = Vitals(self.bench)
         self.host = Host(self)
-        self._guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
-        for device in self.bench.devices.values():
-            self.adopt(device)
-        self.bench.listeners.append(self._sent)
-        if self._input_log:
-            self._open_log(self._input_log, memories)
 
-    def adopt(self, device: Device) -> None:
-        """Watch over a device: its firmware's steps take no longer than they may, and it fails loudly."""
-        device.guard = self._guard
-        device.on_failed = self._device_failed
-
-    def _open_log(self, path: Path, memories: Mapping[str, Mapping[str, bytes]]) -> None:
+    def _open_log(self, path: Path) -> None:
         try:
             self._log_file = LogFile(path)
         except OSError as error:
             raise StartError(f"log {path}: {error.strerror}") from error
-        self.bench.log = InputLogWriter(self._log_file, f"hil {__version__}", self.config_as_dict(), memories)
-        self.bench.listeners.append(self.bench.log.sent)
+
+    def _log_writer(self, memories: Mapping[str, Mapping[str, bytes]]) -> InputLogWriter | None:
+        if self._log_file is None:
+            return None
+        return InputLogWriter(self._log_file, f"hil {__version__}", self.config_as_dict(), memories)
 
     def addresses(self) -> list[tuple[str, str]]:
         """All ports' names, and where clients reach them."""
@@ -354,18 +355,17 @@ class Daemon:
         gc.collect()
         gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
         gc.enable()
-        self.bench.turn = self._turn
         priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
         period_ns = 1_000_000_000 // self.config.rate_hz
         try:
-            self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
+            self.bench.drive.start(period_ns, self.config.speed, priority, cpu)
         except OSError as error:
             raise StartError(f"the core's thread could not be started: {error.strerror}") from error
         self.epoch_ns = time.time_ns() - round(self.bench.now_ns / self.config.speed)
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())
-        loop.add_reader(self.bench.core.event_fd, self.bench.service)
+        loop.add_reader(self.bench.core.event_fd, self.bench.drive.service)
         if self._log_file:
             loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
 
@@ -385,10 +385,6 @@ class Daemon:
 
     def _line_sessions(self) -> list[Session | TapSession]:
         return [*self.sessions.values(), *self.tap_sessions.values()]
-
-    def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
-        if session := self.sessions.get(port_label(device.name, uart)):
-            session.send(at_ns, data)
 
     def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
         if self._log_file and not self._stop.is_set():
@@ -414,9 +410,10 @@ class Daemon:
         if hasattr(self, "runs"):
             await self.runs.close()
             await self.real_axes.close()
+        if hasattr(self, "_guard"):
+            self._guard.close()
         if hasattr(self, "bench"):
             loop.remove_reader(self.bench.core.event_fd)
-            self._guard.close()
             self.watches.stop()
             self.vitals.stop()
             self.bench.stop()

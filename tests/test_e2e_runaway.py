@@ -67,11 +67,11 @@ class Runaway:
 def started(daemon):
     device = daemon.bench.devices["m1"]
     device._make_firmware = Runaway
-    before = device.on_failed
+    before = device._on_failed
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
         before(device)
-    device.on_failed = failed
+    device._on_failed = failed
     say_started(daemon, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)

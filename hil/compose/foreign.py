@@ -4,7 +4,6 @@ not here, and values that cannot be."""
 from hil.core.fields import FIELDS, OF_KIND
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.faults import place_of
 from hil.sim.inputs import (
     Bytes,
     Clear,
@@ -51,7 +50,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     active = bench.faults.active
     if isinstance(given, Clear):
         known = active.get(given.number)
-        if place_of(bench, target) is None or (known and known.target != target):
+        if bench.roster.place(target) is None or (known and known.target != target):
             return f"fault {given.number} is not on {target[:_SHOWN]!r}"
         return None
     if given.number in active:

@@ -15,7 +15,7 @@ from hil.config.catalogue import (
 )
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, WireConfig
+from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig, WireConfig
 from hil.config.problem import ConfigError, Problem
 from hil.config.reference import reference
 from hil.config.schema import schema
@@ -32,6 +32,7 @@ __all__ = [
     "PortConfig",
     "Problem",
     "ProfileInfo",
+    "SegmentConfig",
     "WireConfig",
     "diff",
     "from_dict",

@@ -193,10 +193,9 @@ class Reloader:
         profile = daemon.catalogue.profiles[config.profile]
         staged.seeds[name] = self._seed_index(plan, staged, name)
         seed = axis_seed(plan.config, staged.seeds[name])
-        made = make_device(daemon.bench, name, config, profile, {}, daemon.store, seed)
-        staged.twins[name] = made
-        device = made[1]
-        daemon.adopt(device)
+        group = daemon.bench.open_group()
+        device = make_device(daemon.bench, name, config, profile, {}, seed, group)
+        staged.twins[name] = group, device
         for uart, port_config in ((MAIN, config.port), (NETWORK, config.network)):
             label = port_label(name, uart)
             if port_config is None or self._keeps_port(plan, name, uart):

@@ -31,7 +31,7 @@ class FaultRegistry:
             return self.bench.inject(fault)
         if FAULT_KINDS[kind].target != PORT or fault.number("start_s") or fault.number("for_s"):
             raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
-        number = self.bench.new_fault_number()
+        number = self.bench.faults.new_number()
         self._real[target].inject(number, fault)
         self._active[number] = fault
         return number

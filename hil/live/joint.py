@@ -141,6 +141,7 @@ class Session:
         self._is_typing = False
         self._fresh: list[tuple[int, bytes]] = []
         self._line: deque[tuple[int, bytes]] = deque()
+        self._uart.listeners.append(self.send)
 
     def vacate(self) -> None:
         """No board is at the port: clients are held up, what it has sent and is not out is lost."""
@@ -152,7 +153,9 @@ class Session:
 
     def occupy(self, device: Device, *, native_usb: bool) -> None:
         """A board is at the port from now on."""
+        self._uart.listeners.remove(self.send)
         self.device, self._uart, self._native_usb = device, device.uarts[self._name], native_usb
+        self._uart.listeners.append(self.send)
         self._is_vacant = self._held = False
         self.port.resume_reading()
 
@@ -180,7 +183,7 @@ class Session:
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
         room = self.room()
-        if not room or not self._typed or not self._bench.real_time:
+        if not room or not self._typed or not self._bench.drive.is_on:
             return self._bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]

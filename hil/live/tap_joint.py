@@ -21,12 +21,12 @@ class TapSession:
         self._lines = lines
         self._held = False
         self._is_fresh = False
-        tap.fresh = self._has_heard
+        tap.listeners.append(self._has_heard)
 
     def received(self, data: bytes) -> None:
         for listener in self.taps:
             listener("board", data)
-        self._bench.give_tap(self.tap, Bytes(data, self.port.client_baud()))
+        self._bench.give(self.tap, Bytes(data, self.port.client_baud()))
 
     def room(self) -> int:
         is_full = self.port.backlog() > BACKLOG_HOLD_BYTES

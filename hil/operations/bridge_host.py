@@ -182,7 +182,7 @@ class Host:
             settable = [field.name for field in info.fields.values() if field.is_settable]
             raise VerbRefused("no_parameter", f"{name!r} cannot be set; {suggestion(name, settable)}")
         twin = self._daemon.bench.devices[device]
-        if problem := setting_problem(self._daemon.bench, twin, name, value):
+        if problem := setting_problem(self._daemon.bench.faults, twin, name, value):
             raise VerbRefused("bad_parameter", problem)
         assert isinstance(value, int | float)
         at_ns = self._daemon.bench.give(twin, SetField(name, float(value)))

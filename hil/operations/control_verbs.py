@@ -119,7 +119,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
         "missed": rt["missed"],
         "overruns": rt["overruns"],
         "wake_latency": octaves(rt["wake_latency"]),
-        "lag": list(bench.lag),
+        "lag": list(bench.drive.lag),
     }
 
 
@@ -153,7 +153,7 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
     fields = [name for name in SURROUNDINGS if name in OF_KIND[twin.axis.kind]]
     if field not in fields:
         raise ControlError(f"fields of {device} that can be set are {', '.join(fields)}")
-    if problem := setting_problem(daemon.bench, twin, field, value):
+    if problem := setting_problem(daemon.bench.faults, twin, field, value):
         raise ControlError(f"{value} is not allowed; {problem}")
     return _give(daemon, device, SetField(field, float(value)))
 
@@ -251,7 +251,7 @@ async def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str
     rows = await _read(daemon, bursts, _bursts)
     if tap not in daemon.bench.taps:
         raise ControlError(f"there is no tap {tap!r}; there are {', '.join(daemon.bench.taps) or 'none'}")
-    return {"effective_at_ns": daemon.bench.give_tap(daemon.bench.taps[tap], Play(rows))}
+    return {"effective_at_ns": daemon.bench.give(daemon.bench.taps[tap], Play(rows))}
 
 
 async def _do(daemon: "Daemon", device: str, name: str, parameters: dict[str, Any]) -> dict[str, Any]:

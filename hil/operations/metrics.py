@@ -183,7 +183,7 @@ METRICS = (
     _metric("hil_wake_latency_max_seconds", "gauge", "the longest since the start",
             _one(lambda s: s.rt["longest_latency_ns"] / 1e9)),
     _metric("hil_firmware_lag_seconds", "histogram", "how late firmware ran after it was due",
-            _one(lambda s: octave_histogram(s.daemon.bench.lag, s.daemon.bench.lag_total_ns))),
+            _one(lambda s: octave_histogram(s.daemon.bench.drive.lag, s.daemon.bench.drive.lag_total_ns))),
     _metric("hil_loop_lag_seconds", "histogram", "how late the event loop was, looked at ten times a second",
             _one(lambda s: octave_histogram(s.daemon.vitals.loop_lag, s.daemon.vitals.loop_lag_total_ns))),
     _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped", _failed, ("device",)),

@@ -1,13 +1,14 @@
 """A bench as plans and executions see it."""
 
 from collections.abc import Sequence
+from functools import partial
 
 from hil.core.fields import OF_KIND, SERVO
 from hil.runs.axes import AxisNow, Rows
 from hil.runs.execute import ANGLES, TURNS_RPM
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import Do, Follow, Input
+from hil.sim.inputs import Do, Input
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.verbs import VerbRefused
 
@@ -23,10 +24,9 @@ class BenchAxes:
         self._bench = bench
         self._sampler = sampler
         self._refused: dict[str, list[str]] = {}
-        bench.on_refused = self._note
 
-    def _note(self, device: Device, given: Do, refusal: VerbRefused) -> None:
-        self._refused.setdefault(device.name, []).append(f"{given.verb}: {refusal}")
+    def _note(self, axis: str, verb: str, refusal: VerbRefused) -> None:
+        self._refused.setdefault(axis, []).append(f"{verb}: {refusal}")
 
     def axes(self) -> dict[str, AxisNow]:
         """All devices, as a plan begins with them."""
@@ -49,10 +49,14 @@ class BenchAxes:
 
     def give(self, axis: str, given: Input) -> None:
         device = self._bench.devices[axis]
-        self._bench.give(device, given)
-        is_later = isinstance(given, Do) and given.at_ns is not None
-        if isinstance(given, Do | Follow) and not is_later and isinstance(device.answer, VerbRefused):
-            raise device.answer
+        if not isinstance(given, Do) or given.at_ns is None:
+            self._bench.give(device, given)
+            return
+        note = partial(self._note, axis, given.verb)
+        try:
+            self._bench.give(device, given, on_refused=note)
+        except VerbRefused as refusal:  # its time was over, and it was done at once
+            note(refusal)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         state = self._bench.snapshot(axis)

@@ -7,80 +7,22 @@ several can do to one thing (a coil, the supply, a board's power) is reckoned an
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
-from hil.core.fields import OF_KIND
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.sim.inputs import Reset
-from hil.sim.uart import DeviceUart
-from hil.vocab.faults import (
-    FAULT_KINDS,
-    PORT,
-    SEGMENT,
-    SERVO,
-    STATION,
-    SUPPLIED,
-    TARGETS,
-    TWIN_PORT,
-    Fault,
-    FaultRefused,
-)
-from hil.vocab.firmware import MAIN
+from hil.sim.inputs import Clear, Inject, Reset
+from hil.sim.roster import Place, Roster
+from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
 from hil.vocab.loads import load_problem
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
 from hil.wire.serial_line import character_ns
 
-if TYPE_CHECKING:
-    from hil.sim.bench import BenchRuntime
-
 COUNTS = 16384
 """Of an encoder, in a turn."""
-SERVO_FIELD = "raw"
-"""A field that axes with an encoder have."""
 LOAD = "shaft_load"
-
-
-@dataclass(frozen=True)
-class Place:
-    """What a target's name means."""
-
-    group: Group
-    device: Device | None = None
-    uart: DeviceUart | None = None
-    segment: Segment | None = None
-    station: str = ""
-
-    def has(self, target: str) -> bool:
-        """Whether a fault that needs this kind of target can be here."""
-        return {
-            PORT: self.uart is not None,
-            TWIN_PORT: self.uart is not None,
-            STATION: bool(self.segment and self.station),
-            SEGMENT: self.segment is not None and not self.station,
-            SUPPLIED: self.device is not None and self.device.axis.nominal_supply_V > 0,
-            SERVO: self.device is not None and SERVO_FIELD in OF_KIND[self.device.axis.kind],
-        }.get(target, self.device is not None)
-
-
-def place_of(bench: "BenchRuntime", target: str) -> Place | None:
-    """What a target's name means in a bench, None for nothing."""
-    if target in bench.segments:
-        return Place(bench.group_of(target), segment=bench.segment(target))
-    if target in bench.taps:
-        return Place(bench.group_of(target), segment=bench.taps[target].segment, station=target)
-    name, dot, uart_name = target.partition(".")
-    device = bench.devices.get(name)
-    if device is None or (uart_name if dot else MAIN) not in device.uarts:
-        return None
-    uart_name = uart_name if dot else MAIN
-    segment = bench.segment_of(name, uart_name)
-    station = f"{name}.{uart_name}" if segment else ""
-    return Place(bench.group_of(name), device, device.uarts[uart_name], segment, station)
 
 
 def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
@@ -122,8 +64,9 @@ def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
 class Faults:
     """Those that were injected into a bench, by their numbers."""
 
-    def __init__(self, bench: "BenchRuntime") -> None:
-        self._bench = bench
+    def __init__(self, roster: Roster) -> None:
+        self._roster = roster
+        self._count = 0
         self._in_force: dict[int, tuple[Fault, Place]] = {}
         """In the order that they began."""
         self._axis_states: dict[Device, dict[str, float]] = {}
@@ -137,13 +80,13 @@ class Faults:
         Raises:
             FaultRefused: it cannot, and why.
         """
-        place = place_of(self._bench, fault.target)
+        place = self._roster.place(fault.target)
         if place is None:
-            raise FaultRefused(f"there is no {fault.target!r}; there are {', '.join(self.places())}")
+            raise FaultRefused(f"there is no {fault.target!r}; there are {', '.join(self._roster.targets())}")
         wanted = FAULT_KINDS[fault.kind].target
         if not place.has(wanted):
-            fitting = [name for name in self.places() if (p := place_of(self._bench, name)) and p.has(wanted)]
-            choice = ", ".join(fitting) or "none here"
+            places = {name: self._roster.place(name) for name in self._roster.targets()}
+            choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
         if fault.kind == LOAD and place.device:
             _refuse(load_problem(fault.number("torque_Nm"), place.device.axis.holding_Nm))
@@ -155,7 +98,7 @@ class Faults:
         Raises:
             FaultRefused: in all it is too much.
         """
-        place = place_of(self._bench, fault.target)
+        place = self._roster.place(fault.target)
         if fault.kind == LOAD and place and place.device:
             axis = place.device.axis
             others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
@@ -170,16 +113,21 @@ class Faults:
         here = [fault for fault in self.active.values() if fault.target.partition(".")[0] == device.name]
         return [fault.number("torque_Nm") for fault in here if fault.kind == LOAD]
 
-    def places(self) -> list[str]:
-        """All targets."""
-        ports = [
-            f"{name}.{uart}" for name, d in self._bench.devices.items() for uart in d.uarts if uart != MAIN
-        ]
-        return [*self._bench.devices, *ports, *self._bench.taps, *self._bench.segments]
+    def new_number(self) -> int:
+        """One that no other fault of this bench has."""
+        self._count += 1
+        return self._count
+
+    def apply(self, target: str, given: Inject | Clear, now_ns: SimTimeNs) -> None:
+        """An input takes effect."""
+        if isinstance(given, Inject):
+            self.inject(given.number, Fault(given.kind, target, dict(given.parameters)), now_ns)
+        else:
+            self.clear(given.number, now_ns)
 
     def inject(self, number: int, fault: Fault, now_ns: SimTimeNs) -> None:
         """An input: a fault is to begin now or later. ``check`` has found it good."""
-        place = place_of(self._bench, fault.target)
+        place = self._roster.place(fault.target)
         assert place
         self.active[number] = fault
         begin_ns = now_ns + round(fault.number("start_s") * NS_PER_S)
@@ -200,7 +148,7 @@ class Faults:
     def forget(self, name: str) -> None:
         """A device goes, and what was wrong with it."""
         for number, fault in list(self.active.items()):
-            if fault.target.partition(".")[0] == name and fault.target not in self._bench.taps:
+            if fault.target.partition(".")[0] == name and fault.target not in self._roster.taps:
                 del self.active[number]
                 self._in_force.pop(number, None)
         self._axis_states = {

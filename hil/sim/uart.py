@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from hil.firmware.uart import RxBuffer
-from hil.vocab.segment import HeardCharacter
+from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all
 from hil.wire.serial_line import character_ns, resample
@@ -21,6 +21,9 @@ USB_HELD_BYTES = 16
 be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
 """Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+
+Sent = Callable[[SimTimeNs, bytes], None]
+"""Called with what is sent: when its first bit is on the line, and the bytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +47,19 @@ class DeviceUart:
 
     ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on
     the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
-    ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit.
+    ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit. ``later``: where
+    what is written waits for ``put``; None: it does not. ``due_changed`` is called when ``next_arrival_ns``
+    may be earlier than it was.
     """
 
     def __init__(
         self,
         baud: int | None,
-        sent: Callable[[SimTimeNs, bytes], None],
+        sent: Sent,
         tx_buffer_bytes: int = UART_BUFFER_BYTES,
+        *,
+        later: "list[Written] | None" = None,
+        due_changed: Callable[[], None] = lambda: None,
     ) -> None:
         self.baud = baud
         self._power_up_baud = baud
@@ -64,15 +72,17 @@ class DeviceUart:
         """From when on the sketch reads at once what comes: such bytes need no room in the buffer."""
         self._tx_buffer_bytes = tx_buffer_bytes
         self.address: int | None = None
-        self.address_changed: Callable[[], None] = lambda: None
-        self.due_changed: Callable[[], None] = lambda: None
-        """Called when ``next_arrival_ns`` may be earlier than it was."""
-        self.busy_flag: tuple[set[str], str] | None = None
-        """Where a segment wants to know that the firmware does not poll, and under which name."""
-        self.later: list[tuple[DeviceUart, int | None, bytes]] | None = None
-        """Where what is written waits for ``put``; None: it does not."""
+        self.listeners: list[Sent] = []
+        """Called with all that the device has sent, when its turn is over; what went on the line at one time
+        is one piece."""
+        self.segment: Segment | None = None
+        self.station = ""
+        """Its name on the segment."""
         self._told_address: int | None = None
+        self._told_polling = True
         self._sent = sent
+        self._later = later
+        self._due_changed = due_changed
         self._in_flight: deque[_Flight] = deque()
         self._taken = 0
         """How many characters of the first flight have come."""
@@ -91,6 +101,12 @@ class DeviceUart:
         self.tx_free_ns = 0
         """When the last byte that was written so far has gone out; without a baud 0."""
         self.clear()
+
+    def join(self, segment: Segment, station: str) -> None:
+        """Become a station of a segment."""
+        self.segment, self.station = segment, station
+        segment.join(station, self)
+        self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))
 
     def clear(self) -> None:
         """As after power-up: nothing received. What is on the line stays there."""
@@ -114,7 +130,14 @@ class DeviceUart:
         """Let the segment know which packets concern the sketch now."""
         if self.address != self._told_address:
             self._told_address = self.address
-            self.address_changed()
+            if self.segment:
+                self.segment.set_address(self.station, self.address)
+
+    def tell_polling(self, is_polling: bool) -> None:
+        """Let the segment know whether the sketch reads at once what comes."""
+        if self.segment and is_polling != self._told_polling:
+            self._told_polling = is_polling
+            self.segment.set_polling(self.station, is_polling)
 
     def wake_on(self, byte: int | None, mark: int | None = None) -> None:
         if byte != self._wake_byte:
@@ -159,10 +182,10 @@ class DeviceUart:
     def write(self, data: bytes) -> None:
         if not data:
             return
-        if self.later is None:
+        if self._later is None:
             self.put(data, self.baud)
         else:
-            self.later.append((self, self.baud, data))
+            self._later.append((self, self.baud, data))
 
     def put(self, data: bytes, baud: int | None) -> None:
         """What was written goes out, through the faults."""
@@ -235,7 +258,7 @@ class DeviceUart:
                 _Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left))
             )
         self.wake_on(self._wake_byte, self._mark)
-        self.due_changed()
+        self._due_changed()
 
     def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
         if flight := _heard(start_ns, data, sent_baud, self.baud_now):
@@ -249,7 +272,7 @@ class DeviceUart:
         self._before = flight.data[-2:]
         if self.next_arrival_ns == FOREVER:
             self._find_next()
-            self.due_changed()
+            self._due_changed()
 
     def _find_next(self) -> None:
         next_ns: int = FOREVER
@@ -300,6 +323,10 @@ class DeviceUart:
         if not is_gapless:
             self._is_gapless = False
             self.wake_on(wake_byte, self._mark)
+
+
+Written = tuple[DeviceUart, int | None, bytes]
+"""What a sketch has written: where, and at which baud."""
 
 
 @lru_cache(maxsize=4)

@@ -1,6 +1,7 @@
 """A bench in memory, on the virtual clock."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -10,6 +11,8 @@ from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.core import CoreMotion
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
+from hil.sim.around import VIRTUAL, Around
+from hil.sim.bench import Store
 from hil.sim.device import Device
 from hil.sim.inputs import Input
 from hil.sim.station import Tap
@@ -17,7 +20,7 @@ from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.faults import fault_refusal
-from hil.vocab.firmware import MAIN
+from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.parameters import Values
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
@@ -32,14 +35,20 @@ LISTEN_SLICE_NS = 10 * NS_PER_MS
 class MemoryStore:
     """Memory that is written at once: flash takes no time in the reference data."""
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        device.commit_done(True)
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
+        return True
+
+
+MEMORY_STORE = MemoryStore()
 
 
 class Bench:
     """All devices of a configuration, on the virtual clock, with memory in place of ports and files.
 
     ``config`` is a path, YAML text or a dict. Whatever kind of port it names, the kit's own stands in.
+    ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them.
     Nothing runs until ``run``; the same configuration, seed and calls give the same bytes.
 
     Raises:
@@ -47,7 +56,14 @@ class Bench:
         ValueError: a device is a real board.
     """
 
-    def __init__(self, config: str | Path | Mapping[str, Any], seed: int = 0) -> None:
+    def __init__(
+        self,
+        config: str | Path | Mapping[str, Any],
+        seed: int = 0,
+        *,
+        store: Store = MEMORY_STORE,
+        around: Around = VIRTUAL,
+    ) -> None:
         self.config, folder = read_config(config)
         if self.config.real:
             names = ", ".join(self.config.real)
@@ -56,7 +72,7 @@ class Bench:
         self._now_ns = SimTimeNs(0)
         memories = {name: start_sections(device, {}, folder) for name, device in self.config.devices.items()}
         self._runtime = bench_runtime(
-            self.config, find_catalogue({"memory": MemoryOptions}), memories, MemoryStore()
+            self.config, find_catalogue({"memory": MemoryOptions}), memories, store, around
         )
         devices = self._runtime.devices
         self._ports = {
@@ -77,7 +93,11 @@ class Bench:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self._recordings: list[tuple[Subscription, Recording]] = []
         self._busy: dict[str, list[tuple[SimTimeNs, SimTimeNs]]] = {name: [] for name in devices}
-        self._runtime.listeners.append(self._sent)
+        for (name, uart), port in self._ports.items():
+            listeners = devices[name].uarts[uart].listeners
+            listeners.append(port.sent)
+            if NETWORK in devices[name].uarts:
+                listeners.append(partial(self._note_busy, devices[name], uart))
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -121,13 +141,9 @@ class Bench:
         """A device."""
         return self._devices[name]
 
-    def give_tap(self, tap: Tap, given: Input) -> None:
-        """What ``TapFace.write`` calls."""
-        self._runtime.give_tap(tap, given)
-
-    def give(self, device: Device, given: Input) -> None:
+    def give(self, to: Device | Tap, given: Input) -> None:
         """An input takes effect now; what the faces call."""
-        self._runtime.give(device, given)
+        self._runtime.give(to, given)
 
     def load_problem(self, device: Device, torque_Nm: float) -> str | None:
         """What ``AxisFace.load_torque_Nm`` asks."""
@@ -212,9 +228,8 @@ class Bench:
                 edges += [(start_ns, 1), (end_ns, 0)]
         return [edge for edge in edges if edge[0] <= self._now_ns]
 
-    def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
-        self._ports[device.name, uart].sent(at_ns, data)
-        if device.network and (baud := device.uarts[uart].baud):
+    def _note_busy(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
+        if baud := device.uarts[uart].baud:
             end_ns = SimTimeNs(at_ns + character_ns(len(data), baud))
             self._busy[device.name].append((at_ns, end_ns))
 

@@ -11,6 +11,7 @@ from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.station import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
 from hil.vocab.axis_plan import OUTPUTS
+from hil.vocab.firmware import NETWORK
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
@@ -84,7 +85,7 @@ class TapFace:
 
     def write(self, data: bytes) -> None:
         """Send bytes on the wire, now, or when what was written before has gone out."""
-        self._bench.give_tap(self._tap, Bytes(bytes(data)))
+        self._bench.give(self._tap, Bytes(bytes(data)))
 
     def read(self) -> bytes:
         """What was complete on the wire since the last call."""
@@ -199,7 +200,7 @@ class PinFace:
         self._device = device
         self._name = name.replace(" ", "_")
         outputs = [*OUTPUTS] if isinstance(device.axis, CoreMotion) else []
-        outputs += [TX_ENABLE] if device.network else []
+        outputs += [TX_ENABLE] if NETWORK in device.uarts else []
         if self._name not in device.axis.pins and self._name not in outputs:
             raise KeyError(
                 f"{device.name} has no pin {name!r}; it has {', '.join([*device.axis.pins, *outputs])}"

@@ -94,7 +94,7 @@ class Segment:
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
         """What the wire does to all bytes, by the numbers of faults."""
-        self.busy: set[str] = set()
+        self._busy: set[str] = set()
         """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self._clock = clock
         self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
@@ -137,6 +137,10 @@ class Segment:
         self._by_address[member.address].pop(station)
         member.address = address
         self._by_address.setdefault(address, {})[station] = member
+
+    def set_polling(self, station: str, is_polling: bool) -> None:
+        """Whether a station's firmware takes bytes as they come: else it hears what is for others too."""
+        (self._busy.discard if is_polling else self._busy.add)(station)
 
     def set_echo(self, station: str, has_echo: bool) -> None:
         """Whether a station's receiver stays on while it drives."""
@@ -314,7 +318,7 @@ class Segment:
             for name, station in self._by_address.get(address, {}).items():
                 told.add(name)
                 yield station
-        for name in self.busy - told:
+        for name in self._busy - told:
             if name in self.stations:
                 yield self.stations[name]
 

@@ -7,6 +7,7 @@ import pytest
 from session_bench import Bench, Echo, MemoryPort
 
 from hil.live.joint import BACKLOG_HOLD_BYTES, Lines, Session
+from hil.sim.around import Around
 from hil.sim.inputs import Bytes, Reset
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -18,7 +19,6 @@ def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, Me
     device = bench.add("m1", Echo, device_baud)
     port = MemoryPort(client_baud)
     session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
-    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     return bench, session, port
 
 
@@ -141,7 +141,6 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     device = bench.add("m1", Echo)
     port = MemoryPort(9600)  # a USB client's baud means nothing
     session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
-    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
     session.received(b"hello")
     assert port.got == b"hello"
 
@@ -232,10 +231,9 @@ def returns() -> Main:
 )
 def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
     firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
-    bench = Bench()
-    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     told: list[str | None] = []
-    broken.on_failed = lambda device: told.append(device.failed)
+    bench = Bench(Around(on_failed=lambda device: told.append(device.failed)))
+    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     bench.until(1000)
     bench.runtime.give(broken, Bytes(b"a!b"))
     assert broken.failed is not None

@@ -7,6 +7,7 @@ import pytest
 from session_bench import Bench, MemoryPort
 
 from hil.live.joint import Lines, Session
+from hil.sim.around import Around
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
 from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
@@ -39,18 +40,16 @@ class RealTime:
 
     def __init__(self, firmware: type[Clock] = Clock, *, hangs: bool = False) -> None:
         self.soon: list[Callable[[], None]] = []
-        bench = Bench()
-        self.runtime = bench.runtime
         self.lines = Lines(lambda: None, self.soon.append)
-        self.runtime.turn_over = self.lines.turn_over
+        bench = Bench(Around(turn_over=self.lines.turn_over))
+        self.runtime = bench.runtime
         self.device = bench.add("m1", firmware, BAUD)
         self.port = MemoryPort(BAUD)
         self.session = Session(self.runtime, self.device, self.port, self.lines)
-        self.runtime.listeners.append(lambda device, uart, at_ns, data: self.session.send(at_ns, data))
         self.device.verbs = {"beep": Verb("beep", "", run=lambda firmware: None)}
         load = fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})
         self.fault = self.runtime.inject(fault_refusal("node_hang", "m1", {}) if hangs else load)
-        self.runtime.run_real_time(1_000_000, 1.0, 0, -1)
+        self.runtime.drive.start(1_000_000, 1.0, 0, -1)
 
     def __enter__(self) -> "RealTime":
         return self
@@ -77,7 +76,7 @@ WAYS: dict[str, Callable[[RealTime], object]] = {
     "a fault": lambda real: real.runtime.inject(fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})),
     "a fault's end": lambda real: real.runtime.clear_fault(real.fault),
     "a look": lambda real: real.runtime.snapshot("m1"),
-    "the core": lambda real: real.runtime.service(),
+    "the core": lambda real: real.runtime.drive.service(),
 }
 
 
