@@ -5,7 +5,7 @@ Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, 
 knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 
-from hil.runs.axes import AxisNow, Named, Rows, RunBench
+from hil.runs.axes import AxisNow, Refused, Rows, RunBench
 from hil.runs.baton import Baton, Soon, Told
 from hil.runs.clock import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
@@ -27,10 +27,10 @@ __all__ = [
     "Event",
     "Execution",
     "How",
-    "Named",
     "Phrase",
     "Plan",
     "Progress",
+    "Refused",
     "Rows",
     "RunBench",
     "RunDocument",

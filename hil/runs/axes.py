@@ -1,10 +1,13 @@
 """Axes as runs see them: what a plan begins with, and what an execution needs of a bench."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from hil.sim.inputs import Input
+
+Refused = Callable[[str], None]
+"""Told which verb was refused, and why."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,12 @@ class RunBench(Protocol):
     @property
     def now_ns(self) -> int: ...
 
-    def give(self, axis: str, given: Input) -> None:
-        """An input takes effect. Raises VerbRefused: a verb was not carried out."""
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
+        """An input takes effect. ``refused`` is called when a verb that is to be done later cannot be.
+
+        Raises:
+            VerbRefused: a verb was not carried out.
+        """
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         """All of one time. NaN: it is not known."""
@@ -44,35 +51,5 @@ class RunBench(Protocol):
     def failure(self, axis: str) -> str | None:
         """Why the board does nothing any more."""
 
-    def refusals(self, axis: str) -> Sequence[str]:
-        """Of verbs that were to be carried out later, since the last call."""
-
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         """Two fields from now on; a real board is the run's own until the rows are closed."""
-
-
-class Named:
-    """A ``RunBench`` whose axes a run knows by other names, as ``lathe/m1`` for ``m1``."""
-
-    def __init__(self, bench: RunBench, devices: Mapping[str, str]) -> None:
-        self._bench = bench
-        self._devices = devices
-
-    @property
-    def now_ns(self) -> int:
-        return self._bench.now_ns
-
-    def give(self, axis: str, given: Input) -> None:
-        self._bench.give(self._devices[axis], given)
-
-    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
-        return self._bench.fields(self._devices[axis], names)
-
-    def failure(self, axis: str) -> str | None:
-        return self._bench.failure(self._devices[axis])
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        return self._bench.refusals(self._devices[axis])
-
-    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
-        return self._bench.sample(self._devices[axis], signals, interval_ns)

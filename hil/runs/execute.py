@@ -1,7 +1,9 @@
 """Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
 
-from collections.abc import Collection, Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from math import isnan, sqrt
 
 from hil.runs.axes import Rows, RunBench
@@ -47,22 +49,25 @@ class _Errors:
 
 
 class Execution:
-    """One run, or the part of it whose axes are on this bench (``mine``). ``progress``: where it says how it
-    does."""
+    """One run, or the part of it whose axes are on this bench. ``devices``: those of the bench, by the names
+    that the run has for them; ``progress``: where it says how it does."""
 
     def __init__(
         self,
         plan: Plan,
         bench: RunBench,
         baton: Baton,
-        mine: Collection[str] | None = None,
+        devices: Mapping[str, str] | None = None,
         progress: Progress | None = None,
     ) -> None:
         self.plan = plan
         self._bench = bench
         self._baton = baton
-        self._mine = [axis for axis in plan.run.axes if mine is None or axis in mine]
+        self._devices = {axis: axis for axis in plan.run.axes} if devices is None else devices
+        self._mine = [axis for axis in plan.run.axes if axis in self._devices]
         self._errors: dict[str, _Errors] = {}
+        self._refused: dict[str, str] = {}
+        """The first verb of an axis that could not be done when its time had come."""
         self._steps_before = 0
         self._asked: Ended | None = None
         self._holds: dict[str, tuple[int, int, float]] = {}
@@ -118,7 +123,7 @@ class Execution:
         for axis, path in phrase.paths.items():
             if axis in self._mine:
                 self._give(axis, Follow(start_ns, path))
-                (given_ns,) = self._bench.fields(axis, ("at_ns",))
+                (given_ns,) = self._fields(axis, "at_ns")
                 if given_ns > start_ns:  # late: what it does shows with the law's next step
                     begin_ns = round(given_ns)
                     end_ns = max(start_ns + phrase.duration_ns, begin_ns + SHOWS_NS)
@@ -145,7 +150,7 @@ class Execution:
 
     def _turning(self, phrase: Phrase) -> bool:
         steppers = phrase.steppers.intersection(self._mine)
-        return any(any(self._bench.fields(axis, ("motion_state", "pending"))) for axis in steppers)
+        return any(any(self._fields(axis, "motion_state", "pending")) for axis in steppers)
 
     def _check_ends(self, phrase: Phrase) -> None:
         """Whether the axes are where the phrase leads."""
@@ -153,7 +158,7 @@ class Execution:
             self._check(axis)
         for event in phrase.events:
             if event.axis in self._mine and event.verb == "move_abs":
-                (commanded_deg,) = self._bench.fields(event.axis, ("commanded_deg",))
+                (commanded_deg,) = self._fields(event.axis, "commanded_deg")
                 wanted_deg = float(event.parameters["position_deg"])
                 if abs(commanded_deg - wanted_deg) > PULSE_DEG:
                     why = f"{event.axis} ended at {commanded_deg:.2f} deg and not at {wanted_deg:.2f}:"
@@ -162,8 +167,7 @@ class Execution:
     def _check(self, axis: str) -> None:
         """Whether a servo does what it was told, and nobody told it otherwise."""
         start_ns, end_ns, last_deg = self._holds[axis]
-        names = ("at_ns", "loop_on", "mode", "following", "r")
-        now_ns, loop_on, mode, following, r = self._bench.fields(axis, names)
+        now_ns, loop_on, mode, following, r = self._fields(axis, "at_ns", "loop_on", "mode", "following", "r")
         if isnan(loop_on):
             return
         if not loop_on:
@@ -178,7 +182,7 @@ class Execution:
 
     def _wait(self, wait: WaitUntil) -> Generator[int, None, None]:
         give_up_ns = self._bench.now_ns + round(wait.timeout_s * 1e9)
-        while not self._is_met(self._bench.fields(wait.axis, (wait.field,))[0], wait.above, wait.below):
+        while not self._is_met(self._fields(wait.axis, wait.field)[0], wait.above, wait.below):
             if self._bench.now_ns >= give_up_ns:
                 why = f"{wait.axis}.{wait.field} was not in its range for {wait.timeout_s:g} s"
                 raise self._failed(why)
@@ -202,17 +206,17 @@ class Execution:
 
     def _have_reached(self, at_ns: int) -> bool:
         """Whether what is read of the axes is of then, or later: a board that has much to do comes behind."""
-        return not any(self._bench.fields(axis, ("at_ns",))[0] < at_ns for axis in self._mine)
+        return not any(self._fields(axis, "at_ns")[0] < at_ns for axis in self._mine)
 
     def _look(self) -> None:
         on_fault = self.plan.run.on_fault
         if self._asked:
             raise self._asked
         for axis, errors in self._errors.items():
-            if why := self._bench.failure(axis):
+            if why := self._failure(axis):
                 raise Ended("failed", f"{axis} stopped: {why}", on_fault)
-            if refusals := self._bench.refusals(axis):
-                raise Ended("failed", f"{axis}: {refusals[0]}", on_fault)
+            if axis in self._refused:
+                raise Ended("failed", f"{axis}: {self._refused[axis]}", on_fault)
             worst_deg = self._note(axis, errors)
             if errors.limit_deg is not None and worst_deg > errors.limit_deg:
                 why = (
@@ -239,9 +243,18 @@ class Execution:
 
     def _give(self, axis: str, given: Input) -> None:
         try:
-            self._bench.give(axis, given)
+            self._bench.give(self._devices[axis], given, partial(self._note_refusal, axis))
         except VerbRefused as refusal:
-            raise Ended("failed", f"{axis}: {refusal}", self.plan.run.on_fault) from None
+            raise self._failed(f"{axis}: {refusal}") from None
+
+    def _note_refusal(self, axis: str, why: str) -> None:
+        self._refused.setdefault(axis, why)
+
+    def _fields(self, axis: str, *names: str) -> Sequence[float]:
+        return self._bench.fields(self._devices[axis], names)
+
+    def _failure(self, axis: str) -> str | None:
+        return self._bench.failure(self._devices[axis])
 
     def _stop(self, how: How) -> Generator[int, None, None]:
         """All axes of the run, whatever they do; and until they stand."""
@@ -265,25 +278,21 @@ class Execution:
             if not self._is_stepper(axis):
                 rules = self.plan.run.axes[axis]
                 parameters.append(("acceleration_rpm_per_s", max(rules.acceleration_rpm_per_s, 0.01)))
-            try:
-                self._bench.give(axis, Do("stop", tuple(parameters)))
-            except VerbRefused:
-                continue  # it has failed, or its loop is off: it does not move by itself
+            with suppress(Ended):  # it has failed, or its loop is off: it does not move by itself
+                self._give(axis, Do("stop", tuple(parameters)))
 
     def _moves(self, axis: str) -> bool:
-        if self._bench.failure(axis):
+        if self._failure(axis):
             return False
         if self._is_stepper(axis):
-            return any(self._bench.fields(axis, ("motion_state",)))
-        loop_on, following, mode, rpm = self._bench.fields(
-            axis, ("loop_on", "following", "mode", "velocity_rpm")
-        )
+            return any(self._fields(axis, "motion_state"))
+        loop_on, following, mode, rpm = self._fields(axis, "loop_on", "following", "mode", "velocity_rpm")
         return bool(following) or (bool(loop_on) and mode not in ANGLES and abs(rpm) > TURNS_RPM)
 
     def _is_settled(self, axis: str) -> bool:
-        if self._is_stepper(axis) or self._bench.failure(axis):
+        if self._is_stepper(axis) or self._failure(axis):
             return True
-        loop_on, mode, r, yw = self._bench.fields(axis, ("loop_on", "mode", "r", "yw"))
+        loop_on, mode, r, yw = self._fields(axis, "loop_on", "mode", "r", "yw")
         return not (loop_on and mode in ANGLES and abs(r - yw) > SETTLED_DEG)
 
     def _is_stepper(self, axis: str) -> bool:
@@ -292,9 +301,8 @@ class Execution:
     def _watch(self) -> None:
         for axis in self._mine:
             rules = self.plan.run.axes[axis]
-            self._bench.refusals(axis)
             signals = STEPPER_SIGNALS if self._is_stepper(axis) else SERVO_SIGNALS
-            rows = self._bench.sample(axis, signals, SAMPLE_NS)
+            rows = self._bench.sample(self._devices[axis], signals, SAMPLE_NS)
             self._errors[axis] = _Errors(rows, rules.following_error_deg)
 
     def _unwatch(self) -> None:
@@ -303,13 +311,13 @@ class Execution:
             errors.rows.close()
             report = self.progress.axes[axis]
             names = ("position_deg", "commanded_deg") if self._is_stepper(axis) else ("yw", "r")
-            told = [None if isnan(value) else value for value in self._bench.fields(axis, names)]
+            told = [None if isnan(value) else value for value in self._fields(axis, *names)]
             report.position_deg, report.commanded_deg = told
             report.at_end = self._at_end(axis)
 
     def _at_end(self, axis: str) -> str:
-        if self._bench.failure(axis):
+        if self._failure(axis):
             return "failed"
-        if not self._is_stepper(axis) and not self._bench.fields(axis, ("loop_on",))[0]:
+        if not self._is_stepper(axis) and not self._fields(axis, "loop_on")[0]:
             return "off"
         return "moves" if self._moves(axis) else "stands"

@@ -11,7 +11,7 @@ from hil.live.runs import real as real_axes
 from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
 from hil.live.runs.real import AllAxes
-from hil.runs import Execution, Named, Progress, Soon
+from hil.runs import Execution, Progress, Soon
 from hil.vocab.benches import BenchGone
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import VerbRefused
@@ -79,11 +79,10 @@ class CarryingOut:
             plan = await self._planning.plan_now(entry.source, entry.text, entry.file)
         except (ConfigError, VerbRefused) as error:
             raise NotBegun(f"it cannot be done any more: {error}") from None
-        named = Named(self._axes, entry.names)
         is_real = any(plan.axes[axis].is_real for axis in plan.run.axes)
         lead_wall_ns = real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS
-        baton = Soon(named, round(lead_wall_ns * self._configured.config.speed))
-        await self.follow(entry, Execution(plan, named, baton, progress=entry.progress))
+        baton = Soon(self._axes, round(lead_wall_ns * self._configured.config.speed))
+        await self.follow(entry, Execution(plan, self._axes, baton, entry.names, entry.progress))
 
     async def _lead(self, entry: Entry) -> None:
         """A run that spans benches."""
@@ -103,7 +102,7 @@ class CarryingOut:
                 self._releasing.add(releasing)
                 releasing.add_done_callback(self._releasing.discard)
             raise
-        execution = Execution(plan, Named(self._axes, entry.names), together.baton, set(entry.names))
+        execution = Execution(plan, self._axes, together.baton, entry.names)
         together.begin(execution, entry.progress)
         try:
             await self.follow(entry, execution, together.each)

@@ -20,7 +20,7 @@ from hil.live.runs.axis_names import device_names
 from hil.live.runs.other_benches import LOST_S, stood_still
 from hil.live.runs.queue import RunQueue
 from hil.live.runs.real import AllAxes
-from hil.runs import AxisNow, Execution, Named, RunDocument, Told, parse_run, plan_run
+from hil.runs import AxisNow, Execution, RunDocument, Told, parse_run, plan_run
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -113,7 +113,7 @@ class Parts:
         self._refuse_name(name)
         self._mine(names, told)  # they may have been taken meanwhile
         baton = Told()
-        execution = Execution(plan, Named(self._axes, names), baton, set(names))
+        execution = Execution(plan, self._axes, baton, names)
         now_s = asyncio.get_running_loop().time()
         part = _Part(token, leader, execution, baton, now_s, now_s)
         self._parts = {each: p for each, p in self._parts.items() if each in self._queue.progress} | {

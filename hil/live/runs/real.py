@@ -15,7 +15,7 @@ from typing import Any, cast
 from hil.compose import load_terminal_axis
 from hil.live.configured import Configured
 from hil.live.pass_through import PassThrough
-from hil.runs import AxisNow, BenchAxes, Rows
+from hil.runs import AxisNow, BenchAxes, Refused, Rows
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.dialogue import Dialogue, DialogueError
@@ -201,7 +201,7 @@ class RealAxes:
     def now_ns(self) -> int:
         return self._bench.now_ns
 
-    def give(self, axis: str, given: Input) -> None:
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
         board = self._boards[axis]
         if isinstance(given, Follow):
             servo = cast(TerminalServo, board.axis)
@@ -234,9 +234,6 @@ class RealAxes:
 
     def failure(self, axis: str) -> str | None:
         return self._boards[axis].why_failed()
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        return ()
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         """A run begins: the board is its own until the rows are closed."""
@@ -273,17 +270,14 @@ class AllAxes:
     def now_ns(self) -> int:
         return self._twins.now_ns
 
-    def give(self, axis: str, given: Input) -> None:
-        self._of(axis).give(axis, given)
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
+        self._of(axis).give(axis, given, refused)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         return self._of(axis).fields(axis, names)
 
     def failure(self, axis: str) -> str | None:
         return self._of(axis).failure(axis)
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        return self._of(axis).refusals(axis)
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         return self._of(axis).sample(axis, signals, interval_ns)
