@@ -200,7 +200,7 @@ def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
 
     async def use(host: Host) -> None:
         daemon = host._daemon
-        sessions, devices = daemon.sessions, daemon.bench.devices
+        sessions, devices = daemon.places.uarts(), daemon.bench.devices
         for metric, values in host.metrics():
             session, device, found = sessions["s10"], devices["s10"], set()
             for labels, _ in values:

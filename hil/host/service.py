@@ -26,6 +26,7 @@ class Service:
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self.trouble = ""
         """What the last reload was refused for, in short."""
+        daemon.changes.around_reloads(self.reloading, self.reloaded)
 
     @property
     def is_watched(self) -> bool:
@@ -88,11 +89,8 @@ def has_terminal() -> bool:
 def status_line(daemon: "Daemon", trouble: str) -> str:
     """The bench in one line: devices and those that have failed, clients, real time, missed ticks."""
     failed = [name for name, device in daemon.bench.devices.items() if device.failed]
-    failed += [name for name, session in daemon.sessions.items() if session.port_failure]
-    ports = [session.port for session in daemon.sessions.values()]
-    ports += [session.port for session in daemon.tap_sessions.values()]
-    ports += [real.client for real in daemon.real.values()]
-    clients = sum(port.stats().clients for port in ports)
+    failed += [label for label, joint in daemon.places.uarts().items() if joint.failure]
+    clients = sum(joint.port.stats().clients for joint in daemon.places.joints())
     missed = daemon.bench.core.native.rt_stats()["missed"]
     parts = [
         f"bench {daemon.config.bench}",

@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Callable, Collection, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,8 @@ from hil.config import ConfigError
 from hil.config.explain import suggestion
 from hil.core.fields import FIELDS, OF_KIND, OFFSETS, SERVO, packed
 from hil.live import real_boards
-from hil.live.captures import names, watch_port, watch_segment
+from hil.live.captures import watch_segment
+from hil.live.changes import Changed
 from hil.operations.health import health
 from hil.operations.metrics import readings
 from hil.operations.segments import listed as listed_segments
@@ -47,9 +48,10 @@ class Host:
         self.bench = daemon.config.bench
         self.segments: Sequence[str] = list(daemon.bench.segments)
         self.devices = {name: self._info(name) for name in daemon.config.devices}
+        daemon.changes.at_once(self._refresh)
 
-    def refresh(self, begun: Collection[str]) -> None:
-        """The bench has changed: ``begun`` are devices that are new, or not what they were."""
+    def _refresh(self, changed: Changed) -> None:
+        begun = changed.begun
         known = dict(self.devices)
         self.devices.clear()
         for name in self._daemon.config.devices:
@@ -57,7 +59,7 @@ class Host:
 
     @property
     def ports(self) -> Sequence[str]:
-        return [name for name in names(self._daemon) if name not in self.segments]
+        return list(self._daemon.places)
 
     def _info(self, name: str) -> DeviceInfo:
         profile = self._daemon.config.devices[name].profile
@@ -86,7 +88,7 @@ class Host:
         return now_ns, self.wall_ns(now_ns)
 
     def wall_ns(self, sim_ns: int) -> int:
-        return self._daemon.epoch_ns + round(sim_ns / self._daemon.config.speed)
+        return self._daemon.clock.wall_ns(sim_ns)
 
     async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> str | None:
         bench, speed = self._daemon.bench, self._daemon.config.speed
@@ -152,9 +154,12 @@ class Host:
     async def _do_real(self, device: str, verb: Verb, parameters: Mapping[str, float | str]) -> Done:
         try:
             if verb.name == "type":
-                self._daemon.real[device].send(typed(str(parameters["text"])))
+                self._daemon.places.boards()[device].end.send(typed(str(parameters["text"])))
             else:
-                await real_boards.carry_out(self._daemon, device, verb.name)
+                daemon = self._daemon
+                await real_boards.carry_out(
+                    daemon.configured, daemon.places, daemon.real_axes, device, verb.name
+                )
         except (DialogueError, real_boards.NoDialogue) as error:
             raise VerbRefused("not_now", str(error)) from None
         return Done(self._daemon.bench.now_ns, {})
@@ -173,7 +178,7 @@ class Host:
             if pin not in device.axis.pins:
                 raise VerbRefused("bad_parameter", f"pin: inputs of {name} are {', '.join(device.axis.pins)}")
             return Done(bench.give(device, Pin(pin, int(parameters["level"]))), {})
-        return Done(self._daemon.sessions[name].type(typed(str(parameters["text"]))), {})
+        return Done(self._daemon.places.uarts()[name].end.type(typed(str(parameters["text"]))), {})
 
     def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
         self._twin(device)
@@ -217,7 +222,7 @@ class Host:
 
     def sim_ns(self, wall_ns: int) -> int:
         """The simulated time at one of the wall, as ``wall_ns`` tells it."""
-        return round((wall_ns - self._daemon.epoch_ns) * self._daemon.config.speed)
+        return self._daemon.clock.sim_ns(wall_ns)
 
     def submit_run(
         self, source: Source, text: str
@@ -283,7 +288,7 @@ class Host:
         return watch_segment(self._daemon.bench.segments[segment], call)
 
     def on_bytes(self, port: str, call: Callable[[str, bytes], None]) -> Callable[[], None]:
-        return watch_port(self._daemon, port, call)
+        return self._daemon.captures.watch(port, call)
 
     def _known(self, device: str) -> DeviceInfo:
         if device not in self.devices:

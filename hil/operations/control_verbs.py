@@ -9,7 +9,7 @@ from hil.config import ConfigError
 from hil.core.core import octaves
 from hil.core.fields import OF_KIND
 from hil.live import real_boards
-from hil.live.captures import Capture, names, open_capture
+from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
 from hil.live.reload_plan import ConfigUnreadable
 from hil.net.control_client import ControlError
@@ -52,11 +52,11 @@ SAMPLES_AT_A_TIME = 5000
 def _list(daemon: "Daemon") -> dict[str, Any]:
     devices = []
     for name, config in daemon.config.devices.items():
-        if name in daemon.real:
-            devices.append(real_boards.listed(daemon.real[name], config))
+        if name in daemon.places.boards():
+            devices.append(real_boards.listed(daemon.places.boards()[name], config))
             continue
-        session = daemon.sessions.get(name)
-        network = daemon.sessions.get(port_label(name, NETWORK))
+        session = daemon.places.uarts().get(name)
+        network = daemon.places.uarts().get(port_label(name, NETWORK))
         devices.append(
             {
                 "device": name,
@@ -72,7 +72,7 @@ def _list(daemon: "Daemon") -> dict[str, Any]:
         )
     taps = [
         {"tap": name, "port": session.port.address, "clients": session.port.stats().clients}
-        for name, session in daemon.tap_sessions.items()
+        for name, session in daemon.places.taps().items()
     ]
     head = {"bench": daemon.config.bench, "pid": os.getpid(), "version": __version__}
     return head | {"devices": devices, "taps": taps}
@@ -84,10 +84,10 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
     listed = _list(daemon)
     for row in listed["devices"]:
         name = row["device"]
-        if name in daemon.real:
-            row |= real_boards.status(daemon.real[name])
+        if name in daemon.places.boards():
+            row |= real_boards.status(daemon.places.boards()[name])
             continue
-        session, device = daemon.sessions[name], bench.devices[name]
+        session, device = daemon.places.uarts()[name], bench.devices[name]
         stats = session.port.stats()
         row |= {
             "connects": stats.connects,
@@ -99,8 +99,8 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
             "backlog_bytes": session.port.backlog(),
             "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
             "note": "; ".join([*filter(None, [daemon.notes.get(name)]), *device.notes.values()]) or None,
-            "flash": daemon.store.failures.get(name, "ok"),
-            "port_failure": session.port_failure,
+            "flash": daemon.commits.failures.get(name, "ok"),
+            "port_failure": session.failure,
             "snapshot": device.axis.published().as_dict(),
         }
     return listed | {
@@ -124,7 +124,7 @@ def _status(daemon: "Daemon") -> dict[str, Any]:
 
 
 def _device(daemon: "Daemon", name: str) -> Device:
-    if name in daemon.real:
+    if name in daemon.places.boards():
         raise ControlError(f"{name} is a real board: {real_boards.CANNOT}")
     if name not in daemon.bench.devices:
         raise ControlError(f"no device {name!r}; there are {', '.join(daemon.bench.devices)}")
@@ -136,8 +136,8 @@ def _give(daemon: "Daemon", name: str, given: Input) -> dict[str, int]:
 
 
 def _reset(daemon: "Daemon", device: str) -> Any:
-    if device in daemon.real:
-        return real_boards.carry_out(daemon, device, "reset")
+    if device in daemon.places.boards():
+        return real_boards.carry_out(daemon.configured, daemon.places, daemon.real_axes, device, "reset")
     return _give(daemon, device, Reset())
 
 
@@ -159,15 +159,15 @@ def _set(daemon: "Daemon", device: str, field: str, value: float) -> dict[str, i
 
 
 def _send(daemon: "Daemon", device: str, data: str) -> dict[str, int]:
-    if device in daemon.real:
-        daemon.real[device].send(bytes.fromhex(data))
+    if device in daemon.places.boards():
+        daemon.places.boards()[device].end.send(bytes.fromhex(data))
         return {}
     name, dot, uart = device.partition(".")
     uart = uart if dot else MAIN
     if uart not in _device(daemon, name).uarts:
         raise ControlError(f"{name} has no serial interface {uart!r}")
-    if session := daemon.sessions.get(port_label(name, uart)):
-        return {"effective_at_ns": session.type(bytes.fromhex(data))}
+    if session := daemon.places.uarts().get(port_label(name, uart)):
+        return {"effective_at_ns": session.end.type(bytes.fromhex(data))}
     return _give(daemon, name, Bytes(bytes.fromhex(data), port=uart))
 
 
@@ -242,9 +242,11 @@ def _faults(daemon: "Daemon") -> list[dict[str, Any]]:
 
 def _capture(daemon: "Daemon", ports: list[str]) -> tuple[Capture, Callable[[], None]]:
     try:
-        return open_capture(daemon, ports)
+        return daemon.captures.open(ports)
     except KeyError as error:
-        raise ControlError(f"there is no port {error}; there are {', '.join(names(daemon))}") from None
+        raise ControlError(
+            f"there is no port {error}; there are {', '.join(daemon.captures.names)}"
+        ) from None
 
 
 async def _play(daemon: "Daemon", tap: str, bursts: list[list[Any]]) -> dict[str, int]:

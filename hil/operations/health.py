@@ -8,8 +8,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from hil.host.process import read_process
-from hil.live.joint import Session
-from hil.live.tap_joint import TapSession
 
 if TYPE_CHECKING:
     from hil.daemon import Daemon
@@ -64,12 +62,6 @@ def problems(daemon: "Daemon") -> list[Problem]:
     return [*_of_bench(daemon), *_of_devices(daemon), *_of_segments(daemon)]
 
 
-def line_sessions(daemon: "Daemon") -> Iterator[tuple[str, Session | TapSession]]:
-    """Of twins' ports and of taps, by the names of the ports."""
-    yield from daemon.sessions.items()
-    yield from daemon.tap_sessions.items()
-
-
 def health(daemon: "Daemon") -> dict[str, Any]:
     """For JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
     found = problems(daemon)
@@ -100,19 +92,21 @@ def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
                 f"`hil reset {name}` restarts it" if device.has_power else "`hil fault clear` ends the fault"
             )
             yield Problem("device", name, f"stopped: {device.failed}", remedy)
-    for name, why in daemon.store.failures.items():
+    for name, why in daemon.commits.failures.items():
         remedy = f"it keeps its old content; mend {daemon.state_dir} and let the board store again"
         yield Problem("flash", name, f"its flash was not written: {why}", remedy)
-    for name, session in line_sessions(daemon):
-        if session.port_failure:
-            yield Problem("port", name, session.port_failure, "restart the bench")
-    for name, real in daemon.real.items():
-        if away := real.board.stats().away:
-            what = f"{real.board.address}: {real.failures.get('client', away)}"
+    places = daemon.places
+    for joint in places.joints():
+        if joint.failure and joint.label not in places.boards():
+            yield Problem("port", joint.label, joint.failure, "restart the bench")
+    for name, real in places.boards().items():
+        line = real.end.line
+        if away := line.stats().away:
+            what = f"{line.address}: {real.end.failure or away}"
             back = _back(away, daemon.service.is_watched)
             yield Problem("port", name, what, f"{back}; it is tried again each second")
-        if failure := real.failures.get("board"):
-            yield Problem("port", name, failure, "restart the bench")
+        if real.failure:
+            yield Problem("port", name, real.failure, "restart the bench")
 
 
 def _back(why: str, is_service: bool) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hil import __version__
 from hil.core.core import bucket_edges_ns
 from hil.host.process import Process, read_process
-from hil.operations.health import KINDS, line_sessions, problems
+from hil.operations.health import KINDS, problems
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
 
@@ -30,8 +30,7 @@ class Scrape:
 
     def ports(self) -> dict[str, Port]:
         """By name; a real board's is the one that programs use."""
-        found = {name: session.port for name, session in line_sessions(self.daemon)}
-        return found | {name: real.client for name, real in self.daemon.real.items()}
+        return {joint.label: joint.port for joint in self.daemon.places.joints()}
 
 
 class Row(NamedTuple):
@@ -126,13 +125,14 @@ def _starved(s: Scrape) -> Values:
 
 
 def _port_failed(s: Scrape) -> Values:
-    for name, session in line_sessions(s.daemon):
-        yield (name,), int(session.port_failure is not None)
-    yield from (((name,), int("board" in real.failures)) for name, real in s.daemon.real.items())
+    for joint in s.daemon.places.joints():
+        yield (joint.label,), int(joint.failure is not None)
 
 
 def _boards(s: Scrape) -> Values:
-    return (((name,), int(real.board.stats().clients > 0)) for name, real in s.daemon.real.items())
+    return (
+        ((name,), int(real.end.line.stats().clients > 0)) for name, real in s.daemon.places.boards().items()
+    )
 
 
 def _bench(s: Scrape) -> Values:
@@ -144,7 +144,7 @@ def _speed(s: Scrape) -> Value:
 
 
 def _writes(s: Scrape) -> Values:
-    return [((result,), count) for result, count in s.daemon.store.writes.items()]
+    return [((result,), count) for result, count in s.daemon.commits.writes.items()]
 
 
 def _faults(s: Scrape) -> Value:
@@ -152,7 +152,7 @@ def _faults(s: Scrape) -> Value:
 
 
 def _began(s: Scrape) -> Value:
-    return s.daemon.epoch_ns / 1e9
+    return s.daemon.clock.epoch_ns / 1e9
 
 
 def _metric(

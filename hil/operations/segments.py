@@ -13,14 +13,14 @@ def listed(daemon: "Daemon") -> list[dict[str, Any]]:
     for name, segment in daemon.bench.segments.items():
         taps = [
             {"tap": label, "address": session.port.address, "clients": session.port.stats().clients}
-            for label, session in daemon.tap_sessions.items()
+            for label, session in daemon.places.taps().items()
             if label.startswith(f"{name}.")
         ]
         clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
         notes = [f"two stations have one {clash}" for clash in clashes]
-        for label, session in daemon.tap_sessions.items():
+        for label, session in daemon.places.taps().items():
             if label.startswith(f"{name}."):
-                notes += [session.port_failure] if session.port_failure else []
-                notes += session.tap.notes.values()
+                notes += [session.failure] if session.failure else []
+                notes += session.end.tap.notes.values()
         rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
     return rows

@@ -15,6 +15,7 @@ from hil import __version__
 from hil.config import ConfigError
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.holds import Holds
 from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names
 from hil.live.runs.other_benches import LOST_S, stood_still
@@ -42,8 +43,11 @@ class _Part:
 class Parts:
     """Answers benches that lead; ``queue`` carries the parts out."""
 
-    def __init__(self, queue: RunQueue, axes: AllAxes, configured: Configured, wall: WallClock) -> None:
+    def __init__(
+        self, queue: RunQueue, axes: AllAxes, configured: Configured, wall: WallClock, holds: Holds
+    ) -> None:
         self._queue = queue
+        self._holds = holds
         self._axes = axes
         self._configured = configured
         self._wall = wall
@@ -84,7 +88,7 @@ class Parts:
         raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
 
     def _look(self) -> dict[str, Any]:
-        taken = self._queue.taken()
+        taken = self._holds.taken()
         axes = self._axes.axes()
         for device, run in taken.items():
             if device in axes:
@@ -128,7 +132,7 @@ class Parts:
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
         """This bench's axes as they are now, which is as they were told."""
-        taken, axes = self._queue.taken(), self._axes.axes()
+        taken, axes = self._holds.taken(), self._axes.axes()
         for axis, device in names.items():
             if device in taken:
                 raise VerbRefused("not_now", f"{axis} is in the run {taken[device]}")

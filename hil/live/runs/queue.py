@@ -18,6 +18,7 @@ from typing import Any
 
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.holds import Holds
 from hil.live.off_loop import SHORT
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
 from hil.live.runs.other_benches import OtherBenches
@@ -41,8 +42,16 @@ ERROR_OF_OURS = "an error of hil; its log has more"
 class RunQueue:
     """The runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
 
-    def __init__(self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches) -> None:
+    def __init__(
+        self,
+        axes: AllAxes,
+        configured: Configured,
+        wall: WallClock,
+        others: OtherBenches,
+        holds: Holds,
+    ) -> None:
         self._axes = axes
+        self._holds = holds
         self._planning = Planning(axes, configured, wall, others)
         self._carrying_out = CarryingOut(axes, self._planning, configured, self._tell)
         self._entries: dict[str, Entry] = {}
@@ -125,10 +134,6 @@ class RunQueue:
         """It waits, moves, or is just ending: nothing else can have its name."""
         return name in self._entries
 
-    def taken(self) -> dict[str, str]:
-        """Devices that are in a run or will be, and in which."""
-        return {device: name for name, entry in self._entries.items() for device in entry.devices}
-
     def hold(
         self,
         source: Source,
@@ -192,6 +197,7 @@ class RunQueue:
         """In the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
+        self._holds.take(entry.name, entry.devices)
         self._digests[entry.name] = _digest(entry.text)
 
     # ---- beginning and ending ----
@@ -231,6 +237,7 @@ class RunQueue:
     def _over(self, entry: Entry) -> None:
         """It has ended, and others may begin."""
         del self._entries[entry.name]
+        self._holds.release(entry.name)
         ended = [name for name, progress in self.progress.items() if progress.is_over]
         for name in ended[: max(len(ended) - KEPT, 0)]:
             del self.progress[name], self._digests[name]

@@ -8,13 +8,14 @@ a motion was cut short, that has to be done again. While a run has a board, prog
 import asyncio
 import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, cast
 
 from hil.compose import load_terminal_axis
+from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
-from hil.live.pass_through import PassThrough
+from hil.live.places import Places
 from hil.runs import AxisNow, BenchAxes, Refused, Rows
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Do, Follow, Input
@@ -36,9 +37,8 @@ STOP_S = 2.0
 class _Board:
     """One real board, and what the daemon knows of it."""
 
-    def __init__(self, through: PassThrough, axis: TerminalAxis, period_ns: int) -> None:
+    def __init__(self, through: BoardEnd, axis: TerminalAxis, period_ns: int) -> None:
         self.through = through
-        self._port = through.board
         self.axis = axis
         self.period_ns = period_ns
         self.failure: str | None = None
@@ -46,17 +46,13 @@ class _Board:
         self._known_as: tuple[int, int] | None = None
         self._task: asyncio.Task[None] | None = None
 
-    def is_at(self, through: PassThrough) -> bool:
-        """Whether it is still the board there; a reload may have exchanged it."""
-        return through is self.through and through.board is self._port
-
     def _line(self) -> tuple[int, int]:
-        return self.through.typed_bytes, self.through.board.stats().connects
+        return self.through.typed_bytes, self.through.line.stats().connects
 
     @property
     def away(self) -> str | None:
-        stats = self.through.board.stats()
-        return None if stats.clients else f"{self.through.board.address} is away"
+        stats = self.through.line.stats()
+        return None if stats.clients else f"{self.through.line.address} is away"
 
     @property
     def is_known(self) -> bool:
@@ -114,14 +110,14 @@ class _Board:
 
     def hold(self) -> None:
         self.failure = None
-        self.through.hold(True)
+        self.through.hold_clients(True)
 
     def release(self) -> None:
         """When it stands."""
         if self._task and not self._task.done():
             self._task.add_done_callback(lambda _: self.release())
         else:
-            self.through.hold(False)
+            self.through.hold_clients(False)
 
     async def end(self) -> None:
         """The daemon ends: what a run had begun goes on no more."""
@@ -134,26 +130,23 @@ class _Board:
 
 
 class RealAxes:
-    """``hil.runs.RunBench`` of the real boards, by the lines that join them to their ports. ``bench``: whose
-    time they go by."""
+    """``hil.runs.RunBench`` of the real boards. ``bench``: whose time they go by."""
 
-    def __init__(
-        self, boards: Mapping[str, PassThrough], configured: Configured, bench: BenchRuntime
-    ) -> None:
-        self._lines = boards
+    def __init__(self, places: Places, configured: Configured, bench: BenchRuntime) -> None:
+        self._places = places.boards()
         self._configured = configured
         self._bench = bench
         self._boards: dict[str, _Board] = {}
         """Those that were asked for, by name."""
 
     def __contains__(self, name: str) -> bool:
-        return name in self._lines
+        return name in self._places
 
     def _board(self, name: str) -> _Board | None:
         """Known anew when another board has the name, as after a reload. None: it has nothing for runs."""
-        through, config = self._lines[name], self._configured.config.devices[name]
+        through, config = self._places[name].end, self._configured.config.devices[name]
         board = self._boards.get(name)
-        if board is not None and board.is_at(through):
+        if board is not None and board.through is through:
             return board
         if (make := load_terminal_axis(config.profile)) is None:
             return None
@@ -173,7 +166,7 @@ class RealAxes:
             return
         if board:
             board.forget()
-        await self._lines[name].talk(dialogue)
+        await self._places[name].end.talk(dialogue)
 
     async def close(self) -> None:
         """Stop what still moves."""
@@ -181,7 +174,7 @@ class RealAxes:
 
     def axes(self) -> dict[str, AxisNow]:
         """All real boards, as a plan begins with them."""
-        return {name: self._axis(name) for name in self._lines}
+        return {name: self._axis(name) for name in self._places}
 
     def _axis(self, name: str) -> AxisNow:
         board = self._board(name)
