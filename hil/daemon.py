@@ -21,7 +21,6 @@ from hil import __version__
 from hil.compose import (
     bench_runtime,
     find_catalogue,
-    make_bridge,
     make_port,
     serial_port_config,
     start_sections,
@@ -36,37 +35,49 @@ from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priorit
 from hil.host.service import Service, has_terminal
 from hil.host.trust import distrust
 from hil.live.apply import Reloader
-from hil.live.commits import DaemonStore
+from hil.live.board_end import BoardEnd
+from hil.live.bridges import Bridges
+from hil.live.captures import Captures
+from hil.live.changes import Changes
+from hil.live.clock import WallClock
+from hil.live.commits import Commits
+from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard, take_breadcrumb
-from hil.live.joint import Lines, Session
+from hil.live.holds import Holds
+from hil.live.joint import Joint
+from hil.live.lines import Lines
 from hil.live.log_file import LogFile
-from hil.live.pass_through import PassThrough
-from hil.live.runs.queue import Runs
+from hil.live.places import Places
+from hil.live.runs.other_benches import OtherBenches
+from hil.live.runs.part import Parts
+from hil.live.runs.queue import RunQueue
+from hil.live.runs.real import AllAxes, RealAxes
+from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.store import NvmStore, StoreError
-from hil.live.tap_joint import TapSession
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
 from hil.net.control_client import listener
-from hil.operations.bridge_host import Host
-from hil.operations.control_socket import ControlServer, already_running
-from hil.operations.control_verbs import WATCH_IDLE_S
+from hil.operations.control_socket import ClaimedSocket, ControlServer, SocketRefused, already_running
+from hil.operations.desk import Desk
+from hil.operations.make_desk import make_desk
+from hil.operations.reports import status_line
+from hil.operations.table import WATCH_IDLE_S
+from hil.runs import BenchAxes
 from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
-from hil.vocab.bridges import Bridge, BridgeError
+from hil.vocab.bridges import BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import PortContext, PortError, port_label
-from hil.vocab.time import FOREVER
 
 log = logging.getLogger("hil")
 
 LOG_FLUSH_S = 0.2
 TURN_S = 0.02
 """Of the event loop, for one group that is late: as long as the longest step of a healthy firmware."""
-_MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
 
 
 class StartError(Exception):
@@ -89,23 +100,26 @@ class Daemon:
         port_group: str | None = None,
         notifier: Notifier | None = None,
     ) -> None:
-        self.config = config
-        self.catalogue: Catalogue = find_catalogue()
+        self.configured = Configured(config, find_catalogue())
         self.runtime_dir = runtime_base / config.bench
         self.state_dir = state_base / config.bench
         self.notes: dict[str, str] = {}
-        self.sessions: dict[str, Session] = {}
-        """Of twins, by the names of their ports."""
-        self.tap_sessions: dict[str, TapSession] = {}
-        self.real: dict[str, PassThrough] = {}
-        self.faults = FaultRegistry(self.real)
-        self.lines = Lines(self.release, lambda call: asyncio.get_running_loop().call_soon(call))
-        self.bridges: dict[str, Bridge] = {}
-        self.host: Host
-        self.runs: Runs
-        self.grant: Grant | None = None
-        self.epoch_ns = 0
-        """Wall time at simulated time 0, nanoseconds since 1970."""
+        self.places = Places()
+        self.holds = Holds(self.places)
+        self.changes = Changes()
+        self.faults: FaultRegistry
+        self.lines: Lines
+        self.clock: WallClock
+        self.captures: Captures
+        self.bridges = Bridges(self.changes)
+        self.desk: Desk
+        self.runs: RunQueue
+        self.parts: Parts
+        self.real_axes: RealAxes
+        self.others = OtherBenches(self.bridges)
+        self.grant: Grant
+        self._claimed: ClaimedSocket | None = None
+        self._control: ControlServer | None = None
         self.bench: BenchRuntime
         self.watches: Watches
         self.vitals: Vitals
@@ -116,12 +130,25 @@ class Daemon:
         self._log_file: LogFile | None = None
         self._require_rt = require_rt
         self._port_group = port_group
-        self.service = Service(self, notifier or Notifier({}, 0))
+        notifier = notifier or Notifier({}, 0)
+        self._is_service = bool(notifier)
+        self.service = Service(
+            notifier,
+            lambda: status_line(self.bench, self.configured, self.places, self.grant),
+            lambda: self.bench.core.native.rt_stats()["ticks"],
+        )
         self.reloader = Reloader(self)
         self._stop = asyncio.Event()
         self._keeps_parent = False
         """The folder of the runtime directory was there, and empty: somebody made it."""
-        self._release_timer: asyncio.TimerHandle | None = None
+
+    @property
+    def config(self) -> BenchConfig:
+        return self.configured.config
+
+    @property
+    def catalogue(self) -> Catalogue:
+        return self.configured.catalogue
 
     async def run(self, started: Callable[["Daemon"], None]) -> None:
         """Start, say so, and serve until told to stop.
@@ -136,24 +163,61 @@ class Daemon:
         signals.answer(loop, calls)  # first: one that comes early leaves nothing behind either
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
         self.files, lock = self._open_store()
-        control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
         try:
             self._prepare_runtime_dir()
-            await control.open()
+            try:
+                self._claimed = ClaimedSocket(self.runtime_dir / CONTROL_SOCKET, self.config.bench)
+            except SocketRefused as error:
+                raise StartError(str(error)) from None
             self._build(self.files, loop)
             await self._open_ports()
             self._start_core(loop)
             self.vitals.start()
-            self.runs = Runs(self)
-            await self._open_bridges()
+            self._make_runs()
+            self.desk = self._make_desk()
+            try:
+                await self.bridges.open(self.config.bridges, self.desk)
+            except BridgeError as error:
+                raise StartError(str(error)) from None
             self.reloader.is_open = True
+            self._control = ControlServer(self.desk, self._claimed)
             self.service.start()
             started(self)
             await self._stop.wait()
         finally:
-            await self._put_away(loop, control, self.files)
+            await self._put_away(loop, self.files)
             os.close(lock)
             signals.ignore(loop, calls)
+
+    def _make_runs(self) -> None:
+        self.real_axes = RealAxes(self.places, self.configured, self.bench)
+        axes = AllAxes(BenchAxes(self.bench, self.watches.sampler), self.real_axes)
+        self.runs = RunQueue(axes, self.configured, self.clock, self.others, self.holds)
+        self.parts = Parts(self.runs, axes, self.configured, self.clock, self.holds)
+
+    def _make_desk(self) -> Desk:
+        return make_desk(
+            sim=self.bench,
+            configured=self.configured,
+            places=self.places,
+            clock=self.clock,
+            commits=self.commits,
+            faults=self.faults,
+            watches=self.watches,
+            captures=self.captures,
+            runs=self.runs,
+            parts=self.parts,
+            others=self.others,
+            real=self.real_axes,
+            apply=self.reloader,
+            bridges=self.bridges,
+            vitals=self.vitals,
+            grant=self.grant,
+            notes=self.notes,
+            state_dir=self.state_dir,
+            is_service=self._is_service,
+            stop=self.stop,
+        )
 
     def stop(self) -> None:
         """End ``run``."""
@@ -218,7 +282,10 @@ class Daemon:
         if self._input_log:
             self._open_log(self._input_log)
         self._guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
-        self.store = DaemonStore(files, counters, loop)
+        self.lines = Lines(loop, lambda: self.bench.now_ns, self.config.speed)
+        self.commits = Commits(files, loop)
+        for name, counter in counters.items():
+            self.commits.begin(name, counter)
         around = Around(
             turn_over=self.lines.turn_over,
             turn=self._turn,
@@ -226,11 +293,10 @@ class Daemon:
             on_failed=self._device_failed,
             log=self._log_writer(memories),
         )
-        self.bench = bench_runtime(self.config, self.catalogue, memories, self.store, around)
-        self.faults.bench = self.bench
-        self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
+        self.bench = bench_runtime(self.config, self.catalogue, memories, self.commits, around)
+        self.faults = FaultRegistry(self.bench, self.places)
+        self.watches = Watches(self.bench, self.changes, self.config.speed, WATCH_IDLE_S)
         self.vitals = Vitals(self.bench)
-        self.host = Host(self)
 
     def _open_log(self, path: Path) -> None:
         try:
@@ -245,10 +311,7 @@ class Daemon:
 
     def addresses(self) -> list[tuple[str, str]]:
         """All ports' names, and where clients reach them."""
-        ports = {name: session.port for name, session in self.sessions.items()}
-        ports |= {name: session.port for name, session in self.tap_sessions.items()}
-        ports |= {name: real.client for name, real in self.real.items()}
-        return [(name, port.address) for name, port in ports.items()]
+        return self.places.addresses()
 
     def config_as_dict(self) -> dict[str, Any]:
         """The configuration as a dict that ``hil.config.from_dict`` takes."""
@@ -274,10 +337,11 @@ class Daemon:
                     continue
                 label = port_label(name, uart)
                 port = make_port(port_config, self.port_context(label))
-                session = Session(self.bench, device, port, self.lines, native_usb=native_usb, uart=uart)
+                joint = Joint[UartEnd](label, port)
                 try:
-                    await port.open(session)
-                    self.sessions[label] = session
+                    await port.open(joint)
+                    joint.occupy(UartEnd(self.bench, self.lines, joint, device, uart, native_usb=native_usb))
+                    self.places.uarts()[label] = joint
                 except PortError as error:
                     problems.append(str(error))
         for segment, wire in self.config.segments.items():
@@ -285,10 +349,11 @@ class Daemon:
                 label = f"{segment}.{tap_name}"
                 port = make_port(tap_config.port, self.port_context(label))
                 tap = self.bench.taps[label]
-                tap_session = TapSession(self.bench, tap, port, self.lines)
+                tap_joint = Joint[TapEnd](label, port)
                 try:
-                    await port.open(tap_session)
-                    self.tap_sessions[label] = tap_session
+                    await port.open(tap_joint)
+                    tap_joint.occupy(TapEnd(self.bench, self.lines, tap_joint, tap))
+                    self.places.taps()[label] = tap_joint
                 except PortError as error:
                     problems.append(str(error))
         for name, device_config in self.config.real.items():
@@ -304,15 +369,6 @@ class Daemon:
         except FaultRefused as error:
             raise StartError(f"faults: {error}") from None
 
-    async def _open_bridges(self) -> None:
-        for kind, options in self.config.bridges.items():
-            bridge = make_bridge(kind, options, self.host)
-            try:
-                await bridge.open()
-            except BridgeError as error:
-                raise StartError(f"bridges.{kind}: {error}") from None
-            self.bridges[kind] = bridge
-
     def port_context(self, label: str) -> PortContext:
         """Where the port with this label belongs."""
         return PortContext(self.config.bench, label, self.runtime_dir, self._port_group)
@@ -320,10 +376,11 @@ class Daemon:
     async def _open_real(self, name: str, config: DeviceConfig) -> None:
         context = self.port_context(name)
         board = make_port(serial_port_config(config), context)
-        real = PassThrough(name, make_port(config.port, context), board)
-        await real.client.open(real.to_board)
-        self.real[name] = real
-        await board.open(real.to_client)
+        joint = Joint[BoardEnd](name, make_port(config.port, context))
+        await joint.port.open(joint)
+        joint.occupy(BoardEnd(joint, board))
+        self.places.boards()[name] = joint
+        await board.open(joint.end.from_board)
 
     @staticmethod
     def _turn() -> Callable[[], bool]:
@@ -342,7 +399,9 @@ class Daemon:
             self.bench.drive.start(period_ns, self.config.speed, priority, cpu)
         except OSError as error:
             raise StartError(f"the core's thread could not be started: {error.strerror}") from error
-        self.epoch_ns = time.time_ns() - round(self.bench.now_ns / self.config.speed)
+        epoch_ns = time.time_ns() - round(self.bench.now_ns / self.config.speed)
+        self.clock = WallClock(self.bench, self.config.speed, epoch_ns)
+        self.captures = Captures(self.bench, self.places, self.clock)
         self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
         if self.grant.missing and self._require_rt:
             raise StartError(self.grant.line())
@@ -352,21 +411,6 @@ class Daemon:
 
     # ---- work ----
 
-    def release(self) -> None:
-        """Give ports the bytes of paced lines that are due, and set the timer for the next."""
-        if self._release_timer:
-            self._release_timer.cancel()
-            self._release_timer = None
-        now_ns = self.bench.now_ns
-        due_ns = self.lines.release(now_ns)
-        if due_ns < FOREVER:
-            delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
-            loop = asyncio.get_running_loop()
-            self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
-
-    def _line_sessions(self) -> list[Session | TapSession]:
-        return [*self.sessions.values(), *self.tap_sessions.values()]
-
     def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
         if self._log_file and not self._stop.is_set():
             self._log_file.flush()
@@ -375,21 +419,22 @@ class Daemon:
     def _device_failed(self, device: Device) -> None:
         again = f"the other devices go on; `hil reset {device.name}` restarts it"
         log.error("%s stopped: %s; %s", device.name, device.failed, again)
-        if session := self.sessions.get(device.name):
-            session.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
+        if joint := self.places.uarts().get(device.name):
+            joint.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
 
     # ---- end ----
 
-    async def _put_away(
-        self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
-    ) -> None:
+    async def _put_away(self, loop: asyncio.AbstractEventLoop, files: NvmStore) -> None:
         self.service.stop()
         await self.reloader.close()
-        await control.close()
-        for bridge in self.bridges.values():
-            await bridge.close()
+        if self._control:
+            await self._control.close()
+        if self._claimed:
+            self._claimed.release()
+        await self.bridges.close()
         if hasattr(self, "runs"):
             await self.runs.close()
+            await self.real_axes.close()
         if hasattr(self, "_guard"):
             self._guard.close()
         if hasattr(self, "bench"):
@@ -397,15 +442,13 @@ class Daemon:
             self.watches.stop()
             self.vitals.stop()
             self.bench.stop()
-            await self.store.end()  # its answers to commits are inputs, for the log too
+            await self.commits.end()  # its answers to commits are inputs, for the log too
+            self.lines.close()
         await loop.run_in_executor(None, files.close)
-        if self._release_timer:
-            self._release_timer.cancel()
-        for session in self._line_sessions():
-            await session.port.close()
-        for real in self.real.values():
-            await real.client.close()
-            await real.board.close()
+        for joint in self.places.joints():
+            await joint.port.close()
+        for board in self.places.boards().values():
+            await board.end.line.close()
         if self._log_file:
             self._log_file.close()
         with suppress(OSError):

@@ -21,17 +21,16 @@ def started(daemon: Daemon, writer: LogWriter) -> None:
 
 def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
     lines: list[str] = []
-    lines.append(
-        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
-    )
+    lines.append(f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line()}")
     if for_journal:  # nobody types from there
         for name, address in daemon.addresses():
             lines.append(f"{name} at {address}")
         return lines
-    for name, session in daemon.sessions.items():
-        address, device = session.port.address, daemon.config.devices[session.device.name]
+    for name, session in daemon.places.uarts().items():
+        address, twin = session.port.address, session.end.device.name
+        device = daemon.config.devices[twin]
         profile = daemon.catalogue.profiles[device.profile]
-        if name != session.device.name:
+        if name != twin:
             lines.append(f"  {name} at {address}, {profile.network_baud} baud, packets")
             continue
         baud = device.baud or 115200
@@ -45,11 +44,11 @@ def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
         lines.append(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
-    for name, tap in daemon.tap_sessions.items():
-        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.tap.baud_now} baud")
-    for name, real in daemon.real.items():
-        away = "" if real.board.stats().clients else " (away, tried again each second)"
-        lines.append(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
+    for name, tap in daemon.places.taps().items():
+        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.baud_now} baud")
+    for name, real in daemon.places.boards().items():
+        away = "" if real.end.line.stats().clients else " (away, tried again each second)"
+        lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")
     for kind, bridge in daemon.bridges.items():
         status = bridge.status()
         doors = ", ".join([*status["listen"], *status["connect"]])

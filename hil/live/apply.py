@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from hil.compose import axis_seed, make_device, make_port, serial_port_config, start_sections
 from hil.config import ConfigError, DeviceConfig, PortConfig
-from hil.live.joint import Session
-from hil.live.pass_through import PassThrough
+from hil.live.board_end import BoardEnd
+from hil.live.changes import Changed
+from hil.live.joint import Joint
 from hil.live.reload_plan import Plan, ReloadRefused, make_plan, problems_of
+from hil.live.sim_ends import UartEnd
 from hil.live.store import StoreError, belongs_to
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.vocab.bridges import BridgeError
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import Port, PortError, PortHost, port_label
@@ -42,8 +43,8 @@ class Staged:
     """What is made beside the running bench. ``ports``: those that are open already, and new."""
 
     twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
-    sessions: dict[str, Session] = field(default_factory=dict)
-    real: dict[str, PassThrough] = field(default_factory=dict)
+    joints: dict[str, Joint[UartEnd]] = field(default_factory=dict)
+    real: dict[str, Joint[BoardEnd]] = field(default_factory=dict)
     boards: dict[str, Port] = field(default_factory=dict)
     memories: dict[str, tuple[int, dict[str, bytes], str | None]] = field(default_factory=dict)
     """Of twins that do not go on with their own: commits counted, sections, and a note for the operator."""
@@ -92,7 +93,7 @@ class Reloader:
             if not self.is_open:
                 raise ReloadRefused("the daemon is starting or ending")
             trouble = ""
-            self._daemon.service.reloading()
+            self._daemon.changes.tell_begun()
             try:
                 return await self._reload()
             except (ConfigError, ReloadRefused) as error:
@@ -103,7 +104,7 @@ class Reloader:
                 log.exception("the reload failed")
                 raise
             finally:
-                self._daemon.service.reloaded(trouble)
+                self._daemon.changes.tell_ended(trouble)
 
     async def _reload(self) -> dict[str, Any]:
         daemon = self._daemon
@@ -141,14 +142,7 @@ class Reloader:
 
     def _in_use(self, plan: Plan) -> list[str]:
         """Devices that somebody needs as they are."""
-        daemon, leaving = self._daemon, plan.named("remove", "restart")
-        taken = daemon.runs.taken()
-        runs = {name: taken[name] for name in leaving if name in taken}
-        real = {name: daemon.real[name] for name in leaving if name in daemon.real}
-        talking = [name for name, board in real.items() if board.is_talking or board.is_held]
-        return [f"{name} is in run {run}: wait for its end, or cancel it" for name, run in runs.items()] + [
-            f"{name} is in a dialogue with its board: wait for its end" for name in talking
-        ]
+        return self._daemon.holds.problems(plan.named("remove", "restart"))
 
     async def _carry_out(self, plan: Plan) -> None:
         staged = Staged()
@@ -168,13 +162,8 @@ class Reloader:
         for port in ports:
             await port.close()
         for name, board in staged.boards.items():
-            await board.open(self._daemon.real[name].to_client)
-        changed = plan.named("remove", "restart", "add")
-        for kind, bridge in self._daemon.bridges.items():
-            try:
-                await bridge.devices_changed(changed)
-            except BridgeError as error:
-                log.error("%s: it does not know of all devices: %s", kind, error)
+            await board.open(self._daemon.places.boards()[name].end.from_board)
+        await self._daemon.changes.tell_afterwards(_changed(plan))
 
     # ---- beside the running bench ----
 
@@ -201,11 +190,10 @@ class Reloader:
             if port_config is None or self._keeps_port(plan, name, uart):
                 continue
             port = make_port(port_config, daemon.port_context(label))
-            session = Session(daemon.bench, device, port, daemon.lines, uart=uart)
-            session.vacate()
-            await self._open(port, session, port_config, label)
+            joint = Joint[UartEnd](label, port)
+            await self._open(port, joint, port_config, label)
             staged.ports.append(port)
-            staged.sessions[label] = session
+            staged.joints[label] = joint
         old = daemon.config.twins.get(name)
         if old is None:
             loaded = await asyncio.to_thread(daemon.files.look, name, config.profile)
@@ -233,11 +221,11 @@ class Reloader:
     async def _stage_real(self, plan: Plan, staged: Staged, name: str) -> None:
         config, old = plan.config.devices[name], self._daemon.config.real.get(name)
         context = self._daemon.port_context(name)
-        staged.boards[name] = board = make_port(serial_port_config(config), context)
+        staged.boards[name] = make_port(serial_port_config(config), context)
         if old is None or old.port != config.port:
-            staged.real[name] = real = PassThrough(name, make_port(config.port, context), board)
-            await self._open(real.client, real.to_board, config.port, name)
-            staged.ports.append(real.client)
+            staged.real[name] = joint = Joint[BoardEnd](name, make_port(config.port, context))
+            await self._open(joint.port, joint, config.port, name)
+            staged.ports.append(joint.port)
 
     async def _open(self, port: Port, host: PortHost, config: PortConfig, label: str) -> None:
         """Open a port beside those that run, and if one of them is in its way, say so.
@@ -305,12 +293,12 @@ class Reloader:
         }
         for name in plan.named("remove", "restart"):
             gone += self._take_away(plan, staged, name)
-        daemon.config = plan.config
+        daemon.configured.config = plan.config
         self._seeds = {n: i for n, i in (self._seeds | staged.seeds).items() if plan.has_twin(n)}
         for name, (group, device) in staged.twins.items():
             if name in staged.memories:
                 counter, memories[name], note = staged.memories[name]
-                daemon.store.begin(name, counter)
+                daemon.commits.begin(name, counter)
                 if note:
                     daemon.notes[name] = note
                     log.warning("%s: %s", name, note)
@@ -322,14 +310,11 @@ class Reloader:
             self._inject(plan, name)
         for name, board in staged.boards.items():
             if name in staged.real:
-                daemon.real[name] = staged.real[name]
-            else:
-                gone.append(daemon.real[name].board)
-                daemon.real[name].exchange_board(board)
+                daemon.places.boards()[name] = staged.real[name]
+            joint = daemon.places.boards()[name]
+            joint.occupy(BoardEnd(joint, board))
             self._inject(plan, name)
-        daemon.host.refresh(plan.named("restart", "add"))
-        for name in staged.twins:
-            daemon.watches.sampler.exchanged(name)
+        daemon.changes.tell_at_once(_changed(plan))
         return gone
 
     def _take_away(self, plan: Plan, staged: Staged, name: str) -> list[Port]:
@@ -337,41 +322,42 @@ class Reloader:
         daemon = self._daemon
         gone: list[Port] = []
         daemon.faults.forget(name)
-        daemon.runs.real.forget(name)
-        if name in daemon.real:
+        if name in daemon.places.boards():
+            joint = daemon.places.boards()[name]
+            gone.append(joint.end.line)
+            joint.vacate()
             if name in staged.boards and name not in staged.real:
-                return []  # another board at the same port
-            real = daemon.real.pop(name)
+                return gone  # another board at the same port
+            del daemon.places.boards()[name]
             if name in staged.real:
-                staged.real[name].taps = real.taps
-            return [real.client, real.board]
+                staged.real[name].listeners = joint.listeners
+            return [joint.port, *gone]
         daemon.bench.remove(name)
         daemon.notes.pop(name, None)  # of the start that ends here
         if not plan.has_twin(name):
-            daemon.watches.sampler.gone(name)
-            daemon.store.failures.pop(name, None)
+            daemon.commits.failures.pop(name, None)
         for uart in (MAIN, NETWORK):
             label = port_label(name, uart)
-            session = daemon.sessions.get(label)
-            if session is None:
+            uart_joint = daemon.places.uarts().get(label)
+            if uart_joint is None:
                 continue
-            session.vacate()
+            uart_joint.vacate()
             if plan.has_twin(name) and self._keeps_port(plan, name, uart):
                 continue
-            gone.append(daemon.sessions.pop(label).port)
-            if label in staged.sessions:
-                staged.sessions[label].taps = session.taps
+            gone.append(daemon.places.uarts().pop(label).port)
+            if label in staged.joints:
+                staged.joints[label].listeners = uart_joint.listeners
         return gone
 
     def _occupy(self, staged: Staged, name: str, device: Device) -> None:
-        daemon = self._daemon
+        daemon, uarts = self._daemon, self._daemon.places.uarts()
         native_usb = daemon.catalogue.profiles[device.profile].usb == "native"
         for uart in device.uarts:
             label = port_label(name, uart)
-            if label in staged.sessions:
-                daemon.sessions[label] = staged.sessions[label]
-            if label in daemon.sessions:
-                daemon.sessions[label].occupy(device, native_usb=native_usb)
+            if label in staged.joints:
+                uarts[label] = staged.joints[label]
+            if joint := uarts.get(label):
+                joint.occupy(UartEnd(daemon.bench, daemon.lines, joint, device, uart, native_usb=native_usb))
 
     def _inject(self, plan: Plan, name: str) -> None:
         for fault in plan.config.faults:
@@ -382,6 +368,10 @@ class Reloader:
                     FaultRefused
                 ) as error:  # the configuration's check knows all reasons; if not, it is told
                     log.error("%s: a fault of the configuration is left out: %s", name, error)
+
+
+def _changed(plan: Plan) -> Changed:
+    return Changed(*(tuple(plan.named(action)) for action in ("remove", "restart", "add")))
 
 
 def _ports(config: DeviceConfig) -> dict[str, object]:
