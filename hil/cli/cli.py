@@ -77,11 +77,12 @@ def serve(
     import os
 
     from hil.cli.started import started
-    from hil.daemon import Daemon, StartError
+    from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.open_files import allow_many
     from hil.host.paths import log_file, runtime_base, state_base
+    from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
     notifier = Notifier(os.environ, os.getpid())

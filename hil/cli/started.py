@@ -25,7 +25,7 @@ def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
         f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
     )
     if for_journal:  # nobody types from there
-        for name, address in daemon.addresses():
+        for name, address in daemon.places.addresses():
             lines.append(f"{name} at {address}")
         return lines
     for name, session in daemon.places.uarts().items():

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 from hil.live import real_boards
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
-from hil.live.reload_plan import ReloadRefused
-from hil.net.control_client import ControlError, listener
+from hil.live.refusals import Refused, StartError
+from hil.net.control_client import ControlError, already_running, listener
 from hil.net.unix_door import open_door
 from hil.net.visitors import Visit, Visitors
 from hil.operations.control_verbs import VERBS
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _ARGUMENTS = {name: verb.arguments for name, verb in VERBS.items()}
-REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
+REFUSALS = (ControlError, DialogueError, FaultRefused, Refused, real_boards.NoDialogue, VerbRefused)
 
 log = logging.getLogger("hil")
 
@@ -60,8 +60,6 @@ class ControlServer:
         Raises:
             StartError: a daemon of this bench is running, or the socket cannot be made.
         """
-        from hil.daemon import StartError
-
         try:
             if pid := listener(self._path):
                 raise StartError(already_running(self._daemon.config.bench, pid))
@@ -78,6 +76,8 @@ class ControlServer:
             ) from error
 
     async def close(self) -> None:
+        if self._is_closed:
+            return
         self._is_closed = True
         for writer in self._clients:
             writer.close()
@@ -151,8 +151,3 @@ async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
         except asyncio.LimitOverrunError as error:
             is_too_long = True
             await reader.readexactly(max(error.consumed, 1))
-
-
-def already_running(bench: str, pid: int) -> str:
-    """Why a bench is not started a second time."""
-    return f"bench {bench} is running already, as process {pid}"

@@ -11,7 +11,7 @@ from hil.core.fields import OF_KIND
 from hil.live import real_boards
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
-from hil.live.reload_plan import ConfigUnreadable
+from hil.live.refusals import ConfigUnreadable
 from hil.net.control_client import ControlError
 from hil.operations import run_verbs, segments
 from hil.operations.health import health

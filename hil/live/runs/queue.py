@@ -378,7 +378,11 @@ class Runs:
     async def _carry_out(
         self, entry: Entry, execution: Execution, each: Callable[[], None], together: Together | None = None
     ) -> None:
-        bench, speed, loop = self._daemon.bench, self._daemon.config.speed, asyncio.get_running_loop()
+        bench, speed, loop = (
+            self._daemon.bench,
+            self._daemon.config.speed,
+            asyncio.get_running_loop(),
+        )
         progress = self.progress[entry.name]
         told, told_s = ("", -1), loop.time()
         try:
