@@ -105,7 +105,7 @@ def serve(
     allow_many()
     try:
         try:
-            asyncio.run(daemon.run(lambda daemon: started(daemon, writer)))
+            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
         finally:
             writer.close()
     except StartError as error:

@@ -19,7 +19,7 @@ from hil.config.motors import motor_findings
 from hil.config.segments import segment_findings
 from hil.config.wires import wire_findings
 from hil.config.yaml_text import document_from_yaml
-from hil.core import FULL_PARAMETERS
+from hil.vocab.axis_plan import FULL_PARAMETERS
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import port_label
 

@@ -1,8 +1,10 @@
 """The core's real-time thread: how it is started, and how long the event loop works for it at a time."""
 
+import asyncio
 import gc
 import time
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 
 from hil.config import BenchConfig
 from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
@@ -20,8 +22,10 @@ def turn() -> Callable[[], bool]:
     return lambda: time.monotonic() > end_s
 
 
-def start_core(bench: BenchRuntime, config: BenchConfig, *, require_rt: bool) -> tuple[WallClock, Grant]:
-    """The bench's time begins.
+def start_core(
+    stack: AsyncExitStack, bench: BenchRuntime, config: BenchConfig, *, require_rt: bool
+) -> tuple[WallClock, Grant]:
+    """The bench's time begins, and the event loop serves it until ``stack`` is put away.
 
     Raises:
         StartError: there can be no such thread, or none with the rights that are required.
@@ -40,4 +44,7 @@ def start_core(bench: BenchRuntime, config: BenchConfig, *, require_rt: bool) ->
     granted = grant(bench.core.native.rt_stats(), priority, cpu)
     if granted.missing and require_rt:
         raise StartError(granted.line())
+    loop = asyncio.get_running_loop()
+    loop.add_reader(bench.core.event_fd, bench.drive.service)
+    stack.callback(loop.remove_reader, bench.core.event_fd)
     return WallClock(bench, config.speed, epoch_ns), granted

@@ -5,28 +5,37 @@ Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, 
 knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
 """
 
+from hil.runs.axes import AxisNow, Refused, Rows, RunBench
+from hil.runs.baton import Baton, Soon, Told
 from hil.runs.clock import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
-from hil.runs.execute import Baton, Ended, Execution, Progress, RunBench, Soon
-from hil.runs.on_bench import BenchAxes, Named
-from hil.runs.plan import AxisNow, Event, Phrase, Plan, plan_run
+from hil.runs.execute import Execution
+from hil.runs.on_bench import BenchAxes
+from hil.runs.plan import Event, Phrase, Plan
+from hil.runs.planner import plan_run
+from hil.runs.progress import AxisReport, BenchReport, Ended, How, Progress
 
 __all__ = [
     "AxisNow",
+    "AxisReport",
     "AxisRules",
     "Baton",
     "BenchAxes",
+    "BenchReport",
     "ClockOffset",
     "Ended",
     "Event",
     "Execution",
-    "Named",
+    "How",
     "Phrase",
     "Plan",
     "Progress",
+    "Refused",
+    "Rows",
     "RunBench",
     "RunDocument",
     "Soon",
+    "Told",
     "parse_run",
     "plan_run",
     "run_from_data",

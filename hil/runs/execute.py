@@ -1,12 +1,16 @@
 """Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
 
-from collections.abc import Collection, Generator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from math import isnan, sqrt
-from typing import Any, Literal, Protocol
 
+from hil.runs.axes import Rows, RunBench
+from hil.runs.baton import Baton
 from hil.runs.document import WaitUntil
 from hil.runs.plan import Phrase, Plan
+from hil.runs.progress import AxisReport, Ended, How, Progress
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.verbs import VerbRefused
 
@@ -33,108 +37,7 @@ PULSE_DEG = 0.91
 ANGLES = (ord("x"), ord("h"))
 """Modes of a servo whose set-point is an angle."""
 
-How = Literal["grace", "prejudice"]
 SERVO_SIGNALS, STEPPER_SIGNALS = ("r", "yw"), ("commanded_deg", "position_deg")
-
-
-class Rows(Protocol):
-    """Samples of two fields of an axis."""
-
-    def take(self) -> Sequence[tuple[float, ...]]:
-        """Rows of (at_ns, where it should be, where it is) since the last call."""
-
-    def close(self) -> None: ...
-
-
-class Baton(Protocol):
-    """Says when each phrase begins. The one after the last is the end, which all axes reach together."""
-
-    def start_ns(self, phrase: int) -> int | None:
-        """In simulated time, still to come; None: it is not known yet. Asked when the phrases before it have
-        ended here."""
-
-
-class RunBench(Protocol):
-    """What an execution needs of a bench. Axes by name."""
-
-    @property
-    def now_ns(self) -> int: ...
-
-    def give(self, axis: str, given: Input) -> None:
-        """An input takes effect. Raises VerbRefused: a verb was not carried out."""
-
-    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
-        """All of one time. NaN: it is not known."""
-
-    def failure(self, axis: str) -> str | None:
-        """Why the board does nothing any more."""
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        """Of verbs that were to be carried out later, since the last call."""
-
-    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows: ...
-
-
-@dataclass
-class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run; None:
-    nobody knows. Angles are the board's own, as those of the run. ``commanded_deg``: where its set-point is
-    at the end, of a real board as it said."""
-
-    target_deg: float
-    commanded_deg: float | None = None
-    position_deg: float | None = None
-    error_max_deg: float | None = None
-    error_rms_deg: float | None = None
-    at_end: str | None = None
-    """How the run left it: stands, moves, off (a servo whose loop is off), failed, or unknown (its bench is
-    gone)."""
-
-
-@dataclass
-class BenchReport:
-    """How another bench did that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
-    take ``clock_error_ns``."""
-
-    state: str
-    why: str | None
-    clock_offset_ns: int
-    clock_error_ns: int
-
-
-@dataclass
-class Progress:
-    """Of a run. ``state``: queued, running, done, failed or cancelled; ``step`` counts from 1, repetitions
-    too. Times are simulated; ``why`` says what ended it. ``benches``: the others that take part."""
-
-    run: str
-    state: str = "queued"
-    step: int = 0
-    steps: int = 0
-    started_at_ns: int | None = None
-    ended_at_ns: int | None = None
-    why: str | None = None
-    submissions: int = 1
-    """How often its name was submitted: it is done once."""
-    axes: dict[str, AxisReport] = field(default_factory=dict)
-    benches: dict[str, BenchReport] = field(default_factory=dict)
-
-    @property
-    def is_over(self) -> bool:
-        return self.state not in ("queued", "running")
-
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
-
-
-class Ended(Exception):
-    """What ended a run before its end, and how its axes are to stop."""
-
-    def __init__(self, state: str, why: str, how: How) -> None:
-        super().__init__(why)
-        self.state = state
-        self.how = how
 
 
 @dataclass
@@ -145,28 +48,26 @@ class _Errors:
     squares: float = 0.0
 
 
-class Soon:
-    """A ``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
-
-    def __init__(self, bench: RunBench, lead_ns: int) -> None:
-        self._bench = bench
-        self._lead_ns = lead_ns
-
-    def start_ns(self, phrase: int) -> int:
-        return self._bench.now_ns + self._lead_ns
-
-
 class Execution:
-    """One run, or the part of it whose axes are on this bench (``mine``)."""
+    """One run, or the part of it whose axes are on this bench. ``devices``: those of the bench, by the names
+    that the run has for them; ``progress``: where it says how it does."""
 
     def __init__(
-        self, plan: Plan, bench: RunBench, baton: Baton, mine: Collection[str] | None = None
+        self,
+        plan: Plan,
+        bench: RunBench,
+        baton: Baton,
+        devices: Mapping[str, str] | None = None,
+        progress: Progress | None = None,
     ) -> None:
         self.plan = plan
         self._bench = bench
         self._baton = baton
-        self._mine = [axis for axis in plan.run.axes if mine is None or axis in mine]
+        self._devices = {axis: axis for axis in plan.run.axes} if devices is None else devices
+        self._mine = [axis for axis in plan.run.axes if axis in self._devices]
         self._errors: dict[str, _Errors] = {}
+        self._refused: dict[str, str] = {}
+        """The first verb of an axis that could not be done when its time had come."""
         self._steps_before = 0
         self._asked: Ended | None = None
         self._holds: dict[str, tuple[int, int, float]] = {}
@@ -178,7 +79,7 @@ class Execution:
         """What ended it before its end; its axes may still be stopping."""
         self.reached = -1
         """The phrase whose beginning it waits for, or that has begun; all before have ended here."""
-        self.progress = Progress(plan.run.run, steps=plan.steps)
+        self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
         """At any time. A run that stops with grace already can be stopped with prejudice."""
@@ -222,7 +123,7 @@ class Execution:
         for axis, path in phrase.paths.items():
             if axis in self._mine:
                 self._give(axis, Follow(start_ns, path))
-                (given_ns,) = self._bench.fields(axis, ("at_ns",))
+                (given_ns,) = self._fields(axis, "at_ns")
                 if given_ns > start_ns:  # late: what it does shows with the law's next step
                     begin_ns = round(given_ns)
                     end_ns = max(start_ns + phrase.duration_ns, begin_ns + SHOWS_NS)
@@ -249,7 +150,7 @@ class Execution:
 
     def _turning(self, phrase: Phrase) -> bool:
         steppers = phrase.steppers.intersection(self._mine)
-        return any(any(self._bench.fields(axis, ("motion_state", "pending"))) for axis in steppers)
+        return any(any(self._fields(axis, "motion_state", "pending")) for axis in steppers)
 
     def _check_ends(self, phrase: Phrase) -> None:
         """Whether the axes are where the phrase leads."""
@@ -257,7 +158,7 @@ class Execution:
             self._check(axis)
         for event in phrase.events:
             if event.axis in self._mine and event.verb == "move_abs":
-                (commanded_deg,) = self._bench.fields(event.axis, ("commanded_deg",))
+                (commanded_deg,) = self._fields(event.axis, "commanded_deg")
                 wanted_deg = float(event.parameters["position_deg"])
                 if abs(commanded_deg - wanted_deg) > PULSE_DEG:
                     why = f"{event.axis} ended at {commanded_deg:.2f} deg and not at {wanted_deg:.2f}:"
@@ -266,8 +167,7 @@ class Execution:
     def _check(self, axis: str) -> None:
         """Whether a servo does what it was told, and nobody told it otherwise."""
         start_ns, end_ns, last_deg = self._holds[axis]
-        names = ("at_ns", "loop_on", "mode", "following", "r")
-        now_ns, loop_on, mode, following, r = self._bench.fields(axis, names)
+        now_ns, loop_on, mode, following, r = self._fields(axis, "at_ns", "loop_on", "mode", "following", "r")
         if isnan(loop_on):
             return
         if not loop_on:
@@ -282,7 +182,7 @@ class Execution:
 
     def _wait(self, wait: WaitUntil) -> Generator[int, None, None]:
         give_up_ns = self._bench.now_ns + round(wait.timeout_s * 1e9)
-        while not self._is_met(self._bench.fields(wait.axis, (wait.field,))[0], wait.above, wait.below):
+        while not self._is_met(self._fields(wait.axis, wait.field)[0], wait.above, wait.below):
             if self._bench.now_ns >= give_up_ns:
                 why = f"{wait.axis}.{wait.field} was not in its range for {wait.timeout_s:g} s"
                 raise self._failed(why)
@@ -306,17 +206,17 @@ class Execution:
 
     def _have_reached(self, at_ns: int) -> bool:
         """Whether what is read of the axes is of then, or later: a board that has much to do comes behind."""
-        return not any(self._bench.fields(axis, ("at_ns",))[0] < at_ns for axis in self._mine)
+        return not any(self._fields(axis, "at_ns")[0] < at_ns for axis in self._mine)
 
     def _look(self) -> None:
         on_fault = self.plan.run.on_fault
         if self._asked:
             raise self._asked
         for axis, errors in self._errors.items():
-            if why := self._bench.failure(axis):
+            if why := self._failure(axis):
                 raise Ended("failed", f"{axis} stopped: {why}", on_fault)
-            if refusals := self._bench.refusals(axis):
-                raise Ended("failed", f"{axis}: {refusals[0]}", on_fault)
+            if axis in self._refused:
+                raise Ended("failed", f"{axis}: {self._refused[axis]}", on_fault)
             worst_deg = self._note(axis, errors)
             if errors.limit_deg is not None and worst_deg > errors.limit_deg:
                 why = (
@@ -343,9 +243,18 @@ class Execution:
 
     def _give(self, axis: str, given: Input) -> None:
         try:
-            self._bench.give(axis, given)
+            self._bench.give(self._devices[axis], given, partial(self._note_refusal, axis))
         except VerbRefused as refusal:
-            raise Ended("failed", f"{axis}: {refusal}", self.plan.run.on_fault) from None
+            raise self._failed(f"{axis}: {refusal}") from None
+
+    def _note_refusal(self, axis: str, why: str) -> None:
+        self._refused.setdefault(axis, why)
+
+    def _fields(self, axis: str, *names: str) -> Sequence[float]:
+        return self._bench.fields(self._devices[axis], names)
+
+    def _failure(self, axis: str) -> str | None:
+        return self._bench.failure(self._devices[axis])
 
     def _stop(self, how: How) -> Generator[int, None, None]:
         """All axes of the run, whatever they do; and until they stand."""
@@ -369,25 +278,21 @@ class Execution:
             if not self._is_stepper(axis):
                 rules = self.plan.run.axes[axis]
                 parameters.append(("acceleration_rpm_per_s", max(rules.acceleration_rpm_per_s, 0.01)))
-            try:
-                self._bench.give(axis, Do("stop", tuple(parameters)))
-            except VerbRefused:
-                continue  # it has failed, or its loop is off: it does not move by itself
+            with suppress(Ended):  # it has failed, or its loop is off: it does not move by itself
+                self._give(axis, Do("stop", tuple(parameters)))
 
     def _moves(self, axis: str) -> bool:
-        if self._bench.failure(axis):
+        if self._failure(axis):
             return False
         if self._is_stepper(axis):
-            return any(self._bench.fields(axis, ("motion_state",)))
-        loop_on, following, mode, rpm = self._bench.fields(
-            axis, ("loop_on", "following", "mode", "velocity_rpm")
-        )
+            return any(self._fields(axis, "motion_state"))
+        loop_on, following, mode, rpm = self._fields(axis, "loop_on", "following", "mode", "velocity_rpm")
         return bool(following) or (bool(loop_on) and mode not in ANGLES and abs(rpm) > TURNS_RPM)
 
     def _is_settled(self, axis: str) -> bool:
-        if self._is_stepper(axis) or self._bench.failure(axis):
+        if self._is_stepper(axis) or self._failure(axis):
             return True
-        loop_on, mode, r, yw = self._bench.fields(axis, ("loop_on", "mode", "r", "yw"))
+        loop_on, mode, r, yw = self._fields(axis, "loop_on", "mode", "r", "yw")
         return not (loop_on and mode in ANGLES and abs(r - yw) > SETTLED_DEG)
 
     def _is_stepper(self, axis: str) -> bool:
@@ -396,9 +301,8 @@ class Execution:
     def _watch(self) -> None:
         for axis in self._mine:
             rules = self.plan.run.axes[axis]
-            self._bench.refusals(axis)
             signals = STEPPER_SIGNALS if self._is_stepper(axis) else SERVO_SIGNALS
-            rows = self._bench.sample(axis, signals, SAMPLE_NS)
+            rows = self._bench.sample(self._devices[axis], signals, SAMPLE_NS)
             self._errors[axis] = _Errors(rows, rules.following_error_deg)
 
     def _unwatch(self) -> None:
@@ -407,13 +311,13 @@ class Execution:
             errors.rows.close()
             report = self.progress.axes[axis]
             names = ("position_deg", "commanded_deg") if self._is_stepper(axis) else ("yw", "r")
-            told = [None if isnan(value) else value for value in self._bench.fields(axis, names)]
+            told = [None if isnan(value) else value for value in self._fields(axis, *names)]
             report.position_deg, report.commanded_deg = told
             report.at_end = self._at_end(axis)
 
     def _at_end(self, axis: str) -> str:
-        if self._bench.failure(axis):
+        if self._failure(axis):
             return "failed"
-        if not self._is_stepper(axis) and not self._bench.fields(axis, ("loop_on",))[0]:
+        if not self._is_stepper(axis) and not self._fields(axis, "loop_on")[0]:
             return "off"
         return "moves" if self._moves(axis) else "stands"

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
-from hil.core import AxisPlan, Core, Snapshot
+from hil.core import Core, Snapshot
 from hil.sim.around import Around
 from hil.sim.device import Answer, Device, DeviceSpec
 from hil.sim.drive import RealTimeDrive
@@ -19,6 +19,7 @@ from hil.sim.group import Group
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.roster import Roster
 from hil.sim.station import Tap
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs

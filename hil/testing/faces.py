@@ -5,12 +5,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from hil.core import CoreMotion, Snapshot
-from hil.core.core import OUTPUTS
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.station import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
+from hil.vocab.axis_plan import OUTPUTS
 from hil.vocab.firmware import NETWORK
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
