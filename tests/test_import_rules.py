@@ -153,12 +153,8 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
     return found
 
 
-STILL = ("hil.daemon", "imports hil.core, which the sign for hil.config")
-"""What parts that are about to be cut anew still break. To go with the last of them."""
-
-
 def test_the_tree_keeps_its_contracts(answers: list[list[str]]) -> None:
-    assert [line for line in answers[0] if not any(name in line for name in STILL)] == []
+    assert answers[0] == []
 
 
 @pytest.mark.parametrize("sort", PLANTS)

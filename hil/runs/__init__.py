@@ -9,7 +9,7 @@ pydantic, pydantic_core.
 
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
 from hil.runs.baton import Baton, Soon, Told
-from hil.runs.clock import ClockOffset
+from hil.runs.clock_offset import ClockOffset
 from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
