@@ -16,7 +16,7 @@ import pytest
 from hil.testing import Bench
 
 ROOT = Path(__file__).parent.parent
-PAGES = ("follow-a-byte", "follow-a-packet")
+PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command")
 MENTION = re.compile(r"`([\w/]+\.(?:py|pyx|c|h)):\s+([\w.]+)`")
 MOST_LINES = 75
 """Of a sister page: it is one page."""
@@ -128,9 +128,25 @@ def typed_for_another() -> list[Name]:
     return calls
 
 
+def asked_to_move() -> list[Name]:
+    """``move_abs`` of a Mechaduino that is calibrated."""
+    calls: list[Name] = []
+    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
+        axis = bench.axis("m1")
+        bench.run(ms=5000)
+        axis.do("calibrate")
+        bench.run(ms=40_000)
+        axis.do("enable")
+        with called(calls):
+            axis.do("move_abs", position_deg=90.0)
+        assert axis.snapshot().following
+    return calls
+
+
 TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
+    ("follow-a-command", "## In simulated time"): asked_to_move,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
