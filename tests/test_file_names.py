@@ -1,5 +1,7 @@
 """A file's name says what is in it: no two of the product have one name, and none has its folder's."""
 
+import ast
+import re
 from collections import defaultdict
 from fnmatch import fnmatch
 from pathlib import Path
@@ -73,3 +75,15 @@ def test_a_second_file_of_a_name_is_found() -> None:
 def test_whatever_is_allowed_is_there() -> None:
     files = [path.as_posix() for path in product()]
     assert [pattern for pattern in ALLOWED if not any(fnmatch(name, pattern) for name in files)] == []
+
+
+def test_a_docstring_names_files_that_are_there() -> None:
+    looked_for = {pattern.rpartition("/")[2] for pattern in ALLOWED}
+    gone = []
+    for path in (ROOT / path for path in product() if path.suffix == ".py"):
+        docstring = ast.get_docstring(ast.parse(path.read_text())) or ""
+        for name in re.findall(r"``([\w/.]+\.(?:py|c|h|md))``", docstring):
+            is_there = any((folder / name).exists() for folder in (path.parent, ROOT))
+            if not is_there and name not in looked_for:
+                gone.append(f"{path.relative_to(ROOT)}: {name}")
+    assert gone == []

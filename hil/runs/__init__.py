@@ -1,10 +1,9 @@
 """Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
-anything moves (``plan.py``), and how that is carried out (``execute.py``).
+anything moves (``planner.py`` makes a ``plan.py``), and how that is carried out (``execute.py``) on any axes
+(``axes.py``). Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
 
-Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
-
-May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, hil.wire, the pure standard library,
-pydantic, pydantic_core.
+May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure standard library, pydantic,
+pydantic_core.
 """
 
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
