@@ -57,7 +57,7 @@ class Broken:
                     Broken.in_constructor = True
 
 def started(daemon):
-    daemon.bench.devices["m1"]._make_firmware = Broken
+    daemon.bench.devices["m1"]._sketch._make = Broken
     say_started(daemon, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
