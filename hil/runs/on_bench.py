@@ -54,7 +54,7 @@ class BenchAxes:
             return
         note = partial(self._note, axis, given.verb)
         try:
-            self._bench.give(device, given, on_refused=note)
+            self._bench.take(axis, given, on_refused=note)
         except VerbRefused as refusal:  # its time was over, and it was done at once
             note(refusal)
 

@@ -1,11 +1,11 @@
 """One emulated board: its firmware's main program, UART, axis and memory, driven by simulated time."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, Protocol
 
-from hil.core import CoreAxis, CoreMotion
-from hil.core.fields import OF_KIND
+from hil.core import CoreAxis
+from hil.sim.hardware import Hardware
 from hil.sim.inputs import (
     Bytes,
     CommitDone,
@@ -19,13 +19,12 @@ from hil.sim.inputs import (
     SetField,
     Stopped,
 )
-from hil.sim.interfaces import Interfaces
-from hil.sim.memory import Memory
-from hil.sim.setpoints import Setpoints, TimeOut
+from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
+from hil.sim.spec import DeviceSpec
 from hil.sim.stops import FirmwareHung, Guard, StopLogged
 from hil.sim.uart import DeviceUart
-from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, CoreEvent, Firmware
+from hil.vocab.firmware import MAIN, Commit, CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
@@ -33,47 +32,34 @@ Answer = Mapping[str, float | str | int]
 """What a verb answers, by names."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class DeviceSpec:
-    """What a device is, beside its axis.
+class Home(Protocol):
+    """What a device is in."""
 
-    ``bauds``: of its UARTs, by their names; None where bytes take no time. All but the main one are made in
-    software. ``power_up``: the axis's fields that the power sets beside the core's own, the encoder's
-    registers. ``nvm``: named contents of its memory at the start.
-    """
+    @property
+    def guard(self) -> Guard:
+        """Around each turn of its firmware's own code."""
 
-    name: str
-    profile: str
-    firmware: Callable[[Board], Firmware]
-    bauds: Mapping[str, int | None]
-    nvm: Mapping[str, bytes]
-    power_up: Mapping[str, int]
-    facts: Mapping[str, int]
-    verbs: Mapping[str, Verb] = field(default_factory=dict)
-    time_out: TimeOut | None = None
-    follow: Callable[..., None] | None = None
+    def commit(self, device: "Device", sections: Mapping[str, bytes]) -> bool | None:
+        """Make sections its whole non-volatile memory. Returns whether they are durable, or None: then a
+        ``CommitDone`` comes."""
+
+    def failed(self, device: "Device") -> None:
+        """It has stopped, and ``failed`` says why."""
+
+    def stopped(self, device: "Device", at_ns: SimTimeNs, stopped: Stopped) -> None:
+        """It stops, for a reason that simulated time does not have; ``failed`` comes next."""
+
+    def due_changed(self, device: "Device") -> None:
+        """``due_ns`` may be earlier than it was."""
 
 
 class Device:
     """Runs at the times its group gives it; ``due_ns`` is the next one it needs.
 
-    A firmware that raises, loops or takes too long stops this device alone: ``failed`` says why, and
-    ``on_failed`` is called once. ``on_stopped`` is called before, if it was for a reason that simulated time
-    does not have. ``commit`` makes sections its whole non-volatile memory, and answers whether they are
-    durable, or None: then comes a ``CommitDone``. ``due_changed``: ``due_ns`` may be earlier than it was.
+    A firmware that raises, loops or takes too long stops this device alone: ``failed`` says why.
     """
 
-    def __init__(
-        self,
-        spec: DeviceSpec,
-        axis: CoreAxis,
-        *,
-        guard: Guard,
-        commit: Callable[["Device", Mapping[str, bytes]], bool | None],
-        on_failed: Callable[["Device"], None],
-        on_stopped: Callable[["Device", SimTimeNs, Stopped], None],
-        due_changed: Callable[["Device"], None],
-    ) -> None:
+    def __init__(self, spec: DeviceSpec, axis: CoreAxis, home: Home) -> None:
         self.name = spec.name
         self.profile = spec.profile
         self.axis = axis
@@ -84,33 +70,25 @@ class Device:
         self.is_hung = False
         """Its main program stands still (a fault), whatever resets it."""
         self._no_power: str | None = None
-        self.notes: dict[str, str] = {}
-        """Notes for the operator, keyed by topic."""
         self.interrupting = False
         """What is sent now was sent by an interrupt, at a time before the group's."""
         self.setpoints = Setpoints(spec.time_out)
-        self._power_up = {name: value for name, value in spec.power_up.items() if name in OF_KIND[axis.kind]}
         self._follow = Verb("follow", "", run=spec.follow, effect=Effect.ENDS) if spec.follow else None
-        self._guard = guard
-        self._on_failed = on_failed
-        self._on_stopped = on_stopped
-        self._memory = Memory(spec.nvm, lambda sections: commit(self, sections))
+        self._home = home
+        commit, due_changed = partial(home.commit, self), partial(home.due_changed, self)
+        self._hardware = Hardware(spec, axis, home.guard, commit, due_changed)
+        self._memory, self._interfaces = self._hardware.memory, self._hardware.interfaces
+        self.notes: Mapping[str, str] = self._hardware.notes
+        """For the operator, keyed by topic."""
         self.nvm = self._memory.content
-        self._interfaces = Interfaces(spec.bauds, guard, lambda: due_changed(self))
         self.uarts: Mapping[str, DeviceUart] = self._interfaces.by_name
         """By their names; each has a port or a segment of its own."""
-        motion = axis if isinstance(axis, CoreMotion) else None
-        main, network = self.uarts[MAIN], self.uarts.get(NETWORK)
-        board = Board(main, axis, self.nvm, network, motion, spec.facts, self._note)
-        self._power_up_axis()
-        self._sketch = Sketch(
-            spec.name, spec.firmware, board, self._interfaces, guard, self._commit, self._raised
-        )
+        self._sketch = Sketch(spec, self._hardware, home.guard, self._commit, self._raised)
 
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        if self.failed or self.is_hung or self._is_writing_at_start:
+        if self._stands:
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
         for uart in self._interfaces.all:
@@ -120,7 +98,7 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self.failed or self.is_hung or self._is_writing_at_start:
+        if self._stands:
             return
         runtime, interfaces = self._sketch.runtime, self._interfaces
         interfaces.begin(now_ns, runtime.polls_from_ns)
@@ -130,7 +108,7 @@ class Device:
 
     def _go_on(self, now_ns: SimTimeNs) -> None:
         if now_ns >= self.setpoints.due_ns:
-            self.setpoints.starve(self._sketch.firmware, self._note)
+            self.setpoints.starve(self._sketch.firmware, self._hardware.note)
         self._sketch.runtime.resume(now_ns)
 
     def interrupt(self, event: CoreEvent) -> None:
@@ -154,14 +132,8 @@ class Device:
         match given:
             case Bytes(data, client_baud, port):
                 self.uarts[port].arrive(data, client_baud)
-            case Pin(pin, level):
-                self.axis.pin(pin, level)
-            case SetField(name, value):
-                self.axis.set(name, value)
-            case ScriptEncoder(points, linear):
-                self.axis.script_encoder(points, linear)
-            case Drive(train):
-                self.axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])
+            case Pin() | SetField() | ScriptEncoder() | Drive():
+                self._hardware.apply(given)
             case CommitDone(durable):
                 self._commit_done(durable)
             case Do(verb, parameters):
@@ -181,21 +153,16 @@ class Device:
         if self.is_hung or not self._sketch.is_on:
             why = "its main program hangs" if self.is_hung else "it has just got its power"
             raise VerbRefused("not_now", why)
-        answer = self._sketch.turn(self._carry_out, verb, parameters, passes=(VerbRefused,))
+        answer = self._sketch.turn(
+            _carry_out, verb, self._sketch, self.axis, parameters, passes=(VerbRefused,)
+        )
         if verb.types:
             self.uarts[MAIN].arrive(verb.types, None)
-        self.setpoints.note(verb.effect, now_ns, self._note)
+        self.setpoints.note(verb.effect, now_ns, self._hardware.note)
         self._interfaces.end()
         if self.failed:
             raise VerbRefused("failed", self.failed)
         return answer or {}
-
-    def _carry_out(self, verb: Verb, parameters: Mapping[str, Any]) -> Answer | None:
-        if verb.name == "pin":
-            self.axis.pin(str(parameters["pin"]), int(parameters["level"]))
-        elif verb.run:
-            return verb.run(self._sketch.firmware, **parameters)
-        return None
 
     @property
     def is_busy(self) -> bool:
@@ -213,13 +180,14 @@ class Device:
         return self._memory.is_committing
 
     @property
-    def _is_writing_at_start(self) -> bool:
-        """A commit from before the reset is under way: what the memory holds is known when it has ended, and
-        only then does the firmware start."""
-        return self._memory.is_committing and not self._sketch.is_on
+    def _stands(self) -> bool:
+        """Its firmware does not run. When a commit from before a reset is under way, what the memory holds is
+        known when it has ended, and only then does the firmware start."""
+        is_writing_at_start = not self._sketch.is_on and self._memory.is_committing
+        return self.failed is not None or self.is_hung or is_writing_at_start
 
     def _commit(self, request: Commit) -> None:
-        with self._guard.aside():
+        with self._home.guard.aside():
             durable = self._memory.commit(request)
             if durable is not None:
                 self._commit_done(durable)
@@ -227,12 +195,6 @@ class Device:
     def _commit_done(self, durable: bool) -> None:
         if self._memory.answered(durable) and self._sketch.is_on:
             self._sketch.runtime.commit_done(durable)
-
-    def _note(self, about: str, text: str | None) -> None:
-        if text is None:
-            self.notes.pop(about, None)
-        else:
-            self.notes[about] = text
 
     # ---- power, and what takes it ----
 
@@ -254,15 +216,8 @@ class Device:
         self.failed = None
         self.power_ups += 1
         self.setpoints.end()
-        self.notes.clear()
-        self._power_up_axis()
-        self._interfaces.clear()
+        self._hardware.power_up()
         self._sketch.power_up()
-
-    def _power_up_axis(self) -> None:
-        self.axis.power_up()
-        for name, value in self._power_up.items():
-            self.axis.set(name, value)
 
     def close(self) -> None:
         """Its firmware runs no more, whatever comes; the axis goes with its group."""
@@ -286,16 +241,24 @@ class Device:
         self.failed = reason
         self._sketch.runtime.close()
         self.axis.loop(False)
-        self._on_failed(self)
+        self._home.failed(self)
 
     def _stop(self, stopped: Stopped) -> None:
         """As ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn but
         what it has sent, and board and axis stand as after power-up."""
-        self._on_stopped(self, self._interfaces.now_ns, stopped)
+        self._home.stopped(self, self._interfaces.now_ns, stopped)
         self._sketch.runtime.close()
         self.setpoints.end()
-        self._power_up_axis()
+        self._hardware.power_up_axis()
         self._interfaces.halt(stopped.words)
         self._interfaces.end()
         self.failed = stopped.reason
-        self._on_failed(self)
+        self._home.failed(self)
+
+
+def _carry_out(verb: Verb, sketch: Sketch, axis: CoreAxis, parameters: Mapping[str, Any]) -> Answer | None:
+    if verb.name == "pin":
+        axis.pin(str(parameters["pin"]), int(parameters["level"]))
+    elif verb.run:
+        return verb.run(sketch.firmware, **parameters)
+    return None

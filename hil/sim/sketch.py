@@ -4,9 +4,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from hil.firmware.runtime import Runtime
-from hil.sim.interfaces import Interfaces
+from hil.sim.hardware import Hardware
+from hil.sim.spec import DeviceSpec
 from hil.sim.stops import Guard
-from hil.vocab.firmware import Board, Commit, Firmware, Main
+from hil.vocab.firmware import Commit, Main
 from hil.vocab.time import SimTimeNs
 
 Result = TypeVar("Result")
@@ -17,20 +18,18 @@ class Sketch:
 
     def __init__(
         self,
-        name: str,
-        make: Callable[[Board], Firmware],
-        board: Board,
-        interfaces: Interfaces,
+        spec: DeviceSpec,
+        hardware: Hardware,
         guard: Guard,
         commit: Callable[[Commit], None],
         on_raised: Callable[[BaseException], None],
     ) -> None:
-        self.name = name
+        self.name = spec.name
         self.turns = 0
         """How often it had its turn: all that it does by itself."""
-        self._make = make
-        self._board = board
-        self._interfaces = interfaces
+        self._make = spec.firmware
+        self._board = hardware.board
+        self._interfaces = hardware.interfaces
         self._guard = guard
         self._commit = commit
         self._on_raised = on_raised
