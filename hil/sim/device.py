@@ -1,4 +1,4 @@
-"""One emulated board: its firmware's main program, UART, axis and memory, driven by simulated time."""
+"""One emulated board: its firmware and its hardware, driven by simulated time."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -54,10 +54,8 @@ class Home(Protocol):
 
 
 class Device:
-    """Runs at the times its group gives it; ``due_ns`` is the next one it needs.
-
-    A firmware that raises, loops or takes too long stops this device alone: ``failed`` says why.
-    """
+    """Runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that raises,
+    loops or takes too long stops this device alone: ``failed`` says why."""
 
     def __init__(self, spec: DeviceSpec, axis: CoreAxis, home: Home) -> None:
         self.name = spec.name
@@ -83,6 +81,7 @@ class Device:
         self.nvm = self._memory.content
         self.uarts: Mapping[str, DeviceUart] = self._interfaces.by_name
         """By their names; each has a port or a segment of its own."""
+        self._lines = self._interfaces.all
         self._sketch = Sketch(spec, self._hardware, home.guard, self._commit, self._raised)
 
     @property
@@ -91,7 +90,7 @@ class Device:
         if self._stands:
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
-        for uart in self._interfaces.all:
+        for uart in self._lines:
             if (arrival_ns := uart.next_arrival_ns) < due_ns:
                 due_ns = arrival_ns
         return due_ns if due_ns < self.setpoints.due_ns else self.setpoints.due_ns
@@ -153,9 +152,8 @@ class Device:
         if self.is_hung or not self._sketch.is_on:
             why = "its main program hangs" if self.is_hung else "it has just got its power"
             raise VerbRefused("not_now", why)
-        answer = self._sketch.turn(
-            _carry_out, verb, self._sketch, self.axis, parameters, passes=(VerbRefused,)
-        )
+        work = partial(_carry_out, verb, self._sketch, self.axis, parameters)
+        answer = self._sketch.turn(work, passes=(VerbRefused,))
         if verb.types:
             self.uarts[MAIN].arrive(verb.types, None)
         self.setpoints.note(verb.effect, now_ns, self._hardware.note)
