@@ -23,7 +23,7 @@ from hil.compose import (
 )
 from hil.compose.build import TableFileError
 from hil.config import BenchConfig, Catalogue, DeviceConfig
-from hil.config.check import EMULATED_KEYS
+from hil.config.check_device import EMULATED_KEYS
 from hil.host import signals
 from hil.host.notify import Notifier
 from hil.host.paths import CONTROL_SOCKET, make_folder
@@ -48,7 +48,7 @@ from hil.live.places import Places
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
-from hil.live.runs.real import AllAxes, RealAxes
+from hil.live.runs.real_axes import AllAxes, RealAxes
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.store import NvmStore, StoreError
 from hil.live.vitals import Vitals

@@ -13,7 +13,7 @@ from hil.core import FIELDS
 from hil.operations.control_verbs import CONTROL_VERSION, VERBS
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
-from hil.runs.reference import run_reference
+from hil.runs.run_reference import run_reference
 from hil.sim.settable import SURROUNDINGS
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb

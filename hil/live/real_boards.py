@@ -8,7 +8,7 @@ from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
 from hil.live.joint import Joint
 from hil.live.places import Places
-from hil.live.runs.real import RealAxes
+from hil.live.runs.real_axes import RealAxes
 from hil.vocab.dialogue import DialogueError
 
 CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"

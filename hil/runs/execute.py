@@ -4,10 +4,10 @@ from collections.abc import Generator, Mapping, Sequence
 
 from hil.runs.axes import RunBench
 from hil.runs.baton import Baton
-from hil.runs.document import WaitUntil
 from hil.runs.plan import Phrase, Plan
 from hil.runs.progress import AxisReport, Ended, How, Progress
 from hil.runs.run_axis import RunAxis
+from hil.runs.run_document import WaitUntil
 from hil.sim.inputs import Do
 
 POLL_NS = 10_000_000

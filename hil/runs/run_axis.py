@@ -5,8 +5,8 @@ from contextlib import suppress
 from math import isnan, sqrt
 
 from hil.runs.axes import AxisNow, RunBench
-from hil.runs.document import AxisRules
 from hil.runs.progress import AxisReport, Ended, How
+from hil.runs.run_document import AxisRules
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused

@@ -23,9 +23,9 @@ from hil.live.off_loop import SHORT
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
-from hil.live.runs.real import AllAxes
+from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, How, Plan, Progress
-from hil.runs.document import DOCUMENT_BYTES
+from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
 
