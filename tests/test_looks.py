@@ -33,9 +33,9 @@ def look(bench: Bench) -> None:
     """As the daemon does, and while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
     ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
-    daemon: Any = SimpleNamespace(bench=ahead, places=Places())
-    listed(daemon)
-    scrape: Any = SimpleNamespace(daemon=daemon)
+    sim: Any = ahead
+    listed(sim, Places())
+    scrape: Any = SimpleNamespace(of=SimpleNamespace(sim=sim))
     for row in METRICS:
         if row.metric.labels[:1] == ("segment",):
             list(row.read(scrape))

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
 from hil.core import Core
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.bridges import Bridge, BridgeHost
+from hil.vocab.bridges import Bridge, Desk
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
@@ -81,9 +81,9 @@ def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
     return refused
 
 
-def make_bridge(kind: str, options: BaseModel, host: BridgeHost) -> Bridge:
+def make_bridge(kind: str, options: BaseModel, desk: Desk) -> Bridge:
     """The bridge that a configuration describes, not yet open."""
-    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, host)
+    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, desk)
     return bridge
 
 

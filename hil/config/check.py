@@ -5,17 +5,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from hil.config.bridge_options import read_bridges
 from hil.config.catalogue import Catalogue, ProfileInfo
-from hil.config.check_bridges import read_bridges
 from hil.config.check_device import DeviceCheck
-from hil.config.check_faults import fault_findings
-from hil.config.check_motors import motor_findings
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
-from hil.config.check_segments import segment_findings
-from hil.config.check_wires import wire_findings
 from hil.config.document import Document, Finding, document_from_mapping
 from hil.config.explain import findings_of
+from hil.config.fault_findings import fault_findings
 from hil.config.model import BenchConfig
+from hil.config.motor_findings import motor_findings
+from hil.config.segment_findings import segment_findings
+from hil.config.wire_findings import wire_findings
 from hil.config.yaml_text import document_from_yaml
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from hil.compose import make_bridge
 from hil.live.changes import Changed, Changes
-from hil.vocab.bridges import Bridge, BridgeError, BridgeHost
+from hil.vocab.bridges import Bridge, BridgeError, Desk
 
 log = logging.getLogger("hil")
 
@@ -27,14 +27,14 @@ class Bridges(Mapping[str, Bridge]):
     def __len__(self) -> int:
         return len(self._open)
 
-    async def open(self, wanted: Mapping[str, Any], host: BridgeHost) -> None:
+    async def open(self, wanted: Mapping[str, Any], desk: Desk) -> None:
         """Open those that the configuration wants.
 
         Raises:
             BridgeError: one cannot be opened; says which.
         """
         for kind, options in wanted.items():
-            bridge = make_bridge(kind, options, host)
+            bridge = make_bridge(kind, options, desk)
             try:
                 await bridge.open()
             except BridgeError as error:
