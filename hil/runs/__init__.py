@@ -1,6 +1,6 @@
-"""Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
-anything moves (``planner.py`` makes a ``plan.py``), and how that is carried out (``execute.py``) on any axes
-(``axes.py``). Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
+"""Multi-axis runs: what a document says (``run_document.py``), the whole motion that follows from it before
+anything moves (``planner.py``), and how that is carried out (``execute.py``, each axis by ``run_axis.py``).
+Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
 
 May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure standard library, pydantic,
 pydantic_core.
@@ -9,12 +9,12 @@ pydantic_core.
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
 from hil.runs.baton import Baton, Soon, Told
 from hil.runs.clock_offset import ClockOffset
-from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
 from hil.runs.plan import Event, Phrase, Plan
 from hil.runs.planner import plan_run
 from hil.runs.progress import AxisReport, BenchReport, Ended, How, Progress
+from hil.runs.run_document import AxisRules, RunDocument, parse_run, run_from_data
 
 __all__ = [
     "AxisNow",
