@@ -12,7 +12,7 @@ from e2e_support import HIL, TERMINAL, Place, config, until
 
 from hil.cli.cli import app
 from hil.cli.commands import TAKES, commands
-from hil.cli.names import KINDS
+from hil.cli.completion_names import KINDS
 
 SAC = {"profile": "sac", "flash": {}, "network": {"kind": "pty"}}
 BASH = """

@@ -11,7 +11,7 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 FRESH_NS = 30_000_000_000
-"""How far a signature's time may be from the daemon's, either way: clocks of a site differ by seconds."""
+"""Maximum difference between a signature's time and the daemon's: clocks of a site differ by seconds."""
 REMEMBERED = 65_536
 """Nonces of one user: 2000 commands a second for as long as a signature is fresh."""
 ATTACHMENT_BYTES = 1024
@@ -55,11 +55,11 @@ class Gate:
         self._seen = {user.name: _Seen() for user in users}
 
     def secret_of(self, name: str) -> str | None:
-        """Of a user, to sign for."""
+        """A user's secret, to sign with; None: there is no such user."""
         return self._users[name].secret if name in self._users else None
 
     def check(self, attachment: bytes | None, key: str, payload: bytes, now_ns: int) -> User:
-        """Who signed it. ``now_ns`` is wall time.
+        """The user who signed a command. ``now_ns`` is wall time.
 
         Raises:
             Rejected: nobody known did, or not just now, or it was here before.

@@ -29,8 +29,8 @@ SKEW = timedelta(hours=1)
 
 @dataclass(frozen=True)
 class Site:
-    """What is wanted. ``hosts``: names and addresses of the daemon's computer; clients connect to the first.
-    ``now`` has a time zone."""
+    """The site to make. ``hosts``: names and addresses of the daemon's computer; clients connect to the
+    first. ``now`` has a time zone."""
 
     bench: str
     hosts: Sequence[str]
@@ -78,7 +78,7 @@ def make_site(folder: Path, site: Site) -> str:
 
 
 def _check(site: Site) -> None:
-    """What would make certificates that nobody can use."""
+    """Refuse names that would make certificates that nobody can use."""
     if not _BENCH.fullmatch(site.bench):
         raise SecurityError(
             f"--bench {site.bench!r}: a bench's name is a letter a-z and up to 31 of a-z, 0-9, _, -"

@@ -22,7 +22,7 @@ class SecurityError(Exception):
 
 @dataclass(frozen=True)
 class User(Source):
-    """Of the users' file. The secret is the password at zenoh's door and the key of signatures."""
+    """A user of the users' file. The secret is the password at zenoh's door and the key of signatures."""
 
     secret: str = field(repr=False)
 
@@ -59,7 +59,7 @@ def refuse_endless(path: Path) -> None:
 
 
 def parse_users(lines: Sequence[str], where: str) -> list[User]:
-    """The same of lines. ``where`` stands before a line's number in errors."""
+    """The users of such lines. ``where`` stands before a line's number in errors."""
     users: list[User] = []
     problems = []
     for number, line in enumerate(lines, 1):

@@ -20,10 +20,10 @@ from hil.vocab.verbs import Role
 MESSAGE_BYTES = 1 << 20
 """Maximum that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
 ACCEPT_MS = 2000
-"""For a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own 10 s,
-100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
+"""Time for a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own
+10 s, 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
 CONNECT_MS = 1000
-"""For one attempt to reach the router; the bridge makes the next."""
+"""Time of one attempt to reach the router; the bridge makes the next."""
 CLOSE_US = 500_000
 """A client that reads nothing of its answers for so long loses its link: others wait for theirs meanwhile."""
 
@@ -178,8 +178,8 @@ def _refuse_open_doors(options: Options) -> None:
 
 
 def router_config(listen: Sequence[str], tls: TlsOptions | None, is_insecure: bool) -> dict[str, Any]:
-    """The same of a router that only joins others. With ``tls`` who has no certificate of the site stays
-    out; what each may do its bench decides by signatures.
+    """Zenoh's configuration of a router that only joins others. With ``tls`` who has no certificate of the
+    site stays out; what each may do its bench decides by signatures.
 
     Raises:
         SecurityError: strangers could reach it.
@@ -211,7 +211,8 @@ def client_config(
     secret: str | None = None,
     tls: TlsOptions | None = None,
 ) -> dict[str, Any]:
-    """The same of a client; with ``tls`` the user's certificate is needed beside the password."""
+    """Zenoh's configuration of a client; with ``tls`` the user's certificate is needed beside the
+    password."""
     config: dict[str, Any] = {**_CLOSED, "mode": "client", "connect/endpoints": list(connect)}
     if tls:
         config["transport/link/tls"] = _tls(tls)

@@ -87,7 +87,7 @@ def written(old: bytes, new: "array[float]") -> bytes:
 
 
 def progress(new: "array[float]", address: int) -> str:
-    """What is printed while rows are written from ``address``: a dot for each, the address instead at
+    """The text printed while rows are written from ``address``: a dot for each, the address instead at
     each 4,096 bytes."""
     text = []
     for row in range(len(new) // _ROW_ANGLES):

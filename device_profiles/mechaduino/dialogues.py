@@ -1,4 +1,4 @@
-"""What the daemon does with a real Mechaduino, over its menu.
+"""Dialogues with a real Mechaduino, over its menu.
 
 A set-point is typed as ``r`` and a number; the line end ends the number, and is ignored as a command. The
 board prints what it took, with two decimals. Its angle cannot be read while it holds: ``p`` stops the loop.
@@ -22,9 +22,10 @@ BOOT_NS = 6 * NS_PER_S
 ANSWER_NS = 500 * NS_PER_MS
 """The board answers a set-point within a few milliseconds; a USB adapter may add 16."""
 READINGS_NS, QUIET_NS = 150 * NS_PER_MS, 30 * NS_PER_MS
-"""After so long nothing more comes of what was typed before: ``y`` reads for 100 ms, a set-point does not."""
+"""After this time nothing more comes of what was typed before: ``y`` reads for 100 ms, a set-point does
+not."""
 RATE_NS = 20 * NS_PER_MS
-"""Between two set-points of a stop."""
+"""Time between two set-points of a stop."""
 
 
 class RunAxis:
@@ -88,7 +89,7 @@ def disable() -> Dialogue[None]:
 
 
 def _drain(quiet_ns: int) -> Dialogue[int]:
-    """Until nothing has come for so long; the time."""
+    """Listen until nothing has come for so long; answers the time."""
     while (heard := (yield Listen(quiet_ns))).data:
         pass
     return int(heard.at_ns)

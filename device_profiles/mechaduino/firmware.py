@@ -18,7 +18,7 @@ from hil.vocab.path import Path
 
 STEP_DEG = float32(1.8)
 DEFAULT_LOOKUP_ADDRESS = 0xB900
-"""Where the linker put the look-up table; it depends on the build."""
+"""The linker's address of the look-up table; it depends on the build."""
 
 
 class Command(NamedTuple):
@@ -40,10 +40,10 @@ class Mechaduino:
         self._step_number = 0
         self._dir = False
         self.path: Path = ()
-        """What the set-point follows, or followed last, and since when."""
+        """The path that the set-point follows, or followed last."""
         self.path_from_ns = 0
         self.is_busy = True
-        """It starts, or does something that takes time, or asks for a number."""
+        """True while it starts, runs a routine or asks for a number."""
 
     # ---- setup() and loop() ----
 

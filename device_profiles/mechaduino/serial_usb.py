@@ -34,7 +34,7 @@ class SerialUSB:
 
     @staticmethod
     def format_float(value: float) -> str:
-        """As ``print(value)`` does it: two decimals."""
+        """A number as ``print(value)`` prints it: two decimals."""
         return print_float(value)
 
     def wait(self) -> Steps:

@@ -1,4 +1,4 @@
-"""What the board says, apart from numbers. CR LF is added where a line is printed.
+"""The board's texts, apart from numbers. CR LF is added where a line is printed.
 
 Titles, prompts, labels and everything else that a program could look for are the board's, letter for
 letter; lines of plain explanation are our own words, one for each of the board's.
@@ -73,7 +73,7 @@ DIAAGC_LINES = {
     9: "  COF - overflow in the CORDIC; the measured angle cannot be trusted",
     8: "  LF - the offset compensation that starts at power-up has finished",
 }
-"""Bit of the DIAAGC frame -> line, in the board's order."""
+"""Lines by bit of the DIAAGC frame, in the board's order."""
 DIAAGC_FAULTS = (ERROR_BIT, 11, 10, 9)
 ERRFL_LINES = {
     ERROR_BIT: "  Error occurred  ",

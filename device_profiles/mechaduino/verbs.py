@@ -1,4 +1,4 @@
-"""What can be asked of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them,
+"""The verbs of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them,
 and motions that the firmware itself does not know: the core moves the set-point along a path."""
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ Answer = Mapping[str, float | str | int]
 
 
 def _at_the_menu(board: Mechaduino) -> None:
-    """What the main program does itself, nobody may disturb: a serial client could not either."""
+    """Refuse while the main program is busy: a serial client could not disturb it either."""
     if board.is_busy:
         why = "its main program starts, or is in a routine or at a prompt; let it end, or reset it"
         raise VerbRefused("not_now", why)
@@ -65,7 +65,7 @@ def mode(board: Mechaduino, mode: str) -> None:
 
 
 def enable(board: Mechaduino) -> Answer:
-    """As the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
+    """Do as the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
     _at_the_menu(board)
     letter = _letter(board)
     if letter not in MODES.values():

@@ -6,7 +6,6 @@ Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from device_profiles.sac.line import Text
 from device_profiles.sac.memory import Memory
 from device_profiles.sac.moves import Moves
 from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
@@ -14,12 +13,13 @@ from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.system_commands import SystemCommands
 from device_profiles.sac.terminal import Steps, Terminal
+from device_profiles.sac.typed_text import Text
 from hil.vocab.motion import Motion
 from hil.vocab.time import SimTimeNs
 
 
 class Command(NamedTuple):
-    """What a line's first letter starts; ``run`` gets the rest of the line."""
+    """An entry of the command table, by a line's first letters; ``run`` gets the rest of the line."""
 
     letters: str
     about: str
@@ -84,7 +84,7 @@ class CommandLine:
                 yield from self._command_from_network(Text(data.partition(" ")[0]))
 
     def _command_from_network(self, text: Text) -> Steps:
-        """What a packet's data has the unit do. It answers no queries, and opens no screens."""
+        """Execute a packet's data. It answers no queries, and opens no screens."""
         if text.peek() and text.peek() in "+-":
             self._motion.pulse(text.take() == "-")
             return

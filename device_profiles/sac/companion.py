@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from device_profiles.sac.companion_files import ROWS, QueueFile, Row
-from device_profiles.sac.line import WORD, f_of
 from device_profiles.sac.network import DC1, DC2
 from device_profiles.sac.terminal import PROMPT
+from device_profiles.sac.typed_text import WORD, f_of
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Send, Step
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
@@ -34,7 +34,7 @@ class Terminal:
         self._unread = b""
 
     def sync(self) -> Dialogue[None]:
-        """To a prompt outside the program modes, past a cold start."""
+        """Reach a prompt outside the program modes, past a cold start."""
         heard = yield from self.quiet(START_UP_NS)
         yield Send(b"\r")
         try:
@@ -49,7 +49,7 @@ class Terminal:
             raise DialogueError(f"what answers is no SAC at its prompt: {shown!r}") from None
 
     def ask(self, line: str, timeout_ns: int = ANSWER_NS) -> Dialogue[list[str]]:
-        """What a line is answered with, up to the prompt, without the echo."""
+        """The answer to a line, up to the prompt, without the echo."""
         yield Send(f"{line}\r".encode("latin-1"))
         answer = yield from self._until_prompt(timeout_ns)
         echo, *lines = answer.decode("latin-1").split("\r\n")
@@ -67,7 +67,7 @@ class Terminal:
         return answer.removesuffix(_PROMPT)
 
     def quiet(self, for_ns: int) -> Generator[Step, Any, bytes]:
-        """What comes until nothing has come for so long."""
+        """The bytes that come until nothing has come for so long."""
         heard = b""
         while piece := (yield Listen(for_ns)).data:
             heard += piece
@@ -203,7 +203,7 @@ class Calibration:
 
     @property
     def correction_us(self) -> int:
-        """What to add to each pulse."""
+        """The correction of each pulse."""
         return round((self.nominal_ns - self.measured_ns) / 1000 / self.pulses)
 
 
@@ -242,7 +242,7 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
 
 
 def _signal(byte: int, timeout_s: int, progress_s: int) -> Dialogue[int]:
-    """When a signal came; says each second how it goes."""
+    """Wait for a signal and answer its time; reports progress each second."""
     start: Heard = yield Listen(0)
     heard = start
     while byte not in heard.data:
@@ -257,6 +257,6 @@ def _signal(byte: int, timeout_s: int, progress_s: int) -> Dialogue[int]:
 
 
 def stop_and_restore() -> Dialogue[None]:
-    """After a calibration that was broken off."""
+    """Stop the motor and end soft_ops after a calibration that was broken off."""
     yield Send(b"S\r$O0\r")
     yield Listen(NS_PER_S)

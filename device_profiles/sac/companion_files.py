@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from device_profiles.sac.line import WORD, f_of
+from device_profiles.sac.typed_text import WORD, f_of
 
 ROWS = 30
 ONE_SHOTS = 100
@@ -57,7 +57,7 @@ class Row(NamedTuple):
 
 
 class QueueFile(NamedTuple):
-    """What a file says: rows by position, and ``file:line`` of each."""
+    """The content of a file: rows by position, and ``file:line`` of each."""
 
     rows: list[Row]
     where: list[str]

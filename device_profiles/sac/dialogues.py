@@ -1,4 +1,4 @@
-"""What the daemon does with a real SAC, over its terminal, where it has a verb for the same with a twin."""
+"""Dialogues with a real SAC's terminal, where a twin has a verb for the same."""
 
 from typing import ClassVar, Literal
 
@@ -10,9 +10,10 @@ from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANSWER_NS = 800 * NS_PER_MS
-"""In a run a board that says nothing for so long is lost; a line and its echo take 20 ms at 38400 baud."""
+"""In a run, a board that is silent for this time is lost; a line and its echo take 20 ms at 38400 baud."""
 LOOK_NS, LOOK_NEAR_NS = 500 * NS_PER_MS, 50 * NS_PER_MS
-"""Between two looks at the speed: on the way, where each costs the board time, and at the expected end."""
+"""Time between two looks at the speed: on the way, where each costs the board time, and at the expected
+end."""
 SPARE_NS = 10 * NS_PER_S
 _STOPS_NS = 600 * NS_PER_S
 _LOST = 3

@@ -11,7 +11,12 @@ SIZE = 1024
 MAGIC, VERSION = b"SAC", 1
 
 _PARAMETERS = struct.Struct("<13B H 2I 4i 4B 2I B 8B")
-_ENTRY = struct.Struct("<4I 2i 5B")
+_ENTRY = struct.Struct("<4I 2i 2? B 2?")
+_FIELDS = (
+    *("steps", "rpm", "cycle_us", "wait_us", "acc_hundredths", "dec_hundredths"),
+    *("is_ccw", "is_linear", "extra_pulses", "is_sync", "is_pulses"),
+)
+"""Fields of an entry, in the memory's order."""
 _HEAD = struct.Struct("<3sBI")
 
 
@@ -21,7 +26,7 @@ class EepromError(Exception):
 
 @dataclass
 class Eeprom:
-    """All that survives without power."""
+    """The content of the EEPROM."""
 
     parameters: Parameters = field(default_factory=Parameters)
     queue: list[MotionEntry] | None = None
@@ -32,10 +37,7 @@ class Eeprom:
         values = astuple(self.parameters)
         body = _PARAMETERS.pack(*values[:-1], *values[-1]) + bytes([self.queue is not None])
         for e in self.queue or []:
-            body += _ENTRY.pack(
-                *(e.steps, e.rpm, e.cycle_us, e.wait_us, e.acc_hundredths, e.dec_hundredths),
-                *(e.is_ccw, e.is_linear, e.extra_pulses, e.is_sync, e.is_pulses),
-            )
+            body += _ENTRY.pack(*(getattr(e, name) for name in _FIELDS))
         return (_HEAD.pack(MAGIC, VERSION, zlib.crc32(body)) + body).ljust(SIZE, b"\xff")
 
     @classmethod
@@ -61,25 +63,10 @@ class Eeprom:
         eeprom = cls(parameters)
         if has_queue:
             rows = (_ENTRY.unpack_from(data, start + 1 + i * _ENTRY.size) for i in range(QUEUE_LEN))
-            eeprom.queue = [
-                MotionEntry(
-                    steps=steps,
-                    is_ccw=bool(ccw),
-                    rpm=rpm,
-                    cycle_us=cycle_us,
-                    acc_hundredths=acc,
-                    dec_hundredths=dec,
-                    is_linear=bool(linear),
-                    extra_pulses=extra,
-                    is_sync=bool(sync),
-                    wait_us=wait_us,
-                    is_pulses=bool(pulses),
-                )
-                for steps, rpm, cycle_us, wait_us, acc, dec, ccw, linear, extra, sync, pulses in rows
-            ]
+            eeprom.queue = [MotionEntry(**dict(zip(_FIELDS, row, strict=True))) for row in rows]
         return eeprom
 
     def copy(self) -> "Eeprom":
-        """One that can be changed without changing this."""
+        """A deep copy."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)

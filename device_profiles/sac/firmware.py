@@ -21,7 +21,8 @@ from hil.wire.packet import UNUSABLE_ADDRESSES
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
-"""From the version to the first prompt; a byte in it restores the factory's settings (manual, bail-out)."""
+"""Time from the version to the first prompt; a byte in it restores the factory's settings (manual,
+bail-out)."""
 
 
 class Sac:
@@ -84,7 +85,7 @@ class Sac:
 
     @property
     def parameters(self) -> Parameters:
-        """Those in force."""
+        """The parameters in force."""
         return self._session.parameters
 
     def _now(self) -> SimTimeNs:
@@ -107,7 +108,7 @@ class Sac:
         return self.motion.get("pin_rst") == 0
 
     def reset(self) -> Steps:
-        """What a cold start and ``$R`` do: the EEPROM's parameters come into force. The queue stays."""
+        """Put the EEPROM's parameters into force, at a cold start and by ``$R``. The queue stays."""
         parameters = self._memory.eeprom.copy().parameters
         self._session.restart(parameters)
         self.motion.setup(parameters.setup())

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from functools import lru_cache
 
-from device_profiles.sac.line import Attributes, Text, Velocity, from_cycle, read_attributes, read_steps
 from device_profiles.sac.queue_memory import POSITIONS, QueueMemory
 from device_profiles.sac.session import Session
+from device_profiles.sac.typed_text import Attributes, Text, Velocity, from_cycle, read_attributes, read_steps
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, QUEUE_LEN, Motion, MotionEntry
 
 PASSES = 1 << 16
@@ -123,5 +123,5 @@ class Moves:
 
 @lru_cache(maxsize=4)
 def _velocity(text: str, steps_per_rev: int) -> Velocity | None:
-    """What follows a ``v`` of its own; kept, because a packet to all has every node read the same."""
+    """The velocity that a unary ``v`` sets; cached, because a packet to all has every node read the same."""
     return read_attributes(Text("v" + text), steps_per_rev).velocity

@@ -5,9 +5,9 @@ Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops.
 
 from collections.abc import Iterator
 
-from device_profiles.sac.line import Text
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps
+from device_profiles.sac.typed_text import Text
 from hil.vocab.firmware import Delay, Uart
 from hil.wire.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
 from hil.wire.serial_line import character_ns
@@ -19,7 +19,7 @@ SEPARATORS = " ."
 """A message's data that begins with one of these is text."""
 REPLY = "\\/"
 TURNAROUND_CHARACTERS = 2
-"""From a packet's last bit to the first of its acknowledgement (decision)."""
+"""Delay between a packet's last bit and its acknowledgement's first (decision)."""
 _FRAME_ONLY = b"\0\2\3"
 _END, _ETX = 0, 3
 
@@ -57,7 +57,7 @@ class Network:
         return True
 
     def send(self, destination: int, data: bytes) -> None:
-        """Nothing goes to an address that cannot be used; characters of a packet's frame are left out."""
+        """Send a packet. Nothing goes to an unusable address; characters of a packet's frame are left out."""
         if self._uart is None or destination in UNUSABLE_ADDRESSES:
             return
         data = data.translate(None, _FRAME_ONLY)[:DATA_MAX]
@@ -65,7 +65,7 @@ class Network:
         self._uart.write(frame(destination, own_id, data, self._session.is_crc_on))
 
     def operation(self, begins: bool) -> None:
-        """What soft_ops tells everybody: a command begins or ends."""
+        """Tell everybody, as soft_ops does, that a command begins or ends."""
         self.send(BROADCAST, DC1 if begins else DC2)
 
     # ---- in ----
@@ -90,10 +90,10 @@ class Network:
         yield Delay(0)  # the main loop waits until it is out
 
     def remember(self, packet: Packet) -> None:
-        """Whom a reply goes to: nobody after a broadcast."""
+        """Note whom a reply goes to: nobody after a broadcast."""
         self._last_sender = None if packet.destination == BROADCAST else packet.origin
 
 
 def is_signal(packet: Packet) -> bool:
-    """One of the bytes that are never answered and never executed."""
+    """Whether a packet is one of the bytes that are never answered and never executed."""
     return packet.data in _SIGNALS

@@ -4,20 +4,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from device_profiles.sac.line import RampDefaults, Text, from_cycle
+from device_profiles.sac.typed_text import RampDefaults, Text, from_cycle
 from hil.vocab.motion import QUEUE_LEN, MotionEntry, MotionSetup
 
-A4988, DRV8825, CUSTOM = 0, 1, 2
+A4988, DRV8825 = 0, 1
 PIN_MAPS = {A4988: (0, 1, 2, 3, 7, 0, 0, 0), DRV8825: (0, 1, 2, 3, 4, 5, 0, 0)}
 """MS3 MS2 MS1 as three bits, by microstep exponent: data sheets of the drivers."""
 OPS_FACTORY = 36
 """Bits 5 and 2: OP SA and OP SB (manual, ops)."""
 FACTORY_BAUD = 38400
 SOFTWARE_BAUD_LIMIT = 38400
-"""What the port that is made in software can do (manual, communications)."""
+"""Maximum of the port that is made in software (manual, communications)."""
 
 BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
-"""What the UART's divider can do at 16 MHz (ATmega328P data sheet); decision: beyond is as at the end."""
+"""Range of the UART's divider at 16 MHz (ATmega328P data sheet); decision: values beyond are clamped."""
 
 
 @dataclass
@@ -52,21 +52,21 @@ class Parameters:
     software_baud: int = FACTORY_BAUD
     is_pulses: int = 0
     pin_map: list[int] = field(default_factory=lambda: [0] * 8)
-    """Of driver 2."""
+    """The pin map of driver 2."""
 
     def ramps(self) -> RampDefaults:
-        """The accelerations, for ``line.Attributes``."""
+        """The accelerations, for ``typed_text.Attributes``."""
         return RampDefaults(self.acc, self.dec, self.linear_acc, self.linear_dec)
 
     def bauds(self) -> tuple[int, int]:
-        """Of the port in hardware and of the one in software."""
+        """The bauds of the hardware port and of the software port."""
         hardware, software = (
             min(max(baud, BAUD_MINIMUM), BAUD_MAXIMUM) for baud in (self.hardware_baud, self.software_baud)
         )
         return hardware, software
 
     def setup(self) -> MotionSetup:
-        """What the motion engine is told at a start."""
+        """The motion engine's set-up at a start."""
         exponent = min(self.microstep_exponent, 7)
         pins = PIN_MAPS.get(self.driver_id, self.pin_map)[exponent]
         return MotionSetup(
@@ -84,7 +84,7 @@ class Parameters:
         )
 
     def default_entry(self) -> MotionEntry:
-        """What an empty queue is seeded with."""
+        """The entry that an empty queue is seeded with."""
         velocity = from_cycle(self.cycle_us, self.steps_per_rev)
         acc, dec = self.ramps().of(bool(self.is_linear))
         return MotionEntry(
@@ -103,7 +103,7 @@ class Parameters:
 
 
 class Parameter(NamedTuple):
-    """One of the configure screen's: its letter there, its name, the field behind it, how it is read."""
+    """A row of the configure screen: its letter, its name, the field behind it, its reader."""
 
     letter: str
     name: str
@@ -112,24 +112,20 @@ class Parameter(NamedTuple):
     show: Callable[[Parameters, Any], str] = lambda parameters, value: str(value)
 
 
-def _flag(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else int(number != 0)
+def _number(convert: Callable[[int], int]) -> Callable[[Text], int | None]:
+    """A reader of a number, which it converts."""
+
+    def read(text: Text) -> int | None:
+        number = text.number()
+        return None if number is None else convert(number)
+
+    return read
 
 
-def _byte(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else number % 256
-
-
-def _autorun(text: Text) -> int | None:
-    number = _byte(text)
-    return None if number is None else min(number, QUEUE_LEN)
-
-
-def _word(text: Text) -> int | None:
-    number = text.number()
-    return None if number is None else number % 65536
+_flag = _number(lambda number: int(number != 0))
+_byte = _number(lambda number: number % 256)
+_autorun = _number(lambda number: min(number % 256, QUEUE_LEN))
+_word = _number(lambda number: number % 65536)
 
 
 def _two_places(parameters: Parameters, value: int) -> str:
@@ -180,10 +176,9 @@ def change(parameters: Parameters, text: Text) -> bool:
     """Set what ``text`` says, a letter and a value as on the configure screen; False: it says nothing."""
     letter = text.take()
     if letter == "u":
-        number = text.number()
-        if number is not None:
-            parameters.is_pulses = int(number != 0)
-        return number is not None
+        if (is_pulses := _flag(text)) is not None:
+            parameters.is_pulses = is_pulses
+        return is_pulses is not None
     if letter == "U":
         return _map_pins(parameters, text)
     parameter = BY_LETTER.get(letter)

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from device_profiles.sac import screens
-from device_profiles.sac.line import Text, read_attributes
 from device_profiles.sac.session import Session
+from device_profiles.sac.typed_text import Text, read_attributes
 from hil.vocab.motion import QUEUE_LEN, Motion, MotionEntry
 
 POSITIONS = range(1, QUEUE_LEN + 1)
@@ -62,7 +62,7 @@ class QueueMemory:
         self._write(dict(zip(POSITIONS, seeds, strict=True)))
 
     def seed(self, saved: list[MotionEntry] | None) -> None:
-        """As ``restore``, at a cold start: there is nothing to undo."""
+        """Restore at a cold start: there is nothing to undo."""
         self.restore(saved)
         self._undo = {}
 

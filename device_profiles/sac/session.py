@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from device_profiles.sac.line import Attributes
 from device_profiles.sac.parameters import Parameters
+from device_profiles.sac.typed_text import Attributes
 from hil.vocab.motion import MotionEntry
 
 
@@ -18,7 +18,8 @@ class Session:
         self.restart(parameters)
 
     def restart(self, parameters: Parameters) -> None:
-        """What a cold start and ``$R`` bring (decision: debug, GAP testing and encoder mode too)."""
+        """Take new parameters, at a cold start and by ``$R`` (decision: debug, GAP testing and encoder mode
+        too)."""
         self.parameters = parameters
         self.default = replace(parameters.default_entry(), steps=0)
         self.is_debug = False
@@ -44,7 +45,7 @@ class Session:
         self.default = replace(entry, steps=kept.steps, is_ccw=kept.is_ccw, is_sync=False, wait_us=0)
 
     def lines(self) -> Iterator[str]:
-        """What ``cf`` shows: a name and a value a line (decision)."""
+        """The lines that ``cf`` shows: a name and a value each (decision)."""
         e = self.default
         yield f"v\t{e.rpm}"
         yield f"vc\t{e.cycle_us}"

@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from device_profiles.sac import screens
-from device_profiles.sac.line import Attributes, Text
 from device_profiles.sac.memory import Memory
 from device_profiles.sac.parameters import change
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps, Terminal
+from device_profiles.sac.typed_text import Attributes, Text
 from hil.vocab.motion import Motion
 
 
 class SystemCommands:
-    """Each ends all activity first; letters are as they are written here. ``reset`` is what ``$R`` does."""
+    """Letters are case-sensitive. Each ends all activity first. ``reset`` is what ``$R`` does."""
 
     def __init__(
         self,

@@ -1,12 +1,12 @@
-"""What can be asked of a SAC: its own commands, with angles in degrees."""
+"""The verbs of a SAC: its own commands, with angles in degrees."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import wraps
 
 from device_profiles.sac.firmware import Sac
-from device_profiles.sac.line import Text, from_rpm
 from device_profiles.sac.queue_memory import POSITIONS
+from device_profiles.sac.typed_text import Text, from_rpm
 from hil.vocab.motion import CONTINUOUS_SLOT
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused
@@ -39,7 +39,8 @@ def _attributes(velocity_rpm: float | None, acceleration: float | None, decelera
 
 
 def one_shot(pulses: int, said: str) -> str:
-    """What follows ``xm``: so many pulses, and nothing besides them that the session's defaults would add."""
+    """The text after ``xm``: so many pulses, and nothing besides them that the session's defaults would
+    add."""
     return f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"
 
 
@@ -69,7 +70,7 @@ def move_rel(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Answer:
-    """As ``xm``: at once, and nothing is kept. Whole pulses."""
+    """Move as by ``xm``: at once, and nothing is kept. Whole pulses."""
     setup = sac.parameters.setup()
     per_rev = setup.steps_per_rev << setup.microstep_exponent
     pulses = round(angle_deg / 360 * per_rev)
@@ -138,7 +139,7 @@ def starve(sac: Sac, policy: str, acceleration_rpm_per_s: float) -> None:
 
 
 def _started(run: Callable[..., Answer | None]) -> Callable[..., Answer | None]:
-    """What is done during the cold start, its end would undo."""
+    """Refuse a verb during the cold start, whose end would undo it."""
 
     @wraps(run)
     def checked(sac: Sac, **parameters: float | str) -> Answer | None:

@@ -1,4 +1,4 @@
-"""What lets the Arduino IDE 2 and arduino-cli see the devices of running benches.
+"""Pluggable discovery and monitor: devices of running benches in the Arduino IDE 2 and arduino-cli.
 
 ``protocol.py`` has the two dialogues, pure: a line in, messages out. ``discovery.py`` and ``monitor.py`` are
 the programs that the IDE starts; ``install.py`` tells it of them.

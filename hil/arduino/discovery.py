@@ -26,7 +26,7 @@ class Benches:
         self._last: dict[Path, list[BoardPort]] = {}
 
     def ports(self) -> list[BoardPort]:
-        """Now. A daemon that is there but does not answer keeps the ports it had."""
+        """The ports that exist now. A daemon that does not answer keeps the ports it had."""
         now: dict[Path, list[BoardPort]] = {}
         for here in find_in(self._bases, self._is_named).benches:
             path = here.socket

@@ -20,7 +20,7 @@ from hil.host.new_file import write_file
 VENDOR, ARCHITECTURE = "hil", "virtual"
 _MARK = "# Written by `hil arduino install`; `hil arduino uninstall` removes it. sha256 of the rest: "
 _CONFIG_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
-"""Of the IDE 2 and of arduino-cli, in the user's home."""
+"""Configurations of the IDE 2 and of arduino-cli, in the user's home."""
 
 
 class InstallError(Exception):
@@ -36,11 +36,6 @@ def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> 
         with suppress(OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
             return Path(str(yaml.safe_load((home / name).read_text())["directories"]["user"])).absolute()
     return home / "Arduino"
-
-
-def board_id(profile: str) -> str:
-    """The name that arduino-cli takes for a profile's board."""
-    return f"{VENDOR}:{ARCHITECTURE}:{profile}"
 
 
 def platform_txt(command: Path, arguments: Iterable[str]) -> str:

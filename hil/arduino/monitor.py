@@ -17,7 +17,7 @@ from hil.net.port_client import PortUnreachable, opened_port
 _CONNECT_S = 5.0
 _READ_BYTES = 65536
 _WAITING_BYTES = 65536
-"""More is not read from one side before the other has taken it: who reads slowly holds up the board."""
+"""Maximum that is read from one side before the other takes it: a slow reader holds up the board."""
 
 
 class LinkLost(Exception):
@@ -66,7 +66,7 @@ class Link:
         self._waiting = {}
 
     def wants(self) -> tuple[list[int], list[int]]:
-        """What to wait for: the file descriptors to read and to write."""
+        """The file descriptors to wait for, to read and to write."""
         pairs = [(self._port, self._client), (self._client, self._port)] if self._waiting else []
         reads = [source for source, sink in pairs if len(self._waiting[sink]) < _WAITING_BYTES]
         return reads, [fd for fd, data in self._waiting.items() if data]

@@ -21,7 +21,7 @@ BAUDS = (
     *(500000, 921600, 1000000, 2000000),
 )
 DEFAULT_BAUD = 115200
-"""What ``hil serve`` says too. A device without ``baud:`` takes any."""
+"""The default of ``hil serve`` too. A device without ``baud:`` takes any."""
 _HELLO = re.compile(r'(\d{1,9}) "([^"]+)"')
 _OPEN = re.compile(r"(\S+):(\d{1,5}) (\S.*)")
 
@@ -33,7 +33,7 @@ class BoardPort:
     address: str
     label: str
     hardware_id: str
-    """The same for the same device, wherever its port is."""
+    """Stable for a device, wherever its port is."""
     properties: tuple[tuple[str, str], ...]
 
     def message(self) -> Message:
@@ -60,11 +60,11 @@ def _malformed(reason: str) -> list[Message]:
 
 
 class _Dialogue:
-    """What both have: HELLO comes first, and QUIT always works."""
+    """Commands of both protocols: HELLO comes first, and QUIT always works."""
 
     def __init__(self) -> None:
         self.dead = False
-        """After QUIT: nothing more is answered."""
+        """True after QUIT: nothing more is answered."""
         self._greeted = False
         self._commands: dict[str, Callable[[str], list[Message]]] = {"HELLO": self._hello, "QUIT": self._quit}
 
@@ -168,20 +168,20 @@ class Discovery(_Dialogue):
 
 
 class MonitorLink(Protocol):
-    """What a monitor does to the world. Every method may raise OSError: ``str(error)`` says why."""
+    """A monitor's way to the port and the client. Every method may raise OSError: ``str(error)`` says why."""
 
     def open(self, client: tuple[str, int], address: str, baud: int) -> None:
         """Open the board's port and connect to the client, who listens; then copy both ways."""
 
     def set_baud(self, baud: int) -> None:
-        """Of the port that is open."""
+        """Set the baud of the open port."""
 
     def close(self) -> None:
-        """Both ends."""
+        """Close both ends."""
 
 
 class Monitor(_Dialogue):
-    """One port at a time. ``lost`` is for the port or the client that goes by itself."""
+    """The pluggable monitor of one port at a time. ``lost``: the port or the client has gone by itself."""
 
     def __init__(self, link: MonitorLink) -> None:
         super().__init__()
@@ -196,7 +196,7 @@ class Monitor(_Dialogue):
         }
 
     def lost(self, reason: str) -> list[Message]:
-        """What is open is open no more."""
+        """Close what is open, and tell the client why."""
         if not self._is_open:
             return []
         self._is_open = False
@@ -242,14 +242,8 @@ class Monitor(_Dialogue):
         return _done("open")
 
     def _close(self, rest: str) -> list[Message]:
-        if not self._is_open:
-            return _failed("close", "port already closed")
-        self._is_open = False
-        self._link.close()
-        return _done("close")
+        return _done("close") if self.lost("") else _failed("close", "port already closed")
 
     def _quit(self, rest: str) -> list[Message]:
-        if self._is_open:
-            self._is_open = False
-            self._link.close()
+        self.lost("")
         return super()._quit(rest)

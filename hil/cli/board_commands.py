@@ -33,7 +33,7 @@ OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default:
 PROFILES = "device_profiles"
 BRIDGES = "bridges"
 GONE = "it was disconnected"
-"""For pyserial's longer sentence."""
+"""Replaces pyserial's longer sentence."""
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
 
 
@@ -54,7 +54,7 @@ def mount_bridges(app: typer.Typer) -> None:
 
 
 def _mount_profile(app: typer.Typer, name: str) -> None:
-    """Where a profile's commands cannot be loaded, the command says why."""
+    """Add a profile's commands, or one that says why they cannot be loaded."""
     try:
         module = import_module(f"{PROFILES}.{name}.cli")
         group = typer.Typer(help=module.HELP, no_args_is_help=True, rich_markup_mode=None)
@@ -257,7 +257,7 @@ class _Bar:
 
 
 def _last_words(dialogue: Dialogue[Any]) -> str:
-    """What a dialogue says to an interruption."""
+    """The message of a dialogue that is interrupted."""
     try:
         dialogue.throw(DialogueError("interrupted"))
     except DialogueError as error:

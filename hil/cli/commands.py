@@ -36,8 +36,8 @@ TAKES = {
     "sac oneshot number": "",
     "shell": "shells",
 }
-"""What a parameter's value is: a file, a folder, or one of ``names.KINDS``; by the parameter's name, or by
-the command's and its. All others have no names that could be listed."""
+"""What a parameter's value is, by the parameter's name, or by the command's and its: a file, a folder, or one
+of ``completion_names.KINDS``. All others have no names that could be listed."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Parameter:
     is_required: bool
     is_repeated: bool
     default: str
-    """As it is typed; empty: none, or one that ``about`` tells."""
+    """The default as it is typed; empty: none, or one that ``about`` tells."""
     takes: str
     """A value of ``TAKES``, or empty."""
 

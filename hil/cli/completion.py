@@ -1,7 +1,7 @@
 """``hil completion``: scripts with which shells complete the command line.
 
 Commands and options stand in the script, so that they cost nothing; names of what runs come from
-``hil _names`` (``names.py``) when the key is pressed.
+``hil _names`` (``completion_names.py``) when the key is pressed.
 """
 
 from hil.cli.commands import FILE, FOLDER, Command, Parameter

@@ -1,5 +1,5 @@
-"""What ``hil doctor`` says about benches that run or ran here: each is asked from outside its sandbox, where
-limits are its own."""
+"""Findings of ``hil doctor`` about benches that run or ran here: each is asked from outside its sandbox,
+where limits are its own."""
 
 import os
 from collections.abc import Iterator
@@ -26,9 +26,9 @@ class Seen:
     failure: str
     status: dict[str, Any] | None
     closed_ports: tuple[str, ...]
-    """Which this user may not open."""
+    """Ports that this user may not open."""
     lost_ports: tuple[str, ...] = ()
-    """Whose names are gone from the folder."""
+    """Ports whose names are gone from the folder."""
 
 
 def look(runtime_dir: Path, is_named: bool = False) -> list[Seen]:

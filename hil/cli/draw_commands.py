@@ -15,7 +15,7 @@ _POLL_S = 0.1
 _PATIENCE_NS = 3_000_000_000
 """Simulated time in which a board at its main menu has taken a command."""
 _SETTLE_NS = 300_000_000
-"""After the loop is switched on, before the step."""
+"""Time between switching the loop on and the step."""
 _STEP_INTERVAL_MS = 0.25
 
 Output = Annotated[

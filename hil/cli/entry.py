@@ -10,7 +10,7 @@ INTERRUPTED = 130
 def main() -> None:
     """The entry point."""
     if sys.argv[1:2] == ["_names"]:
-        from hil.cli.names import print_names
+        from hil.cli.completion_names import print_names
 
         print_names(sys.argv[2:])
         return

@@ -1,4 +1,4 @@
-"""How a command ends early: by SIGINT or SIGTERM, both as by Ctrl-C, also if they were inherited as ignored.
+"""Early ends of commands: SIGINT and SIGTERM act as Ctrl-C, also where they were inherited as ignored.
 
 A shell without job control starts ``hil capture ... &`` with SIGINT ignored, and Python leaves it so.
 """
@@ -10,19 +10,19 @@ from types import FrameType
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 came: list[int] = []
-"""Those that came. A loop that waits looks here, too: Python swallows an exception in a destructor."""
+"""Signals that came. A loop that waits looks here, too: Python swallows an exception in a destructor."""
 _PATIENCE_S = 1
 
 
 def end_by_signals() -> None:
-    """From now on they raise KeyboardInterrupt in the main thread."""
+    """Let SIGINT and SIGTERM raise KeyboardInterrupt in the main thread."""
     for number in ENDING:
         signal.signal(number, _interrupt)
 
 
 @contextmanager
 def noted() -> Iterator[list[int]]:
-    """In the block they only fill the list that it is given, for who has to end in order."""
+    """Collect signals in the list that the block is given, for a command that has to end in order."""
     numbers: list[int] = []
     with _handled(numbers.append):
         yield numbers
@@ -30,7 +30,7 @@ def noted() -> Iterator[list[int]]:
 
 @contextmanager
 def ended_by(end: Callable[[], None]) -> Iterator[None]:
-    """In the block they call ``end``, which makes it end; KeyboardInterrupt if it has not a second later."""
+    """Call ``end`` on a signal, which makes the block end; KeyboardInterrupt if it has not a second later."""
 
     def begin_to_end(number: int) -> None:
         end()

@@ -114,7 +114,7 @@ def capture(
 
 
 def _hang_up(client: Any) -> None:
-    """What has come already can still be read."""
+    """Shut the connection down; what has come already can still be read."""
     import socket
     from contextlib import suppress
 

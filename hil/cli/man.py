@@ -32,7 +32,7 @@ _SIGNS = {"\\": "\\e", "-": "\\-", "'": "\\(aq", "^": "\\(ha", "~": "\\(ti"}
 
 
 def man_page(app: typer.Typer) -> str:
-    """In the language of man(7)."""
+    """The page in the language of man(7)."""
     root = commands(app)
     parts = [HEAD.format(version=__version__), "\n.PP\n".join(map(_text, ABOUT)), "\n"]
     parts += [_options(root), ".SH COMMANDS\n"]

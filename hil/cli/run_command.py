@@ -92,7 +92,7 @@ def benches(
 
 
 def _report(progress: dict[str, Any]) -> str:
-    """What became of a run, and how each axis did."""
+    """The result of a run, and of each axis."""
     why = f": {progress['why']}" if progress["why"] else ""
     lines = [f"{progress['run']}: {progress['state']}{why}"]
     for name, axis in progress["axes"].items():
@@ -115,7 +115,7 @@ def _report(progress: dict[str, Any]) -> str:
 
 
 def clock_words(bench: dict[str, Any]) -> str:
-    """How another bench's clock stands to this one's."""
+    """The offset of another bench's clock, in words."""
     offset_ms, error_ms = bench["clock_offset_ns"] / 1e6, bench["clock_error_ns"] / 1e6
     side = "ahead" if offset_ms >= 0 else "behind"
     return f"its clock is {abs(offset_ms):.3f} ms {side}, give or take {error_ms:.3f}"

@@ -1,4 +1,4 @@
-"""What the command line has around it: exit codes, variables and files of the reference."""
+"""Exit codes, environment variables and files of the reference."""
 
 EXIT_CODES = {
     0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",

@@ -1,4 +1,4 @@
-"""What ``hil list``, ``hil status`` and ``hil doctor`` draw."""
+"""Tables of ``hil list``, ``hil status`` and ``hil doctor``."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
@@ -50,23 +50,13 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
+        counts = [str(row[name]) for name in ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")]
+        state = "see below" if _state(row) else "ok"
         if shot is None:
-            table.add_row(
-                row["device"], str(row["clients"]), str(row["rx_bytes"]), str(row["tx_bytes"]),
-                str(row["dropped_bytes"]), "-", "-", "real", "see below" if _state(row) else "ok",
-            )  # fmt: skip
+            table.add_row(row["device"], *counts, "-", "-", "real", state)
             continue
-        table.add_row(
-            row["device"],
-            str(row["clients"]),
-            str(row["rx_bytes"]),
-            str(row["tx_bytes"]),
-            str(row["dropped_bytes"]),
-            f"{shot['position_deg']:.2f}",
-            f"{shot['velocity_rpm']:.1f}",
-            _mode(shot),
-            "stopped" if row["failed"] else "see below" if _state(row) else "ok",
-        )
+        moves = (f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot))
+        table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
@@ -108,7 +98,7 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
 
 
 def _mode(shot: dict[str, Any]) -> str:
-    """What an axis is doing: a servo's mode and loop, a stepper's state."""
+    """The state of an axis: a servo's mode and loop, a stepper's state."""
     if "motion_state" in shot:
         return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
@@ -140,7 +130,7 @@ def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
 
 
 def _state(row: dict[str, Any]) -> list[str]:
-    """What is not as it should be."""
+    """Remarks on what is wrong with a device."""
     said = [f"stopped: {row['failed']}"] if row["failed"] else []
     said += [row["port_failure"]] if row["port_failure"] else []
     said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []

@@ -27,15 +27,15 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
         return await asyncio.to_thread(self._axis.do, verb, wait=wait, timeout_s=timeout_s, **given)
 
     def put(self, verb: str, **given: object) -> None:
-        """The same without an answer, at once: for set-points in a stream."""
+        """Carry out a verb without an answer, at once: for set-points in a stream."""
         self._axis.put(verb, **given)
 
     async def state(self) -> State:
-        """Now, at most 20 ms old."""
+        """The present state, at most 20 ms old."""
         return await asyncio.to_thread(self._axis.state)
 
     async def states(self) -> AsyncIterator[State]:
-        """As they come."""
+        """States as they come."""
         loop = asyncio.get_running_loop()
         came: asyncio.Queue[bytes] = asyncio.Queue()
 
@@ -56,7 +56,7 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
         return await asyncio.to_thread(self._axis.parameter, name)
 
     async def set_parameter(self, name: str, value: float) -> Ack:
-        """Set one."""
+        """Set a settable field."""
         return await asyncio.to_thread(self._axis.set_parameter, name, value)
 
     async def fault(self, fault: str, **parameters: object) -> int:
@@ -64,7 +64,7 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
         return await asyncio.to_thread(self._axis.fault, fault, **parameters)
 
     async def clear_fault(self, number: int | str = "all") -> None:
-        """End one, or all."""
+        """End a fault, or all."""
         await asyncio.to_thread(self._axis.clear_fault, number)
 
 
@@ -100,7 +100,7 @@ class AsyncBench:
         return await asyncio.to_thread(self._open.submit, run)
 
     async def run_state(self, name: str) -> dict[str, Any]:
-        """How a run does."""
+        """The progress of a run."""
         return await asyncio.to_thread(self._open.run_state, name)
 
     async def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
@@ -114,7 +114,7 @@ class AsyncBench:
         return await asyncio.to_thread(self._open.perform, run, timeout_s=timeout_s)
 
     async def alive(self) -> list[str]:
-        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
         return await asyncio.to_thread(self._open.alive)
 
     async def clock(self) -> tuple[int, int]:
@@ -122,7 +122,7 @@ class AsyncBench:
         return await asyncio.to_thread(self._open.clock)
 
     async def read(self, key: str) -> dict[str, Any]:
-        """What is under a key of the bench, as in ``sim/health``."""
+        """The document under a key of the bench, as in ``sim/health``."""
         return await asyncio.to_thread(self._open.read, key)
 
 

@@ -17,7 +17,7 @@ from hil.net.signature import signed
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
 MESSAGE_BYTES = 1_000_000
-"""A daemon takes no longer ones."""
+"""Maximum that a daemon takes."""
 _LOOK_AGAIN_S = 0.05
 _BENCH = re.compile("[a-z][a-z0-9_-]*")
 """Zenoh would take others for patterns, and commands would go to all that fit."""
@@ -27,7 +27,7 @@ _LATEST = 10_000
 
 @dataclass(frozen=True)
 class Credentials:
-    """Who asks: user and password at zenoh's door, with which commands are signed too."""
+    """User and password at zenoh's door, with which commands are signed too."""
 
     user: str
     password: str
@@ -55,7 +55,7 @@ def session_config(
 
 
 def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credentials | None]:
-    """The same from a user's file, as `hil zenoh keys` makes it.
+    """Zenoh's configuration from a user's file, as `hil zenoh keys` makes it.
 
     Raises:
         ClientError: it cannot be used.
@@ -129,7 +129,7 @@ class Link:
         session.close()
 
     def key(self, rest: str) -> str:
-        """Of this bench."""
+        """The full key of this bench for ``rest``."""
         return f"hil/{self.bench}/{rest}"
 
     def ask(self, rest: str, payload: object = None, *, timeout_s: float | None = None) -> list[bytes]:
@@ -143,7 +143,7 @@ class Link:
         return self.ask_text(rest, text, timeout_s=timeout_s)
 
     def ask_text(self, rest: str, payload: str, *, timeout_s: float | None = None) -> list[bytes]:
-        """As ``ask``, with the payload as it is."""
+        """A query's replies; the payload is sent as it is."""
         key, text = self.key(rest), payload.encode()
         if len(text) > MESSAGE_BYTES:
             raise ClientError(f"{key}: {len(text)} bytes; a message has at most {MESSAGE_BYTES}")
@@ -183,7 +183,7 @@ class Link:
         return Ack(first.effective_at_ns, last.sim_ns, last.wall_ns, {**first.answer, **last.answer})
 
     def put(self, rest: str, payload: object) -> None:
-        """Without an answer."""
+        """Publish a command without an answer."""
         key, text = self.key(rest), json.dumps(payload).encode()
         self._session.put(
             key,
@@ -194,15 +194,16 @@ class Link:
         )
 
     def read(self, rest: str) -> dict[str, Any]:
-        """What is under a key."""
+        """The document under a key."""
         return read(self.ask(rest)[0])
 
     def state(self, device: str) -> State:
-        """Of an axis, now."""
+        """The present state of an axis."""
         return state_of(self.ask(f"axis/{device}/state")[0])
 
     def subscribe(self, rest: str, call: Callable[[bytes], None] | None = None) -> Any:
-        """To a key: a subscriber whose ``recv`` blocks, or one that calls from a thread of its own."""
+        """Subscribe to a key: a subscriber whose ``recv`` blocks, or one that calls from a thread of its
+        own."""
         if call is None:
             return self._session.declare_subscriber(self.key(rest), zenoh.handlers.RingChannel(_LATEST))
         return self._session.declare_subscriber(
@@ -210,7 +211,7 @@ class Link:
         )
 
     def alive(self) -> list[str]:
-        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
         head = self.key("@live/")
         return sorted(key.removeprefix(head) for key in self._tokens(f"{head}**"))
 
@@ -222,7 +223,7 @@ class Link:
 
 
 def states(link: Link, device: str) -> Iterator[State]:
-    """Of an axis, as they come, until the iterator is closed."""
+    """States of an axis as they come, until the iterator is closed."""
     with link.subscribe(f"axis/{device}/state") as subscriber:
         while True:
             yield state_of(subscriber.recv().payload.to_bytes())

@@ -1,4 +1,4 @@
-"""What goes over the wire, as values."""
+"""Messages between bench and client, as values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

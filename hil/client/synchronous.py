@@ -28,15 +28,15 @@ class Axis(AxisVerbs[Ack]):
         return self._link.do(self.name, verb, given, wait, timeout_s)
 
     def put(self, verb: str, **given: object) -> None:
-        """The same without an answer: for set-points in a stream."""
+        """Carry out a verb without an answer: for set-points in a stream."""
         self._link.put(f"axis/{self.name}/cmd/{verb}", given)
 
     def state(self) -> State:
-        """Now, at most 20 ms old."""
+        """The present state, at most 20 ms old."""
         return self._link.state(self.name)
 
     def states(self) -> Iterator[State]:
-        """As they come."""
+        """States as they come."""
         return states(self._link, self.name)
 
     def parameter(self, name: str) -> float:
@@ -44,7 +44,7 @@ class Axis(AxisVerbs[Ack]):
         return float(self._link.read(f"axis/{self.name}/param/{name}")[name])
 
     def set_parameter(self, name: str, value: float) -> Ack:
-        """Set one."""
+        """Set a settable field."""
         return ack_of(self._link.ask(f"axis/{self.name}/param/{name}", value)[0])
 
     def fault(self, fault: str, **parameters: object) -> int:
@@ -53,7 +53,7 @@ class Axis(AxisVerbs[Ack]):
         return int(ack_of(answer[0]).answer["number"])
 
     def clear_fault(self, number: int | str = "all") -> None:
-        """End one, or all."""
+        """End a fault, or all."""
         self._link.ask(f"axis/{self.name}/fault", {"clear": number})
 
 
@@ -78,7 +78,7 @@ class Bench:
         return read(self.link.ask_text("run/submit", text)[0])
 
     def run_state(self, name: str) -> dict[str, Any]:
-        """How a run does."""
+        """The progress of a run."""
         return self.link.read(f"run/{name}/state")
 
     def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
@@ -101,7 +101,7 @@ class Bench:
         return progress
 
     def alive(self) -> list[str]:
-        """What is there: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
         return self.link.alive()
 
     def clock(self) -> tuple[int, int]:
@@ -110,7 +110,7 @@ class Bench:
         return int(clock["sim_ns"]), int(clock["wall_ns"])
 
     def read(self, key: str) -> dict[str, Any]:
-        """What is under a key of the bench, as in ``sim/health`` or ``segment/bus0/stats``."""
+        """The document under a key of the bench, as in ``sim/health`` or ``segment/bus0/stats``."""
         return self.link.read(key)
 
     def close(self) -> None:

@@ -23,14 +23,14 @@ _DATA_LENGTH = struct.Struct("<I")
 
 @dataclass(frozen=True)
 class Content:
-    """What a board remembers without power."""
+    """The non-volatile memory of a board."""
 
     profile: str
     """The profile whose firmware wrote it, at most 255 bytes; "" if the file did not say."""
     counter: int
-    """How often it was written, 0 to 2**64 - 1; whoever commits counts it up."""
+    """Number of commits, 0 to 2**64 - 1; whoever commits counts it up."""
     sections: Mapping[str, bytes]
-    """At most 65,535, with names of at most 255 bytes. A version 1 file's only one is named ""."""
+    """Sections, at most 65,535, with names of at most 255 bytes. A version 1 file's only one is named ""."""
 
 
 @dataclass(frozen=True)

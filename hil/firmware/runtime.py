@@ -44,7 +44,7 @@ class Runtime:
         self._ready_ns = SimTimeNs(0)
         self._deadline_ns = SimTimeNs(0)
         self.polls_from_ns = FOREVER
-        """From when on the program reads what comes in as it comes."""
+        """The time from which on the program reads bytes as they come."""
         self.due_ns = SimTimeNs(0)
 
     def resume(self, now_ns: SimTimeNs) -> None:

@@ -21,7 +21,7 @@ class RxBuffer:
         return len(taken)
 
     def room(self) -> int:
-        """How many bytes ``feed`` would take now."""
+        """Number of bytes that ``feed`` would take now."""
         return self._capacity - len(self._unread)
 
     def available(self) -> int:

@@ -29,16 +29,16 @@ NO_START = "`hil serve` does not start"
 FAST_CLOCKS = ("tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter", "riscv_clocksource")
 """Read without entering the kernel."""
 DEVPTS = "gid=5,mode=620,ptmxmode=666"
-"""As distributions mount it; 5 is the group tty."""
+"""Mount options of distributions; 5 is the group tty."""
 DESCRIPTORS = 24
-"""Of a daemon without devices, with a few commands that talk to it."""
+"""Descriptors of a daemon without devices, with a few commands that talk to it."""
 DESCRIPTORS_PER_DEVICE = 3
 """Both ends of a pty, or a listening socket and two clients."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at. ``problem``: something a bench needs is refused; ``note``: it runs,
+    """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs,
     and could run better. What is ok has no cost and no remedy."""
 
     name: str
@@ -76,7 +76,7 @@ def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
 
 
 def worst_first(findings: list[Finding]) -> list[Finding]:
-    """The same; those of one verdict stay in their order."""
+    """Findings sorted by verdict, the worst first; those of one verdict stay in their order."""
     return sorted(findings, key=lambda finding: WORST_FIRST.index(finding.verdict))
 
 

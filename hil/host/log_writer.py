@@ -12,7 +12,7 @@ from contextlib import suppress
 MOST = 4096
 """Messages that wait for the reader; more are dropped and counted."""
 END_S = 1.0
-"""For what still waits when the bench ends."""
+"""Time for writing what still waits when the bench ends."""
 
 
 class LogWriter(logging.Handler):

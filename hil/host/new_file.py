@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 _LINKS = 40
-"""More in a row are a circle: as the kernel has it."""
+"""Maximum number of links in a row, as the kernel has it: more are a circle."""
 _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """All of it, on the disk when this returns, or nothing of it.
+    """Write all of a file, on the disk when this returns, or nothing of it.
 
     Raises:
         OSError: it cannot be written; a regular file is as it was.
@@ -91,7 +91,8 @@ def _target(path: Path) -> Path | int:
 
 
 def _refuse_planted(link: Path) -> None:
-    """As the kernel does with ``fs.protected_symlinks``, which a path followed by hand gets round."""
+    """Refuse what the kernel refuses with ``fs.protected_symlinks``, which a path followed by hand gets
+    round."""
     folder, owner = link.parent.stat(), link.lstat().st_uid
     is_anybodys = folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH
     if is_anybodys and owner not in (os.geteuid(), folder.st_uid):

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 _PINGS = 16
-"""In the watchdog's time. The last ping comes up to one interval after the core's last tick."""
+"""Pings in the watchdog's time. The last one comes up to one interval after the core's last tick."""
 _PATIENCE_S = 0.5
-"""What changes the unit's state may wait for a manager that is busy; all else is said again soon."""
+"""Maximum wait for a busy manager with what changes the unit's state; all else is said again soon."""
 _TEXT_BYTES = 2000
 
 
@@ -32,7 +32,7 @@ class Notifier:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) if self._address else None
 
     def close(self) -> None:
-        """Nothing more is sent."""
+        """Send nothing more."""
         self._address = None
         if self._socket:
             self._socket.close()
@@ -48,11 +48,11 @@ class Notifier:
 
     @property
     def ping_s(self) -> float:
-        """Between two looks at whether to ping."""
+        """Period of the looks at whether to ping."""
         return self.watchdog_ns / 1e9 / _PINGS
 
     def ready(self, status: str) -> None:
-        """It serves, from the start or again after a reload."""
+        """Tell that the daemon serves, from the start or again after a reload."""
         self._send("READY=1", _status(status), wait_s=_PATIENCE_S)
 
     def reloading(self, monotonic_ns: int) -> None:
@@ -60,7 +60,7 @@ class Notifier:
         self._send("RELOADING=1", f"MONOTONIC_USEC={monotonic_ns // 1000}", wait_s=_PATIENCE_S)
 
     def stopping(self) -> None:
-        """It ends."""
+        """Tell that the daemon ends."""
         self._send("STOPPING=1", "STATUS=stopping", wait_s=_PATIENCE_S)
 
     def status(self, text: str) -> None:
@@ -68,7 +68,7 @@ class Notifier:
         self._send(_status(text))
 
     def ping(self) -> None:
-        """All is well."""
+        """Tell that all is well."""
         self._send("WATCHDOG=1")
 
     def trigger(self) -> None:

@@ -1,4 +1,4 @@
-"""How many files the daemon may have open: a pseudo-terminal takes three, the usual 1024 end at 300."""
+"""The limit of open files: a pseudo-terminal takes three, so the usual 1024 end at 300."""
 
 import resource
 

@@ -1,4 +1,4 @@
-"""Where a bench's files are: from options, the configuration and the environment, in this order."""
+"""The folders of a bench's files: from options, the configuration and the environment, in this order."""
 
 import os
 import tempfile
@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 CONTROL_SOCKET = "control.sock"
-"""In the bench's runtime directory. No device can have this name: it has a dot."""
+"""Its name in the bench's runtime directory. No device can have this name: it has a dot."""
 SERVICES = Path("/run/hil")
-"""Where services have their runtime directories."""
+"""The runtime directories of services."""
 
 
 def runtime_base(
@@ -18,17 +18,15 @@ def runtime_base(
     ``runtime_dir``, the service's ``$RUNTIME_DIRECTORY`` (or what it is in, where it has the name of the
     bench and so is that folder), or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the
     user's in the directory for temporary files."""
-    if option or configured:
-        return (option or configured or Path()).absolute()
-    if service := _service_directory("RUNTIME_DIRECTORY", env):
-        return service.parent if service.name == bench else service
+    if chosen := _chosen(option, configured, "RUNTIME_DIRECTORY", env, bench):
+        return chosen
     if env.get("XDG_RUNTIME_DIR"):
         return Path(env["XDG_RUNTIME_DIR"]) / "hil"
     return Path(tempfile.gettempdir()) / f"hil-{os.getuid()}"
 
 
 def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
-    """Where to look for running benches: the option alone, in a service its own folder alone (its
+    """The folders to search for running benches: the option alone, in a service its own folder alone (its
     ``ExecReload`` means no other's bench), or the user's and the services'."""
     base = runtime_base(option, None, env)
     is_meant = option or _service_directory("RUNTIME_DIRECTORY", env)
@@ -39,13 +37,20 @@ def state_base(option: Path | None, configured: Path | None, env: Mapping[str, s
     """The directory that has one folder of boards' memories for each bench: the option, the
     configuration's ``state_dir``, the service's ``$STATE_DIRECTORY`` (as in ``runtime_base``), or ``hil`` in
     ``$XDG_STATE_HOME`` (``~/.local/state``)."""
-    if option or configured:
-        return (option or configured or Path()).absolute()
-    if service := _service_directory("STATE_DIRECTORY", env):
-        return service.parent if service.name == bench else service
+    if chosen := _chosen(option, configured, "STATE_DIRECTORY", env, bench):
+        return chosen
     if env.get("XDG_STATE_HOME"):
         return Path(env["XDG_STATE_HOME"]) / "hil"
     return Path(env.get("HOME", "/")) / ".local" / "state" / "hil"
+
+
+def _chosen(
+    option: Path | None, configured: Path | None, variable: str, env: Mapping[str, str], bench: str
+) -> Path | None:
+    if given := option or configured:
+        return given.absolute()
+    service = _service_directory(variable, env)
+    return service.parent if service and service.name == bench else service
 
 
 def log_file(option: Path | None, env: Mapping[str, str]) -> Path | None:

@@ -1,4 +1,4 @@
-"""What can only be known by trying it: the core's thread, ptys, inotify, folders. Leaves nothing behind."""
+"""Trial runs of what a bench needs: the core's thread, ptys, inotify, folders. They leave nothing behind."""
 
 import ctypes
 import os
@@ -15,7 +15,7 @@ PERIOD_NS = 1_000_000
 
 @dataclass(frozen=True)
 class Tried:
-    """What the tries gave; an errno of 0 is success, an empty text no failure."""
+    """Results of the trials; an errno of 0 is success, an empty text no failure."""
 
     priority: int
     cpu: int

@@ -1,4 +1,4 @@
-"""What Linux says about this process: memory, CPU time, file descriptors. Sources: proc(5), getrusage(2)."""
+"""Resources of this process: memory, CPU time, file descriptors. Sources: proc(5), getrusage(2)."""
 
 import os
 import re
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Process(NamedTuple):
-    """Now."""
+    """A reading of them."""
 
     resident_bytes: int
     locked_bytes: int

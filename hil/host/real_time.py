@@ -18,14 +18,14 @@ WANTED_PRIORITY = 80
 
 @dataclass(frozen=True)
 class Grant:
-    """What the thread got. ``missing`` and ``remedies`` are of the same length."""
+    """What was granted to the thread. ``missing`` and ``remedies`` are of the same length."""
 
     priority: int
     cpu: int
     missing: tuple[str, ...]
     remedies: tuple[str, ...]
     more: str = ""
-    """What gives the priority that was wanted, where a lower one was granted."""
+    """The remedy where a lower priority than wanted was granted."""
 
     @property
     def state(self) -> str:
@@ -56,7 +56,7 @@ def wanted_cpu(configured: int | None) -> int:
 
 
 def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
-    """What the core reports, in words. The system is read where something was refused."""
+    """The core's report in words. The system is read where something was refused."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
         more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
         return Grant(priority, cpu, (), (), more)

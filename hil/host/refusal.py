@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from hil.host.system import CAP_IPC_LOCK, CAP_SYS_NICE, UNLIMITED, Limit, System
 
 MEMLOCK_MB = 45
-"""What the remedies grant: the code, the stack and hundreds of axes, with room."""
+"""Locked memory that the remedies grant: the code, the stack and hundreds of axes, with room."""
 BUDGET_US = 500_000
-"""Of the usual period of a second: the core uses a few percent of a CPU, and more to catch up."""
+"""Budget in the usual period of a second: the core uses a few percent of a CPU, and more to catch up."""
 DEFAULT_RT_RUNTIME_US = 950_000
 ALLOW_SECCOMP = (
     "in a unit no RestrictRealtime=yes and no SystemCallFilter= without {calls}; in a container a profile "

@@ -19,7 +19,7 @@ MAX_BYTES = 16 << 20
 
 
 class NotRegularError(OSError):
-    """What has the name is no regular file; ``strerror`` says what it is."""
+    """A name is not a regular file's; ``strerror`` says what it is."""
 
 
 def open_regular(path: Path, at_most_bytes: int | None = None) -> BinaryIO:
@@ -47,7 +47,7 @@ def read_regular(path: Path, at_most_bytes: int = MAX_BYTES) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """As ``read_regular``, as text with Unix's ends of lines.
+    """The text of a regular file, as ``read_regular``, with Unix's ends of lines.
 
     Raises:
         UnicodeDecodeError: it is not UTF-8.

@@ -8,7 +8,7 @@ from types import FrameType
 
 
 def answer(loop: asyncio.AbstractEventLoop, calls: Mapping[signal.Signals, Callable[[], None]]) -> None:
-    """From now on the loop makes the call of a signal that came.
+    """Let the loop make the call of each signal that comes.
 
     The loop's own way is a byte for each signal in a socket, in which the guard's bells are, too: 14 s in
     which the loop does not run fill it, and a SIGTERM that comes then was lost. So the byte only wakes the

@@ -1,10 +1,11 @@
-"""What this Linux says about itself: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
+"""The state of this Linux: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
 
 All of it comes from files below a root, so that a folder with a few files can stand for any system.
 """
 
 import gzip
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +42,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class System:
-    """None, an empty text or an empty tuple: this system does not say."""
+    """A reading of the system. None, an empty text or an empty tuple: it does not say."""
 
     rtprio: Limit | None
     memlock: Limit | None
@@ -64,7 +65,7 @@ class System:
     isolated_cpus: tuple[int, ...]
     tickless_cpus: tuple[int, ...]
     governors: tuple[str, ...]
-    """Of the allowed CPUs, each name once."""
+    """Governors of the allowed CPUs, each name once."""
     clock_source: str
     container: str
     virtual: str
@@ -77,7 +78,7 @@ class System:
     dialout: int | None
     """The number of the group that serial ports belong to."""
     groups: frozenset[int]
-    """Those of the process."""
+    """Group numbers of the process."""
 
     def may(self, capability: int) -> bool:
         """Whether the process has the capability."""
@@ -167,6 +168,15 @@ def _limits(text: str) -> dict[str, Limit]:
     return {name: Limit(number(soft), number(hard)) for name, soft, hard in rows}
 
 
+def _mounts(files: Files) -> Iterator[tuple[str, str, str, str]]:
+    """Root, folder, kind and options of each mount."""
+    for line in (files.text("/proc/self/mountinfo") or "").splitlines():
+        mount, _, source = line.partition(" - ")
+        root, folder = mount.split()[3:5]
+        kind, *_, options = source.split()
+        yield root, folder, kind, options
+
+
 def _groups(files: Files, kind: str) -> list[str]:
     """Folders of the process's control group (``cgroup``: of the controller cpu; ``cgroup2``: the only
     one) and of those above it, as far as they are mounted here. Sources: proc(5), cgroups(7)."""
@@ -178,11 +188,8 @@ def _groups(files: Files, kind: str) -> list[str]:
             member = path
     if not member:
         return []
-    for line in (files.text("/proc/self/mountinfo") or "").splitlines():
-        mount, _, source = line.partition(" - ")
-        root, folder = mount.split()[3:5]
-        words = source.split()
-        if words[:1] != [kind] or (kind == "cgroup" and "cpu" not in words[-1].split(",")):
+    for root, folder, kind_there, options in _mounts(files):
+        if kind_there != kind or (kind == "cgroup" and "cpu" not in options.split(",")):
             continue
         inside = member.removeprefix(root.rstrip("/")).strip("/")
         parts = [] if ".." in inside.split("/") or not inside else inside.split("/")
@@ -210,12 +217,10 @@ def _quotas(files: Files, old_groups: list[str], new_groups: list[str]) -> tuple
 
 
 def _devpts(files: Files) -> str:
-    found = ""
-    for line in (files.text("/proc/self/mountinfo") or "").splitlines():
-        mount, _, source = line.partition(" - ")
-        if mount.split()[4] == "/dev/pts" and source.split()[:1] == ["devpts"]:
-            found = source.split()[-1]  # a later mount covers an earlier one
-    return found
+    found = [
+        options for _, folder, kind, options in _mounts(files) if (folder, kind) == ("/dev/pts", "devpts")
+    ]
+    return found[-1] if found else ""  # a later mount covers an earlier one
 
 
 def _group_number(files: Files, name: str) -> int | None:

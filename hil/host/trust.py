@@ -1,4 +1,4 @@
-"""Who a runtime folder and what is in it comes from: in a place where all may write it can be anybody.
+"""The owners of a runtime folder and of what is in it: where all may write it can be anybody's.
 
 Imports little: completion in a shell waits for it.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 
 _LINKS = 40
 _PTY_MAJORS = range(136, 144)
-"""Of the slaves: the kernel's Documentation/admin-guide/devices.txt."""
+"""Device numbers of pty slaves: the kernel's Documentation/admin-guide/devices.txt."""
 
 
 def distrust(folder: Path, owners: Collection[int] = ()) -> str:
@@ -72,7 +72,7 @@ def _is_private(group: int, user: int) -> bool:
 
 
 def user_name(uid: int) -> str:
-    """With the number."""
+    """A user's name and number."""
     import pwd
 
     try:

@@ -34,6 +34,7 @@ class Outgoing:
         traffic: Traffic,
         drained: Callable[[], None],
         died: Callable[[OSError], None],
+        queue_bytes: int = QUEUE_BYTES,
         look: Callable[[], None] = lambda: None,
     ) -> None:
         """``look`` is called before queued bytes are sent; it may call ``stop`` or ``discard``."""
@@ -43,6 +44,7 @@ class Outgoing:
         self._traffic = traffic
         self._drained = drained
         self._died = died
+        self._queue_bytes = queue_bytes
         self._look = look
         self._queue = bytearray()
         self._is_stopped = False
@@ -56,7 +58,7 @@ class Outgoing:
         sent = 0 if self._queue else self._send(data)
         if sent == len(data):
             return
-        fits = 0 if self._is_stopped else QUEUE_BYTES - len(self._queue)
+        fits = 0 if self._is_stopped else self._queue_bytes - len(self._queue)
         waiting = data[sent : sent + fits]
         self._traffic.dropped_bytes += len(data) - sent - len(waiting)
         if waiting and not self._queue:

@@ -1,4 +1,4 @@
-"""What a bad line does to bytes: flips bits, loses bytes, doubles them, delays them. Pure and seeded."""
+"""Byte faults of a bad line: bits flipped, bytes lost, doubled or delayed. Pure and seeded."""
 
 import math
 from collections.abc import Iterable
@@ -37,7 +37,7 @@ class ByteFault:
     duplicate_rate: float = 0.0
     delay_rate: float = 0.0
     delay_ns: int = 0
-    """How late. Those behind it keep their order."""
+    """The delay. Bytes behind it keep their order."""
 
 
 class ByteFaults:
@@ -60,7 +60,7 @@ class ByteFaults:
 
 
 def byte_fault(kind: str, rate: float, delay_ns: int = 0) -> ByteFault:
-    """What a fault of the layer ``byte`` does (``hil.vocab.faults``)."""
+    """The rates of a fault of the layer ``byte`` (``hil.vocab.faults``)."""
     return {
         "byte_flip": ByteFault(bit_error_rate=rate),
         "byte_drop": ByteFault(drop_rate=rate),
@@ -70,7 +70,7 @@ def byte_fault(kind: str, rate: float, delay_ns: int = 0) -> ByteFault:
 
 
 def apply_all(faults: Iterable[ByteFaults], data: bytes) -> list[tuple[int, bytes]]:
-    """Several, one after the other; as ``ByteFaults.apply``."""
+    """Apply several faults, one after the other; as ``ByteFaults.apply``."""
     pieces = [(0, data)]
     for fault in faults:
         pieces = [

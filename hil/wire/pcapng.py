@@ -20,7 +20,7 @@ _BLOCK_MAX = 1 << 24
 
 
 class Event(IntEnum):
-    """What a record is, as the link type numbers it. TX is what goes to a board, RX what a board sends."""
+    """Kinds of records, as the link type numbers them. TX is what goes to a board, RX what a board sends."""
 
     TX = 1
     RX = 2
@@ -110,29 +110,28 @@ def read(data: bytes) -> Iterator[Record]:
 
 
 def whole_blocks(data: bytes) -> int:
-    """How many bytes at the front are whole blocks."""
-    at = 0
-    while at + 8 <= len(data):
-        (size,) = struct.unpack_from("<I", data, at + 4)
-        if at + size > len(data):
-            break
-        at += size
-    return at
+    """Number of bytes at the front that are whole blocks."""
+    return max((end for _, _, end in _blocks(data)), default=0)
 
 
 def header_length(data: bytes) -> int:
-    """How many bytes of whole blocks stand before the first record, all of them where there is none."""
+    """Number of bytes of whole blocks before the first record, all of them where there is none."""
+    return next((at for kind, at, _ in _blocks(data) if kind == _PACKET), whole_blocks(data))
+
+
+def _blocks(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Whole blocks that ``_block`` wrote: kind, begin and end."""
     at = 0
-    while at < len(data):
+    while at + 8 <= len(data):
         kind, size = struct.unpack_from("<II", data, at)
-        if kind == _PACKET:
-            break
+        if at + size > len(data):
+            return
+        yield kind, at, at + size
         at += size
-    return at
 
 
 def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
-    """What was on a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
+    """The bursts of a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
 
     Raises:
         CaptureError: it is no capture, it is cut off, or has nothing of that interface.

@@ -17,16 +17,16 @@ class Sampled:
     framing_error: bool
     """The line was low where the receiver looked for the stop bit."""
     offset_ns: int
-    """When its start edge came, counted from the first start edge, rounded down."""
+    """Time of its start edge, counted from the first start edge, rounded down."""
 
 
 def character_ns(n: int, baud: int, bits: int = 10) -> int:
-    """How long ``n`` characters of ``bits`` bits (start and stop included) take, rounded down once."""
+    """Duration of ``n`` characters of ``bits`` bits (start and stop included), rounded down once."""
     return n * bits * _NS_PER_S // baud
 
 
 def resample(data: bytes, sent_baud: int, read_baud: int, *, data_bits: int = 8) -> list[Sampled]:
-    """What a receiver at ``read_baud`` makes of bytes sent back to back at ``sent_baud``.
+    """The characters that a receiver at ``read_baud`` reads of bytes sent back to back at ``sent_baud``.
 
     One start bit, ``data_bits`` (5 to 8, least significant first), no parity, one stop bit, the line
     idle before and after. The receiver waits for a falling edge, checks that the line is still low in

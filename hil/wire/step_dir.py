@@ -7,13 +7,15 @@ from decimal import Decimal, InvalidOperation
 from math import isqrt
 
 MAX_RATE_HZ = 200_000
-"""Of a run of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles for each step)."""
+"""Maximum rate of a run of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles for each
+step)."""
 MAX_STEPS = 100_000_000
-"""Of one run."""
+"""Maximum number of steps of one run."""
 MAX_ROWS = 200_000
-"""Of one train: they take some 0.2 s of a processor at once."""
+"""Maximum rows of one train: they take some 0.2 s of a processor at once."""
 MAX_RAMP_STEPS = MAX_ROWS // 2 - 1
-"""Each is a row of its own, up and down; the direction and the steps between are two more."""
+"""Maximum steps of a ramp. Each is a row of its own, up and down; the direction and the steps between are two
+more."""
 MAX_NS = 1 << 60
 MAX_FILE_VALUE = 1_000_000_000
 _NS_PER_S = 1_000_000_000
@@ -37,7 +39,7 @@ class Edges:
 
     @property
     def end_ns(self) -> int:
-        """When the next ones may come."""
+        """The time from which on the next may come."""
         return self.at_ns + (self.duration_ns if self.steps else 0)
 
 
@@ -45,7 +47,7 @@ Train = tuple[Edges, ...]
 
 
 def train_length_ns(train: Sequence[Edges]) -> int:
-    """From the start to the end of the last run."""
+    """Duration from the start to the end of the last run."""
     return train[-1].end_ns if train else 0
 
 

@@ -1,9 +1,9 @@
-"""Who has a pty open: counted by what inotify tells, and looked at where that may be wrong."""
+"""The clients of a pty: counted by inotify's events, and checked where those may be wrong."""
 
 import asyncio
 from collections.abc import Callable
 
-from virtual_ports.pty import line
+from virtual_ports.pty import terminal_settings
 from virtual_ports.pty.inotify import ClientWatch
 from virtual_ports.pty.pair import PtyPair
 
@@ -53,7 +53,7 @@ class Clients:
 
     def baud(self) -> int | None:
         """The client's; while nobody is there but bytes of one that has left wait to be read: its baud."""
-        return line.baud(self._pair.master) if self.count else self._baud_of_departed
+        return terminal_settings.baud(self._pair.master) if self.count else self._baud_of_departed
 
     def input_was_read(self) -> None:
         """Forget the baud of one that has left with its last byte."""
@@ -79,8 +79,8 @@ class Clients:
         with self._pair.failing_loudly():
             if -1 in steps and not emptied:
                 # Nobody can tell whose stop it is, and it would hold up those who stay.
-                line.end_stop(self._pair.slave)
-            line.baud(self._pair.slave)  # after a hang-up nothing else would tell
+                terminal_settings.end_stop(self._pair.slave)
+            terminal_settings.baud(self._pair.slave)  # after a hang-up nothing else would tell
         if doubtful:
             self.doubt()
 
@@ -88,9 +88,10 @@ class Clients:
         # A next client may be there already, but all that was written so far was for those before it.
         baud = None
         with self._pair.failing_loudly():
-            line.let_go_on(self._pair.slave)  # also if the next is there: it would be held up for ever
-            line.discard_unread(self._pair.slave)
-            baud = line.baud(self._pair.master)
+            # Also if the next is there: it would be held up for ever.
+            terminal_settings.let_go_on(self._pair.slave)
+            terminal_settings.discard_unread(self._pair.slave)
+            baud = terminal_settings.baud(self._pair.master)
         self._left(baud)
         self._reset_line()
 
@@ -99,7 +100,7 @@ class Clients:
             return
         with self._pair.failing_loudly():
             if self._pair.has_input():
-                self._baud_of_departed = line.baud(self._pair.master) or self._baud_of_departed
+                self._baud_of_departed = terminal_settings.baud(self._pair.master) or self._baud_of_departed
             if self._watch.pending():  # perhaps the next client, whose settings must stay
                 self._loop.call_soon(self._reset_line_later)
                 return
@@ -131,7 +132,7 @@ class Clients:
         nobody = False
         with self._pair.failing_loudly():
             # Exclusive since the last client left: somebody is there.
-            if not line.is_exclusive(self._pair.slave):
+            if not terminal_settings.is_exclusive(self._pair.slave):
                 self._own_steps = [-1, 1]
                 nobody = self._pair.is_unused()
         if nobody and self.count:
@@ -144,7 +145,7 @@ class Clients:
             self._audit_in(_AUDIT_AGAIN_S)  # it may have been a client in the middle of its close
 
     def close(self) -> None:
-        """Once only; nothing is told afterwards."""
+        """Tell nothing more. Call it once."""
         self._is_closed = True
         if self._audit_timer is not None:
             self._audit_timer.cancel()

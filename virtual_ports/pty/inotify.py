@@ -1,4 +1,4 @@
-"""Who opens and closes a pts: one inotify instance for each event loop, shared by its pty ports.
+"""Opens and closes of a pts: one inotify instance for each event loop, shared by its pty ports.
 
 Shared, because the kernel gives a user only 128 instances (fs.inotify.max_user_instances) and a
 bench may have hundreds of ports.
@@ -124,7 +124,7 @@ class ClientWatch:
         return self._shared.pending()
 
     def close(self) -> None:
-        """Once only."""
+        """End the watch. Call it once."""
         self._shared.remove(self._wd)
         self._leave()
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from virtual_ports.pty import line
+from virtual_ports.pty import terminal_settings
 
 
 class PtyPair:
@@ -26,8 +26,8 @@ class PtyPair:
             os.set_blocking(self.master, False)
             self._input = select.poll()
             self._input.register(self.master, select.POLLIN)
-            self._resting = line.resting(self.slave)
-            line.apply(self.slave, self._resting)
+            self._resting = terminal_settings.resting(self.slave)
+            terminal_settings.apply(self.slave, self._resting)
         except OSError:
             self.close()
             raise
@@ -42,10 +42,10 @@ class PtyPair:
         Raises:
             OSError: root has locked its settings, or the pty is dead.
         """
-        if line.is_locked(self.slave):
+        if terminal_settings.is_locked(self.slave):
             raise OSError(errno.EPERM, "its settings are locked")
-        line.apply(self.slave, self._resting)
-        line.end_exclusive(self.slave)
+        terminal_settings.apply(self.slave, self._resting)
+        terminal_settings.end_exclusive(self.slave)
 
     def is_unused(self) -> bool:
         """Whether no client has it open. The slave is closed for a moment, which the watch sees.
@@ -61,20 +61,21 @@ class PtyPair:
 
     @contextmanager
     def failing_loudly(self) -> Iterator[None]:
-        """An error here must not stop the other ports, which may be told of their clients after this one."""
+        """Treat an error as the pty's death: it must not stop the other ports, whose turn comes after this
+        one."""
         try:
             yield
         except OSError as error:
             self.fail(error)
 
     def fail(self, error: OSError) -> None:
-        """It is dead."""
+        """Take the pty for dead."""
         if not self.is_dead:
             self.is_dead = True
             self._died(error)
 
     def close(self) -> None:
-        """Once only."""
+        """Close both ends. Call it once."""
         os.close(self.master)
         if self.slave >= 0:
             os.close(self.slave)

@@ -104,7 +104,7 @@ class PtyPort:
             raise
         send = partial(os.write, pair.master)
         out = Outgoing(
-            pair.master, send, self._loop, self._traffic, self._tell_drained, pair.fail, clients.notice
+            pair.master, send, self._loop, self._traffic, self._tell_drained, pair.fail, look=clients.notice
         )
         self._pty = _Open(pair, clients, out)
         self.resume_reading()

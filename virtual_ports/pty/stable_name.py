@@ -16,7 +16,7 @@ _KINDS = (
 )
 
 _published: dict[Path, list[Path]] = {}
-"""What this process's open ports want their names to point at, the newest last. A reload opens a port before
+"""Targets of the names of this process's open ports, the newest last. A reload opens a port before
 it closes another of the same name, or gives up and closes the new one."""
 
 

@@ -12,7 +12,7 @@ _AGREED = (BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT)
 (SIGNATURE, SET_BAUD, SET_DATA_SIZE, SET_PARITY, SET_STOP_SIZE, SET_CONTROL) = range(6)
 NOTIFY_MODEM_STATE, SET_LINE_MASK, SET_MODEM_MASK, PURGE = 7, 10, 11, 12
 FROM_SERVER = 100
-"""What the numbers of a server's answers are higher by."""
+"""Offset of the numbers of a server's answers."""
 MODEM_LINES = 0x10 | 0x20 | 0x80
 """CTS, DSR and carrier are on: a board is there and ready."""
 _SUB_MAX = 64
@@ -40,7 +40,6 @@ class Telnet:
     def __init__(self, signature: str) -> None:
         self.baud: int | None = None
         self.dtr = self.rts = True
-        self.breaks = 0
         self._signature = signature.encode()
         self._state = _State.DATA
         self._verb = 0
@@ -126,7 +125,6 @@ class Telnet:
     def _control(self, value: int, line: bytearray) -> int:
         """A control's value in force."""
         if value == _BREAK_ON:
-            self.breaks += 1
             line.append(0)
         elif value in (_DTR_ON, _DTR_OFF):
             self.dtr = value == _DTR_ON

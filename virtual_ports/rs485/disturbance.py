@@ -1,8 +1,9 @@
 """A stretch in which a segment is disturbed: what receivers and watchers make of it, told as it comes."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
+from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import PacketDecoder
 from hil.wire.serial_line import character_ns
@@ -14,13 +15,13 @@ from virtual_ports.rs485.waveform import Character, Drive
 MONITOR = ""
 """The name of the listener that the statistics come from."""
 WINDOW_CHARACTERS = 64
-"""How far ahead a disturbed line is read at a time, at the speed of its fastest sender."""
+"""Characters that a disturbed line is read ahead at a time, at the speed of its fastest sender."""
 PIECE_BYTES = 256
-"""Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
+"""Minimum that watchers are shown of a disturbed line at a time, or the rest when it ends."""
 
 
 class Burst(NamedTuple):
-    """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+    """The bytes that a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
     start_ns: int
@@ -30,14 +31,8 @@ class Burst(NamedTuple):
     off_ns: int
 
 
-class Show(Protocol):
-    """Tells watchers what has been on the line."""
-
-    def __call__(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None: ...
-
-
 class Disturbance:
-    """From ``burst`` on, which is not alone on the line or meets a wrong one, until ``end``.
+    """Lasts from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
 
     ``before`` is what is on the line already, and was taken for undisturbed; ``decoder`` is the monitor's, as
     it was before all of them.
@@ -51,26 +46,26 @@ class Disturbance:
         clock: Clock,
         decoder: PacketDecoder,
         stats: SegmentStats,
-        show: Show,
+        watchers: Iterable[Callable[[SegmentEvent], None]],
     ) -> None:
         first = before[0] if before else burst
         self._stations = stations
         self._clock = clock
         self._decoder = decoder
         self._stats = stats
-        self._show = show
+        self._watchers = watchers
         self._line = DisturbedLine(first.on_ns)
         self._told: dict[str, tuple[Character, ...]] = {}
-        """What was read last, by stations."""
+        """Characters that were read last, by station."""
         self._told_ns: int = FOREVER
         """Receivers know what they hear up to then. What they knew of later was taken back."""
         self._tell_ns: int = FOREVER
-        """When they are told more."""
+        """Time at which they are told more."""
         self._piece: list[int] = []
-        """What it read as, and watchers were not shown yet."""
+        """Bytes that watchers were not shown yet."""
         self._piece_ns = first.start_ns
         self._piece_of: dict[str, None] = {}
-        """Who has sent meanwhile."""
+        """Stations that have sent meanwhile."""
         self._monitor = Ear(MONITOR, 0)
         for each in before:
             self._drive(each)
@@ -78,15 +73,15 @@ class Disturbance:
 
     @property
     def off_ns(self) -> int:
-        """When the last driver lets go, of the bursts that have begun."""
+        """Time at which the last driver lets go, of the bursts that have begun."""
         return self._line.off_ns
 
     def add(self, burst: Burst) -> None:
-        """Another burst begins."""
+        """Add a burst that begins."""
         self._begin(burst, is_surprise=False)
 
     def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
-        """From the burst's start on everybody hears something else. They are told before the next character
+        """Take back what everybody hears from the burst's start on. They are told before the next character
         can be complete, and not sooner: of all that begins about then at once."""
         now_ns = SimTimeNs(burst.start_ns)
         self._drive(burst)
@@ -158,6 +153,7 @@ class Disturbance:
         about = (
             f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
         )
-        self._show(self._piece_ns, data, about, is_damaged=True)
+        for watcher in self._watchers:
+            watcher(SegmentEvent(SimTimeNs(self._piece_ns), data, about, is_damaged=True))
         self._piece.clear()
         self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self._stats.senders)

@@ -22,20 +22,20 @@ class Ear(NamedTuple):
 
 
 class DisturbedLine:
-    """From ``from_ns`` on. Times that are given never go back; bursts are added when they begin."""
+    """Begins at ``from_ns``. Times that are given never go back; bursts are added when they begin."""
 
     def __init__(self, from_ns: int) -> None:
         self.from_ns = from_ns
         self.off_ns = from_ns
-        """When the last driver lets go, of the bursts that have begun."""
+        """Time at which the last driver lets go, of the bursts that have begun."""
         self._known_ns = from_ns
         self._drives: list[Drive] = []
         self._lows: dict[bool, Lows] = {False: [], True: []}
-        """What is decided and still matters; True: as seen with swapped wires."""
+        """Lows that are decided and still matter; True: as seen with swapped wires."""
         self._again_ns: dict[Ear, int] = {}
-        """Where the reading of each goes on."""
+        """Time at which the reading of each goes on."""
         self._own: dict[str, list[tuple[int, int]]] = {}
-        """When the driver of a station was on, as far as it matters."""
+        """Spans in which the driver of a station was on, as far as they matter."""
 
     def add(self, station: str, drive: Drive) -> None:
         """A station begins to send."""
@@ -45,15 +45,15 @@ class DisturbedLine:
 
     @property
     def fastest_baud(self) -> int:
-        """Of those that drive the line now."""
+        """The highest baud of those that drive the line now."""
         return max(drive.baud for drive in self._drives)
 
     def read(
         self, ears: Iterable[Ear], now_ns: int, until_ns: int, *, is_held: bool
     ) -> dict[str, tuple[Character, ...]]:
-        """What each ear has heard since the last call's ``now_ns``, and will by ``until_ns`` if nobody else
-        begins to send. All that listen have to be asked each time. ``is_held``: a driver that is stuck holds
-        the line high."""
+        """The characters that each ear has heard since the last call's ``now_ns``, and will by ``until_ns``
+        if nobody else begins to send. All that listen have to be asked each time. ``is_held``: a driver that
+        is stuck holds the line high."""
         first_ns, ahead_ns = self._known_ns, min(until_ns, self.off_ns)
         self._go_on(self._lines(first_ns, now_ns, is_held))
         self._known_ns = now_ns
@@ -79,8 +79,9 @@ class DisturbedLine:
         return heard
 
     def _lines(self, from_ns: int, to_ns: int, is_held: bool) -> dict[bool, Lows]:
-        """Between two times, as it is and as seen with swapped wires. There is always somebody who drives it.
-        A driver that is stuck and swapped holds it low, which changes nothing for what others send."""
+        """The lows between two times, as they are and as seen with swapped wires. There is always somebody
+        who drives it. A driver that is stuck and swapped holds it low, which changes nothing for what others
+        send."""
         if from_ns >= to_ns:
             return {False: [], True: []}
         lows = [] if is_held else low_line(self._drives, from_ns, to_ns)
@@ -91,8 +92,8 @@ class DisturbedLine:
             self._lows[way] = joined(self._lows[way], lows)
 
     def _sends(self, name: str, from_ns: int) -> tuple[tuple[int, int], ...]:
-        """When a station's driver is on, from a time on. One that lets go at that very time still hides what
-        was before: a line that is low then falls for its receiver."""
+        """Spans in which a station's driver is on, from a time on. One that lets go at that very time still
+        hides what was before: a line that is low then falls for its receiver."""
         spans = self._own.get(name)
         if not spans:
             return ()
@@ -100,7 +101,7 @@ class DisturbedLine:
         return tuple(spans)
 
     def _forget(self, until_ns: int) -> None:
-        """What was over by then; not a low that goes on, which would seem to fall again."""
+        """Drop what was over by then; not a low that goes on, which would seem to fall again."""
         until_ns = min(until_ns, self._known_ns - 1)
         for way, lows in self._lows.items():
             if lows and lows[0][1] <= until_ns:

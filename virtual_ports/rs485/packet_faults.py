@@ -1,4 +1,4 @@
-"""What a station that does not do its part sends instead of its packets. Pure and seeded."""
+"""Faulty packets of a station that does not do its part. Pure and seeded."""
 
 from collections.abc import Callable
 
@@ -57,7 +57,7 @@ class Phantom:
                 self._answer(at_ns, frame(item.origin, self._address, ACK if item.is_good else NAK, True))
 
     def hear_characters(self, characters: object) -> None:
-        """In a collision it understands nothing."""
+        """Ignored: in a collision it understands nothing."""
 
     def retract(self, after_ns: int) -> None:
-        """What it has begun to answer it answers."""
+        """Ignored: what it has begun to answer it answers."""

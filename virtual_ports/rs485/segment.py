@@ -44,7 +44,7 @@ class Segment:
         self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
-        """What the wire does to all bytes, by the numbers of faults."""
+        """Noise of the wire, by the numbers of faults."""
         self._clock = clock
         self._decoder = PacketDecoder()
         self._clean: list[_Clean] = []
@@ -60,7 +60,7 @@ class Segment:
         self.stats.stations[station] = StationStats()
 
     def set_address(self, station: str, address: int | None) -> None:
-        """From now on only packets to this address and to all concern the station."""
+        """Let only packets to this address and to all concern the station."""
         self.stations.set_address(station, address)
 
     def set_polling(self, station: str, is_polling: bool) -> None:
@@ -194,14 +194,11 @@ class Segment:
             self.stats.count(clean.items)
             wrong = dict.fromkeys(fault_of(item) for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
-            self._show(clean.burst.start_ns, clean.burst.data, about)
+            for watcher in self.watchers:
+                watcher(SegmentEvent(SimTimeNs(clean.burst.start_ns), clean.burst.data, about))
         if self._disturbance and self._disturbance.off_ns <= now_ns:
             self._disturbance.end(now_ns)
             self._disturbance = None
-
-    def _show(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None:
-        for watcher in self.watchers:
-            watcher(SegmentEvent(SimTimeNs(at_ns), data, about, is_damaged))
 
     def _bring(self, burst: Burst) -> None:
         """A burst that nothing disturbs, so far."""
@@ -227,14 +224,5 @@ class Segment:
             self._decoder = self._clean[0].before
             self._clean.clear()
         self._disturbance = Disturbance(
-            burst, before, self.stations, self._clock, self._decoder, self.stats, self._show
+            burst, before, self.stations, self._clock, self._decoder, self.stats, self.watchers
         )
-
-
-def poll_cycle_ns(nodes: int, command_bytes: int, baud: int, turnaround_characters: int = 2) -> int:
-    """How long a master takes to send each node a command of so many data bytes and to get its ACK.
-
-    Both packets (six bytes and the data, one byte in an ACK), a node's turnaround, the same for the master.
-    """
-    characters = (6 + command_bytes) + turnaround_characters + 7 + turnaround_characters
-    return nodes * character_ns(characters, baud)

@@ -18,11 +18,11 @@ class Station:
     name: str
     receiver: Receiver
     address: int | None = None
-    """Only packets to it and to all concern it; None: everything does."""
+    """Only packets to this address and to all concern the station; None: everything does."""
     has_echo: bool = False
     """Its receiver stays on while it drives."""
     release_ns: int = 0
-    """How long its driver stays on after the last stop bit."""
+    """Time that its driver stays on after the last stop bit."""
     is_stuck: bool = False
     """Its driver is always on."""
     is_swapped: bool = False
@@ -31,9 +31,9 @@ class Station:
     """The wire to it is cut, or it was taken off."""
     is_taken_off: bool = False
     wire_faults: dict[int, Fault] = field(default_factory=dict)
-    """By their numbers, the oldest first; the fields above are what they and ``is_taken_off`` come to."""
+    """Faults by number, the oldest first; the fields above follow from them and ``is_taken_off``."""
     transforms: dict[int, Transform] = field(default_factory=dict)
-    """What it sends instead of its packets, by the numbers of faults."""
+    """Changes of its packets, by the numbers of faults."""
 
     @property
     def is_odd(self) -> bool:
@@ -51,7 +51,7 @@ class Station:
 
 
 class Stations(dict[str, Station]):
-    """By name, and by address too."""
+    """The stations by name, and by address too."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,12 +75,12 @@ class Stations(dict[str, Station]):
         self.by_address.setdefault(address, {})[name] = station
 
     def rewire(self, name: str) -> None:
-        """What is wrong with a station's wire has changed."""
+        """Derive a station's wire from its faults again."""
         self[name].rewire()
         self.changed()
 
     def changed(self) -> None:
-        """Something about a station that can be wrong has changed."""
+        """Look again whether a station is odd."""
         self.is_odd = any(station.is_odd for station in self.values())
 
     def concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:

@@ -1,4 +1,4 @@
-"""What a segment counts."""
+"""Statistics of a segment."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from hil.wire.packet import Malformed, Packet
 
 @dataclass
 class StationStats:
-    """What a station has sent; ``collisions`` that were while it did."""
+    """Counters of a station; ``collisions`` that happened while it sent."""
 
     bursts: int = 0
     bytes: int = 0
@@ -37,7 +37,7 @@ class SegmentStats:
     errors: dict[str, int] = field(default_factory=dict)
     stations: dict[str, StationStats] = field(default_factory=dict)
     senders: dict[str, _Sender] = field(default_factory=dict)
-    """Whose driver is on now."""
+    """Stations whose driver is on now."""
     _ends: list[tuple[int, str]] = field(default_factory=list)
     """A heap of when drivers let go."""
     _free_ns: int = 0
@@ -58,7 +58,7 @@ class SegmentStats:
         return is_alone
 
     def end_ns(self, station: str) -> int:
-        """When the last bit of a station is out; its driver may stay on. 0: it is off."""
+        """Time at which the last bit of a station is out; its driver may stay on. 0: it is off."""
         sender = self.senders.get(station)
         return sender.end_ns if sender else 0
 
@@ -84,7 +84,7 @@ class SegmentStats:
         return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """All counters, for JSON."""
         return {
             "load": self.load(elapsed_ns),
             "packets": self.packets,
@@ -101,7 +101,7 @@ class SegmentStats:
 
 
 def fault_of(item: Packet | Malformed) -> str:
-    """What is wrong with it, "" for nothing."""
+    """The fault of an item, "" for none."""
     if isinstance(item, Malformed):
         return item.fault
     return "" if item.is_good else "CRC"

@@ -1,4 +1,4 @@
-"""What a receiver makes of a line that several drive, or one drives wrongly. Exact, in nanoseconds.
+"""The waveform of a line that several drive, or one drives wrongly, and its reading. Exact, in ns.
 
 Decision: where no driver is on, the bias holds the line idle (1). Drivers that agree make its level; where
 they do not, the difference is too small for a receiver, which then reads 1 (fail-safe). So the line is low
@@ -17,7 +17,7 @@ _LOWS_OF_BYTE = [1 | (~byte & 0xFF) << 1 for byte in range(256)]
 """The bits of a character that are low, the first one in the lowest place."""
 
 Lows = list[tuple[int, int]]
-"""When a line is low, from and to, ascending; two never touch."""
+"""Spans in which a line is low, ascending; two never touch."""
 
 
 class Drive(NamedTuple):
@@ -33,7 +33,7 @@ class Drive(NamedTuple):
 
 
 class Character(NamedTuple):
-    """One that a receiver read, when its stop bit was sampled to the end."""
+    """A character that a receiver read, when its stop bit was sampled to the end."""
 
     at_ns: int
     byte: int
@@ -41,7 +41,7 @@ class Character(NamedTuple):
 
 
 def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
-    """When the line is low between two times."""
+    """The lows of a line between two times."""
     alike: dict[tuple[object, ...], list[Drive]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:
@@ -106,7 +106,7 @@ def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int) -> Lows:
 
 
 def inverted(lows: Sequence[tuple[int, int]], from_ns: int, to_ns: int) -> Lows:
-    """The same between two times as a station with swapped wires sees it."""
+    """The lows between two times as a station with swapped wires sees them."""
     ends = [from_ns, *(at_ns for low in lows for at_ns in low), to_ns]
     return [(ends[i], ends[i + 1]) for i in range(0, len(ends), 2) if ends[i] < ends[i + 1]]
 
@@ -130,9 +130,9 @@ def without(lows: Lows, from_ns: int, to_ns: int) -> Lows:
 
 
 def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> tuple[list[Character], int]:
-    """What a UART at ``baud`` makes of a line, of which it was ready for a start bit at ``ready_ns``: it
-    waits for a falling edge, checks the start bit's middle, takes each bit in its middle, and looks for the
-    next edge after the stop bit's middle.
+    """The characters that a UART at ``baud`` reads of a line, for which it was ready for a start bit at
+    ``ready_ns``: it waits for a falling edge, checks the start bit's middle, takes each bit in its middle,
+    and looks for the next edge after the stop bit's middle.
 
     Answers the characters that are complete by ``until_ns``; and from when on a later reading, of a line
     that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.

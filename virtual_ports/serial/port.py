@@ -14,7 +14,7 @@ from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 log = logging.getLogger("hil")
 
 AGAIN_S = 1.0
-"""Between two attempts to open a port that is not there."""
+"""Time between two attempts to open a port that is not there."""
 
 
 def usable_url(value: Any) -> Any:
@@ -73,7 +73,7 @@ class SerialPort:
         self._keeper = self._loop.create_task(self._keep())
 
     async def _connect(self) -> None:
-        from virtual_ports.serial.line import FdLine, ThreadLine, open_serial, why
+        from virtual_ports.serial.open_line import FdLine, ThreadLine, open_serial, why
 
         try:
             port = await self._loop.run_in_executor(
@@ -86,7 +86,7 @@ class SerialPort:
         self._lost.clear()
         self.away = None
         self._traffic.connects += 1
-        self._line = kind(port, self, self._loop)
+        self._line = kind(port, self, self._traffic, self._loop)
 
     async def _keep(self) -> None:
         while True:
@@ -106,16 +106,12 @@ class SerialPort:
         self._traffic.rx_bytes += len(data)
         self._host.received(data)
 
-    def sent(self, count: int) -> None:
-        self._traffic.tx_bytes += count
-
     def drained(self) -> None:
         self._host.drained()
 
     def lost(self, reason: str) -> None:
         if self._line is None:
             return
-        self._traffic.dropped_bytes += self._line.backlog
         self.away = reason
         self._line = None
         self._lost.set()
@@ -129,7 +125,7 @@ class SerialPort:
         if self._line is None:
             self._traffic.unheard_bytes += len(data)
             return
-        self._traffic.dropped_bytes += len(data) - self._line.write(data)
+        self._line.write(data)
 
     def resume_reading(self) -> None:
         if self._line is not None:

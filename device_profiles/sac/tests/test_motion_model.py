@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from motion_model import Command, Model, Setup, acceleration, deceleration, linear_steps, plan
 
-from device_profiles.sac.line import from_cycle, from_rpm
+from device_profiles.sac.typed_text import from_cycle, from_rpm
 from hil.core import Core, CoreMotion
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import ONE_SHOT_SLOT, MotionEntry, MotionSetup

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from device_profiles.sac.eeprom import SIZE, Eeprom, EepromError
-from device_profiles.sac.line import NO_RAMP, RampDefaults, Text, from_cycle, from_rpm, read_attributes
 from device_profiles.sac.parameters import BY_LETTER, Parameters, change
+from device_profiles.sac.typed_text import NO_RAMP, RampDefaults, Text, from_cycle, from_rpm, read_attributes
 from hil.vocab.motion import MotionEntry
 
 START = Parameters().default_entry()

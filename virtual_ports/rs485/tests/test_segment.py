@@ -8,7 +8,6 @@ from wire_rig import BAUD, Wire, characters_ns
 from hil.vocab.time import FOREVER
 from hil.wire.packet import Malformed, Packet, PacketDecoder, encode
 from virtual_ports.rs485.packet_faults import packet_fault
-from virtual_ports.rs485.segment import poll_cycle_ns
 from virtual_ports.rs485.waveform import Drive, low_line, read
 
 Y = encode(85, 1, b"y")
@@ -165,12 +164,6 @@ def test_two_stations_with_one_address_are_said():
     wire.set_address("b", 86)
     wire.stations.leave("c")
     assert wire.clashes() == {}
-
-
-def test_a_poll_cycle():
-    # 11 characters m3000, 2, 7 of the ACK, 2: 22 characters of 10 bits.
-    assert poll_cycle_ns(252, 5, 38400) == 252 * 22 * 10 * 10**9 // 38400 // 252 * 252
-    assert poll_cycle_ns(1, 5, 1_000_000) == 220_000
 
 
 DATA = st.binary(min_size=1, max_size=12)

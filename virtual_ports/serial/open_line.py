@@ -6,27 +6,27 @@ import queue
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any, Protocol
 
 import serial
 
+from hil.net.traffic import Outgoing, Traffic
+
 READ_BYTES = 65536
 QUEUE_BYTES = 1024 * 1024
-"""What may wait for a slow line, nearly five minutes at 38400 baud."""
+"""Maximum that waits for a slow line, nearly five minutes at 38400 baud."""
 _THREAD_READ_S = 0.05
 
 
 class Owner(Protocol):
-    """What a line tells, in the event loop's thread."""
+    """The owner of a line, told in the event loop's thread."""
 
     def room(self) -> int:
-        """How many bytes may be read now; 0 stops the reading until ``resume``."""
+        """Number of bytes that may be read now; 0 stops the reading until ``resume``."""
 
     def received(self, data: bytes) -> None:
         """Bytes of the line."""
-
-    def sent(self, count: int) -> None:
-        """So many bytes were handed to the operating system."""
 
     def drained(self) -> None:
         """Nothing waits to be sent any more."""
@@ -60,21 +60,32 @@ def why(error: Exception) -> str:
 
 
 class FdLine:
-    """A device node or a socket."""
+    """A device node or a socket. ``traffic`` counts what is sent, and what is dropped."""
 
-    def __init__(self, port: Any, owner: Owner, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, port: Any, owner: Owner, traffic: Traffic, loop: asyncio.AbstractEventLoop) -> None:
         self._port = port
         self._fd: int = port.fileno()
         self._owner = owner
         self._loop = loop
-        self._queue = bytearray()
         self._reading = False
         self._open = True
+        send = partial(os.write, self._fd)
+        self._out = Outgoing(
+            self._fd, send, loop, traffic, self._drained, lambda error: self._die(why(error)), QUEUE_BYTES
+        )
         self.resume()
 
     @property
     def backlog(self) -> int:
-        return len(self._queue)
+        return self._out.backlog_bytes
+
+    def write(self, data: bytes) -> None:
+        """Never blocks; what finds no room is dropped."""
+        self._out.write(data)
+
+    def _drained(self) -> None:
+        if self._open:
+            self._loop.call_soon(self._owner.drained)  # not in the middle of a write
 
     def resume(self) -> None:
         if self._open and not self._reading:
@@ -99,47 +110,17 @@ class FdLine:
         else:
             self._die("it has gone")
 
-    def write(self, data: bytes) -> int:
-        """Answers how many bytes were taken; the rest finds no room."""
-        if not self._open:
-            return 0
-        was_empty = not self._queue
-        taken = data[: QUEUE_BYTES - len(self._queue)]
-        self._queue += taken
-        if was_empty and taken:
-            self._send()
-            if self._open and self._queue:
-                self._loop.add_writer(self._fd, self._writable)
-        return len(taken)
-
-    def _writable(self) -> None:
-        self._send()
-        if self._open and not self._queue:
-            self._loop.remove_writer(self._fd)
-            self._owner.drained()
-
-    def _send(self) -> None:
-        try:
-            count = os.write(self._fd, self._queue)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._die(why(error))
-            return
-        del self._queue[:count]
-        self._owner.sent(count)
-
     def _die(self, reason: str) -> None:
         if self._open:
             self.close()
             self._loop.call_soon(self._owner.lost, reason)  # not in the middle of a write
 
     def close(self) -> None:
-        """Answers nothing; ``backlog`` says what was not sent."""
+        """Drops what was not sent."""
         if self._open:
             self._open = False
+            self._out.stop()
             self._loop.remove_reader(self._fd)
-            self._loop.remove_writer(self._fd)
             with suppress(OSError):
                 self._port.close()
 
@@ -147,9 +128,10 @@ class FdLine:
 class ThreadLine:
     """A port without a file descriptor (RFC 2217): a thread that reads, and one that writes."""
 
-    def __init__(self, port: Any, owner: Owner, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, port: Any, owner: Owner, traffic: Traffic, loop: asyncio.AbstractEventLoop) -> None:
         self._port = port
         self._owner = owner
+        self._traffic = traffic
         self._loop = loop
         self._open = True
         self._backlog = 0
@@ -194,7 +176,7 @@ class ThreadLine:
         self._deliver()
 
     def _deliver(self) -> None:
-        """As much as there is room for; what stays stops the reading."""
+        """Hand on as much as there is room for; a rest stops the reading."""
         while self._open and self._unread and (room := self._owner.room()) > 0:
             data = bytes(self._unread[:room])
             del self._unread[:room]
@@ -204,15 +186,13 @@ class ThreadLine:
         else:
             self._may_read.set()
 
-    def write(self, data: bytes) -> int:
-        """As ``FdLine.write``."""
-        if not self._open:
-            return 0
-        taken = data[: QUEUE_BYTES - self._backlog]
+    def write(self, data: bytes) -> None:
+        """Never blocks; what finds no room is dropped."""
+        taken = data[: QUEUE_BYTES - self._backlog] if self._open else b""
+        self._traffic.dropped_bytes += len(data) - len(taken)
         self._backlog += len(taken)
         if taken:
             self._writes.put(taken)
-        return len(taken)
 
     def _write(self) -> None:
         while data := self._writes.get():
@@ -227,13 +207,14 @@ class ThreadLine:
 
     def _written(self, count: int) -> None:
         self._backlog -= count
-        self._owner.sent(count)
+        self._traffic.tx_bytes += count
         if self._open and not self._backlog:
             self._owner.drained()
 
     def _die(self, reason: str) -> None:
         if self._open:
             self.close()
+            self._traffic.dropped_bytes += self._backlog
             self._owner.lost(reason)
 
     def close(self) -> None:

@@ -63,7 +63,7 @@ class Text:
         return self._text[start : self._at]
 
     def rest(self) -> str:
-        """All that is left."""
+        """The unread rest."""
         return self._text[self._at :]
 
 
@@ -81,19 +81,20 @@ def f_of(steps_per_rev: int) -> int:
 
 
 def from_rpm(rpm: int, steps_per_rev: int) -> Velocity:
-    """What ``v`` sets."""
+    """The velocity that ``v`` sets."""
     return Velocity(rpm, max(f_of(steps_per_rev) // rpm, MIN_CYCLE_US))
 
 
 def from_cycle(cycle_us: int, steps_per_rev: int) -> Velocity:
-    """What ``vc`` sets."""
+    """The velocity that ``vc`` sets."""
     cycle_us = max(cycle_us, MIN_CYCLE_US)
     return Velocity(f_of(steps_per_rev) // cycle_us, cycle_us)
 
 
 @dataclass
 class Attributes:
-    """What a line said of a motion command; None: nothing. ``acc`` and ``dec`` -1: the system's default."""
+    """The attributes of a motion command that a line gives; None: not given. ``acc`` and ``dec`` -1: the
+    system's default."""
 
     steps: int | None = None
     is_ccw: bool | None = None
@@ -148,7 +149,7 @@ class RampDefaults:
 
 
 def read_steps(text: Text, said: Attributes) -> None:
-    """What follows an m: a sign, a number."""
+    """Read what follows an m: a sign, a number."""
     minus = text.takes("-")
     said.steps = text.number()
     if minus:

@@ -52,32 +52,11 @@ def _benches(line: Line) -> Names:
     return names if several else [(name, "") for name, _ in names]
 
 
-def _devices(line: Line) -> Names:
-    return [(row["device"], row["profile"]) for row in line.ask("list")["devices"]]
-
-
 def _ports(line: Line) -> Names:
     for row in line.ask("list")["devices"]:
         yield row["device"], row["profile"]
         if row["network"]:
             yield f"{row['device']}.network", f"{row['profile']}, its network"
-
-
-def _taps(line: Line) -> Names:
-    return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
-
-
-def _segments(line: Line) -> Names:
-    return [(row["segment"], "segment") for row in line.ask("segments")]
-
-
-def _lines(line: Line) -> Names:
-    return [*_ports(line), *_taps(line), *_segments(line)]
-
-
-def _verbs(line: Line) -> Names:
-    rows = line.ask("verbs", device=line.words[1])
-    return [(row["verb"].replace("_", "-"), row["about"]) for row in rows]
 
 
 def _verb_values(line: Line) -> Names:
@@ -100,34 +79,42 @@ def _fault_values(line: Line) -> Names:
     return [(f"{each.name}=", each.about) for each in (*kind.parameters, *TIMING)]
 
 
-def _fault_numbers(line: Line) -> Names:
-    return [(str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")]
-
-
 def _shells(line: Line) -> Names:
     from hil.cli.completion import SHELLS
 
     return [(shell, "") for shell in SHELLS]
 
 
+def _taps(line: Line) -> Names:
+    return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
+
+
+def _lines(line: Line) -> Names:
+    return [*_ports(line), *_taps(line), *((row["segment"], "segment") for row in line.ask("segments"))]
+
+
 KINDS: dict[str, Callable[[Line], Names]] = {
     "benches": _benches,
-    "devices": _devices,
+    "devices": lambda line: [(row["device"], row["profile"]) for row in line.ask("list")["devices"]],
     "ports": _ports,
     "taps": _taps,
     "lines": _lines,
-    "verbs": _verbs,
+    "verbs": lambda line: [
+        (row["verb"].replace("_", "-"), row["about"]) for row in line.ask("verbs", device=line.words[1])
+    ],
     "verb-values": _verb_values,
     "faults": _faults,
     "fault-values": _fault_values,
-    "fault-numbers": _fault_numbers,
+    "fault-numbers": lambda line: [
+        (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")
+    ],
     "shells": _shells,
 }
-"""What there are names of, as ``commands.TAKES`` says it."""
+"""Kinds of names, as in ``commands.TAKES``."""
 
 
 def print_names(arguments: list[str]) -> None:
-    """What ``hil _names`` prints; nothing where there is no answer, as the shell can do nothing about it."""
+    """Run ``hil _names``. Without an answer it prints nothing, as the shell can do nothing about it."""
     kind, *words = arguments
     try:
         found = list(KINDS[kind](_parsed(words)))
