@@ -4,7 +4,6 @@ import asyncio
 import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
@@ -13,19 +12,21 @@ from hil.sim.device import Device
 log = logging.getLogger("hil")
 
 
-class DaemonStore:
-    """Boards' memories in files; answers come back as inputs, with the times of their own."""
+class Commits:
+    """Boards' memories in files; answers come back as inputs, with the times of their own. ``begin`` comes
+    before a device's first commit."""
 
-    def __init__(self, files: NvmStore, counters: dict[str, int], loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         self._files = files
-        self._counters = counters
         self._loop = loop
+        self._counters: dict[str, int] = {}
         self._ends = False
         self.failures: dict[str, str] = {}
+        """Why a device's memory was not written the last time."""
         self.writes = {"ok": 0, "failed": 0}
 
     def begin(self, device: str, counter: int) -> None:
-        """A device that comes later; ``counter``: of the commits that made its file."""
+        """A device begins; ``counter``: of the commits that made its file."""
         self._counters[device] = counter
         self.failures.pop(device, None)
 
@@ -44,7 +45,8 @@ class DaemonStore:
         content = Content(device.profile, self._counters[device.name], dict(sections))
 
         def done(durable: bool, why: str) -> None:
-            _call_soon(self._loop, self._done, device.name, durable, why, answered)
+            with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
+                self._loop.call_soon_threadsafe(self._done, device.name, durable, why, answered)
 
         self._files.commit(device.name, content, done)
         return None
@@ -58,8 +60,3 @@ class DaemonStore:
         else:
             self.failures[name] = why
             log.error("%s: its flash was not written: %s; it keeps its old content", name, why)
-
-
-def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
-    with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-        loop.call_soon_threadsafe(*call)

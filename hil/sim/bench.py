@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
-from hil.core import AxisPlan, Core, Snapshot
+from hil.core import Core, Snapshot
 from hil.sim.around import Around
 from hil.sim.device import Answer, Device
 from hil.sim.drive import RealTimeDrive
@@ -21,6 +21,7 @@ from hil.sim.roster import Roster
 from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
 from hil.sim.stops import Guard
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs

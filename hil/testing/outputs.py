@@ -3,10 +3,10 @@
 from functools import partial
 
 from hil.core import CoreMotion
-from hil.core.core import OUTPUTS
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.uart import DeviceUart
+from hil.vocab.axis_plan import OUTPUTS
 from hil.vocab.firmware import NETWORK
 from hil.vocab.time import SimTimeNs
 from hil.wire.serial_line import character_ns

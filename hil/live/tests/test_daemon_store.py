@@ -6,7 +6,7 @@ from pathlib import Path
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
-from hil.live.commits import DaemonStore
+from hil.live.commits import Commits
 from hil.live.store import NvmStore
 from hil.sim.around import Around
 from hil.sim.device import Device
@@ -32,7 +32,7 @@ def test_a_board_that_stores_again_and_again_is_not_stopped_by_the_end(tmp_path:
 async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
     """A SAC whose answer to one commit makes it begin the next at once, after the end has begun."""
     files, memories = NvmStore(folder), {"s0": dict[str, bytes]()}
-    store = DaemonStore(files, {}, asyncio.get_running_loop())
+    store = Commits(files, asyncio.get_running_loop())
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict(CONFIG, catalogue)
     dumped = config.model_dump(mode="json", by_alias=True)

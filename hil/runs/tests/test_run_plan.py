@@ -153,6 +153,22 @@ steps:
     ]
 
 
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        ({"move": {"m9": 1.0}}, "steps.0.move.m9: 'm9' is none of the run's axes (known are: m1, m2, s1)"),
+        ({"move": {"m1": 99.0}}, "steps.0.move.m1: m1 may not go to 99 deg (its range is -1e+06 to 50)"),
+    ],
+)
+def test_a_repeated_step_that_cannot_be_done_is_said_once(step: dict[str, Any], said: str) -> None:
+    steps = [{"label": "a"} | step, {"move": {"m1": 7.0}}, {"repeat": {"label": "a", "times": 3}}]
+    run = {"run": "r", "axes": {"m1": {"max_deg": 50.0}, "m2": {}, "s1": {}}, "steps": steps}
+    with pytest.raises(ConfigError) as refused:
+        plan_run(*run_from_data(run), AXES)
+    assert str(refused.value).endswith(said)
+    assert len(str(refused.value).splitlines()) == 1
+
+
 def test_an_axis_that_cannot_take_part_is_said() -> None:
     run = {"run": "r", "axes": {"m1": {}}, "steps": [{"move": {"m1": 1.0}}]}
     off = {"m1": AxisNow("servo", 0.0, (), (), "its control loop is off; enable it first")}

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
-from hil.core import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
+from hil.vocab.axis_plan import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
 
 
 def wire_findings(wires: object, devices: Mapping[str, ProfileInfo], real: Collection[str]) -> list[Finding]:

@@ -6,7 +6,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
-from hil.core import AXIS_PINS
+from hil.vocab.axis_plan import AXIS_PINS
 from hil.vocab.faults import (
     DEVICE,
     FAULT_KINDS,

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from hil.config.catalogue import Catalogue
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
-from hil.config.load import ConstantLoad
 from hil.config.model import BenchConfig
-from hil.core import AxisPlan, Core
+from hil.config.shaft_load import ConstantLoad
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.loads import load_problem
 
 LOAD = "load_torque_Nm"
@@ -15,13 +15,14 @@ LOAD = "load_torque_Nm"
 
 def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
     """Motors that the core would not open, and loads that the bench would not take."""
-    core = Core(len(config.twins) or 1)
-    for name, device in config.twins.items():
-        plan = device.axis_plan(catalogue.profiles[device.profile], 0)
-        try:
-            core.open_axis(core.native.group_open(0), plan)
-        except ValueError as error:
-            what, _, remedy = str(error).partition(": ")
+    plans = {
+        name: device.axis_plan(catalogue.profiles[device.profile], 0) for name, device in config.twins.items()
+    }
+    refused = catalogue.refused_motors(plans)
+    for name, plan in plans.items():
+        device = config.devices[name]
+        if name in refused:
+            what, _, remedy = refused[name].partition(": ")
             yield Finding(("devices", name, "axis"), what, remedy)
         yield from _load_findings(config, name, plan)
         torque_Nm = device.load.torque_Nm if isinstance(device.load, ConstantLoad) else 0.0

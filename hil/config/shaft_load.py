@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hil.core import Load
+from hil.vocab.axis_plan import Load
 
 STANDARD_GRAVITY_m_per_s2 = 9.80665
 

@@ -10,18 +10,17 @@ import logging
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from hil.compose import load_terminal_axis
-from hil.live.pass_through import PassThrough
-from hil.runs import AxisNow, BenchAxes
-from hil.runs.execute import Rows
+from hil.live.board_end import BoardEnd
+from hil.live.configured import Configured
+from hil.live.places import Places
+from hil.runs import AxisNow, BenchAxes, Refused, Rows
+from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Do, Follow, Input
 from hil.vocab.dialogue import Dialogue, DialogueError
 from hil.vocab.terminal_axis import How, TerminalAxis, TerminalServo, TerminalStepper
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
 
 log = logging.getLogger("hil")
 
@@ -38,7 +37,7 @@ STOP_S = 2.0
 class _Board:
     """One real board, and what the daemon knows of it."""
 
-    def __init__(self, through: PassThrough, axis: TerminalAxis, period_ns: int) -> None:
+    def __init__(self, through: BoardEnd, axis: TerminalAxis, period_ns: int) -> None:
         self.through = through
         self.axis = axis
         self.period_ns = period_ns
@@ -48,12 +47,12 @@ class _Board:
         self._task: asyncio.Task[None] | None = None
 
     def _line(self) -> tuple[int, int]:
-        return self.through.typed_bytes, self.through.board.stats().connects
+        return self.through.typed_bytes, self.through.line.stats().connects
 
     @property
     def away(self) -> str | None:
-        stats = self.through.board.stats()
-        return None if stats.clients else f"{self.through.board.address} is away"
+        stats = self.through.line.stats()
+        return None if stats.clients else f"{self.through.line.address} is away"
 
     @property
     def is_known(self) -> bool:
@@ -111,14 +110,14 @@ class _Board:
 
     def hold(self) -> None:
         self.failure = None
-        self.through.hold(True)
+        self.through.hold_clients(True)
 
     def release(self) -> None:
         """When it stands."""
         if self._task and not self._task.done():
             self._task.add_done_callback(lambda _: self.release())
         else:
-            self.through.hold(False)
+            self.through.hold_clients(False)
 
     async def end(self) -> None:
         """The daemon ends: what a run had begun goes on no more."""
@@ -131,19 +130,21 @@ class _Board:
 
 
 class RealAxes:
-    """``hil.runs.execute.RunBench`` of a daemon's real boards."""
+    """``hil.runs.RunBench`` of the real boards. ``bench``: whose time they go by."""
 
-    def __init__(self, daemon: "Daemon") -> None:
-        self._daemon = daemon
+    def __init__(self, places: Places, configured: Configured, bench: BenchRuntime) -> None:
+        self._places = places.boards()
+        self._configured = configured
+        self._bench = bench
         self._boards: dict[str, _Board] = {}
         """Those that were asked for, by name."""
 
     def __contains__(self, name: str) -> bool:
-        return name in self._daemon.real
+        return name in self._places
 
     def _board(self, name: str) -> _Board | None:
-        """Known anew when another line has the name, as after a reload. None: it has nothing for runs."""
-        through, config = self._daemon.real[name], self._daemon.config.devices[name]
+        """Known anew when another board has the name, as after a reload. None: it has nothing for runs."""
+        through, config = self._places[name].end, self._configured.config.devices[name]
         board = self._boards.get(name)
         if board is not None and board.through is through:
             return board
@@ -152,10 +153,6 @@ class RealAxes:
         rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
         board = self._boards[name] = _Board(through, make(), round(1e9 / rate_Hz))
         return board
-
-    def forget(self, name: str) -> None:
-        """Another board has this name now, or none."""
-        self._boards.pop(name, None)
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
         """A verb of a board that no run has; the one that takes it in hand does so.
@@ -169,7 +166,7 @@ class RealAxes:
             return
         if board:
             board.forget()
-        await self._daemon.real[name].talk(dialogue)
+        await self._places[name].end.talk(dialogue)
 
     async def close(self) -> None:
         """Stop what still moves."""
@@ -177,15 +174,17 @@ class RealAxes:
 
     def axes(self) -> dict[str, AxisNow]:
         """All real boards, as a plan begins with them."""
-        return {name: self._axis(name) for name in self._daemon.real}
+        return {name: self._axis(name) for name in self._places}
 
     def _axis(self, name: str) -> AxisNow:
         board = self._board(name)
         if board is None:
-            why = f"a real {self._daemon.config.devices[name].profile} has nothing for runs at its terminal"
+            why = (
+                f"a real {self._configured.config.devices[name].profile} has nothing for runs at its terminal"
+            )
             return AxisNow("stepper", 0.0, (), (), why, is_real=True)
         why_not = board.why_not()
-        if (speed := self._daemon.config.speed) != 1:
+        if (speed := self._configured.config.speed) != 1:
             why_not = f"the bench goes at {speed:g} times the speed of its real boards"
         return AxisNow(board.axis.kind, board.axis.commanded_deg or 0.0, (), (), why_not, is_real=True)
 
@@ -193,9 +192,9 @@ class RealAxes:
 
     @property
     def now_ns(self) -> int:
-        return self._daemon.bench.now_ns
+        return self._bench.now_ns
 
-    def give(self, axis: str, given: Input) -> None:
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
         board = self._boards[axis]
         if isinstance(given, Follow):
             servo = cast(TerminalServo, board.axis)
@@ -229,9 +228,6 @@ class RealAxes:
     def failure(self, axis: str) -> str | None:
         return self._boards[axis].why_failed()
 
-    def refusals(self, axis: str) -> Sequence[str]:
-        return ()
-
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         """A run begins: the board is its own until the rows are closed."""
         self._boards[axis].hold()
@@ -250,7 +246,7 @@ class _NoRows:
 
 
 class AllAxes:
-    """``hil.runs.execute.RunBench`` of a daemon: its twins and its real boards."""
+    """``hil.runs.RunBench`` of a bench: its twins and its real boards."""
 
     def __init__(self, twins: BenchAxes, real: RealAxes) -> None:
         self._twins = twins
@@ -267,17 +263,14 @@ class AllAxes:
     def now_ns(self) -> int:
         return self._twins.now_ns
 
-    def give(self, axis: str, given: Input) -> None:
-        self._of(axis).give(axis, given)
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
+        self._of(axis).give(axis, given, refused)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         return self._of(axis).fields(axis, names)
 
     def failure(self, axis: str) -> str | None:
         return self._of(axis).failure(axis)
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        return self._of(axis).refusals(axis)
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         return self._of(axis).sample(axis, signals, interval_ns)
