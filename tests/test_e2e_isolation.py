@@ -57,7 +57,7 @@ class Broken:
                     Broken.in_constructor = True
 
 def started(serving):
-    serving.live.sim.devices["m1"]._make_firmware = Broken
+    serving.live.sim.devices["m1"]._sketch._make = Broken
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)

@@ -66,7 +66,7 @@ class Runaway:
 
 def started(serving):
     device = serving.live.sim.devices["m1"]
-    device._make_firmware = Runaway
+    device._sketch._make = Runaway
     before = device._on_failed
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")

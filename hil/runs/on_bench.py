@@ -47,7 +47,7 @@ class BenchAxes:
             assert isinstance(given, Do)
             refused(f"{given.verb}: {refusal}")
 
-        self._bench.give(self._bench.devices[axis], given, on_refused=later)
+        self._bench.take(axis, given, on_refused=later)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         state = self._bench.snapshot(axis)

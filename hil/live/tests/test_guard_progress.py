@@ -25,7 +25,7 @@ def condemned_after(tmp_path: Path, advance_ns: int, is_inside: bool, bells: int
                 return number
             if guard._condemned is board:
                 return number
-            board.uart.now_ns += advance_ns
+            board.now_ns += advance_ns
         return None
     finally:
         guard._inside = False
