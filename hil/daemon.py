@@ -1,4 +1,7 @@
-"""One bench as a process: read, compose, serve, stop."""
+"""One bench as a process: read, compose, serve, stop.
+
+May import: hil.compose, hil.config, hil.host, hil.live, hil.operations, hil.vocab, the standard library.
+"""
 
 import asyncio
 import signal

@@ -100,7 +100,7 @@ class MetricsBridge:
     def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options
         self._desk = desk
-        self._visitors: Visitors[socket.socket] | None = None
+        self._visitors: Visitors | None = None
         self._addresses = [options.listen]
         self.scrapes = 0
         self._refused = 0

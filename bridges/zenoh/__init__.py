@@ -1,5 +1,5 @@
 """The zenoh bridge: axes, segments and ports of a bench under ``hil/<bench>/``.
 
-``keys.py`` is the table of the keys; ``bridge.py`` answers, ``publications.py`` tells, ``security.py`` says
-who may.
+``keys.py`` is the table of the keys; ``bridge.py`` answers, ``publications.py`` tells. Who may: ``users.py``
+reads the users' file, ``gate.py`` checks signatures, ``zenoh_config.py`` is zenoh's own access control.
 """

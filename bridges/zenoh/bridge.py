@@ -9,15 +9,17 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.commands import Commands
+from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import prefix
+from bridges.zenoh.opening import open_session
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.reference import reference
-from bridges.zenoh.security import Gate, SecurityError, open_session
 from bridges.zenoh.sender import Sender
+from bridges.zenoh.users import SecurityError
 from bridges.zenoh.work import Work
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import BridgeError, Desk, Source

@@ -37,7 +37,8 @@ def router(
     import zenoh
 
     from bridges.zenoh.options import TlsOptions
-    from bridges.zenoh.security import SecurityError, made, router_config
+    from bridges.zenoh.users import SecurityError
+    from bridges.zenoh.zenoh_config import made, router_config
 
     given = [each for each in (ca, certificate, key) if each]
     if given and not (ca and certificate and key):
@@ -83,8 +84,8 @@ def keys(
     """
     from datetime import UTC, datetime
 
-    from bridges.zenoh.security import SecurityError
     from bridges.zenoh.site_keys import Site, make_site
+    from bridges.zenoh.users import SecurityError
     from hil.vocab.verbs import Role
 
     roles = {role.name.lower(): role for role in Role}

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import zenoh
 
 from bridges.zenoh.documents import OURS, RUN_BYTES, acknowledged, read_payload, read_text, refused
+from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.keys import prefix
 from bridges.zenoh.publications import Publications, short_state
 from bridges.zenoh.readings import Readings, encoding
-from bridges.zenoh.security import Gate
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
 from hil.vocab.bridges import Desk, Done, Source

@@ -6,8 +6,8 @@ from typing import Any
 
 from bridges.zenoh.keys import VERSION
 from hil.vocab.bridges import BenchClock, Source
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import Role, VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 OURS = Source("zenoh", Role.ADMIN)
 """Who asks where no user does: the bridge for its own keys, and commands where the bench has no users."""

@@ -12,13 +12,13 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.documents import RUN_BYTES
+from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
-from bridges.zenoh.security import Gate
 from hil.net.signature import signed
 from hil.vocab.benches import Answered, BenchGone
 from hil.vocab.bridges import Description, Source
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 _LIVE_S = 1.0
 _ATTACHMENT_ROOM = 2048

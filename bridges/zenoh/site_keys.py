@@ -13,7 +13,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridges.zenoh.security import SecurityError, client_config, parse_users
+from bridges.zenoh.users import SecurityError, parse_users
+from bridges.zenoh.zenoh_config import client_config
 from hil.vocab.verbs import Role
 
 if TYPE_CHECKING:

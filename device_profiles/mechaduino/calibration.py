@@ -6,11 +6,11 @@ Source: firmware 0.1.5's behaviour, checked against tables that it wrote (float3
 from array import array
 from collections.abc import Sequence
 
+from device_profiles.mechaduino.encoder import AVERAGED
 from hil.firmware.arduino import float32
 
 STEPS_PER_REV = 200
 COUNTS_PER_REV = 16384
-AVERAGED = 10
 _STEP_DEG = float32(360.0 / STEPS_PER_REV)
 _ROW_ANGLES = 64
 """Angles in a 256-byte row of the SAMD21's flash: what is written at once."""

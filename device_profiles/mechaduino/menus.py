@@ -4,14 +4,11 @@ Every choice is one byte. The main menu is left by any byte but its own; the loo
 themselves again until q; the third one takes one edit. Spellings are the board's.
 """
 
-from collections.abc import Generator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from device_profiles.mechaduino import text
-from device_profiles.mechaduino.serial_usb import SerialUSB
-from hil.vocab.firmware import Axis, Request
-
-Steps = Generator[Request, Any, None]
+from device_profiles.mechaduino.serial_usb import SerialUSB, Steps
+from hil.vocab.firmware import Axis
 
 
 class Entry(NamedTuple):

@@ -4,9 +4,16 @@ from collections.abc import Generator
 from typing import Any
 
 from hil.firmware.arduino import parse_float, print_float
-from hil.vocab.firmware import ByteAvailable, Request, Uart
+from hil.vocab.firmware import ByteAvailable, Delay, Request, Uart
+from hil.vocab.time import NS_PER_MS
 
 _A_BYTE = ByteAvailable()
+Steps = Generator[Request, Any, None]
+
+
+def delay_ms(duration: int) -> Delay:
+    """The board's delay()."""
+    return Delay(duration * NS_PER_MS)
 
 
 class SerialUSB:
@@ -30,7 +37,7 @@ class SerialUSB:
         """As ``print(value)`` does it: two decimals."""
         return print_float(value)
 
-    def wait(self) -> Generator[Request, Any, None]:
+    def wait(self) -> Steps:
         """``while (SerialUSB.available() == 0) {}``"""
         yield _A_BYTE
 

@@ -4,8 +4,9 @@ and motions that the firmware itself does not know: the core moves the set-point
 from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
+from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
 from hil.vocab.parameters import Parameter
-from hil.vocab.path import DEG_PER_S, Path, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
@@ -32,7 +33,7 @@ def _may_move(board: Mechaduino, mode: str) -> None:
     _at_the_menu(board)
     if not board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is off; enable it first")
-    if mode in "xh" and not board.has_table:
+    if mode in "xh" and not board.table.is_written:
         raise VerbRefused("not_now", "the look-up table is empty; calibrate it first")
 
 
@@ -60,7 +61,7 @@ def mode(board: Mechaduino, mode: str) -> None:
     if mode in ("velocity", "torque"):
         board.axis.set("r", 0.0)
     else:
-        board.axis.set("r", board.angle_deg())
+        board.axis.set("r", board.table.angle_deg())
 
 
 def enable(board: Mechaduino) -> Answer:
@@ -69,7 +70,7 @@ def enable(board: Mechaduino) -> Answer:
     letter = _letter(board)
     if letter not in MODES.values():
         letter = "x"
-    r = board.angle_deg() if letter in "xh" else 0.0
+    r = board.table.angle_deg() if letter in "xh" else 0.0
     board.axis.set("mode", ord(letter))
     board.axis.set("r", r)
     board.axis.loop(True)
@@ -123,7 +124,7 @@ def _stop_set_point(board: Mechaduino, how: str, acceleration_rpm_per_s: float) 
     if not board.axis.get("loop_on"):
         return None
     if how == "prejudice":
-        board.axis.set("r", board.angle_deg() if letter in "xh" else 0.0)
+        board.axis.set("r", board.table.angle_deg() if letter in "xh" else 0.0)
         return None
     if letter in "xh":
         return _follow(board, letter, lambda: to_rest(*_where(board), acceleration_rpm_per_s * DEG_PER_S))
@@ -149,10 +150,10 @@ def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> Non
         except VerbRefused:  # from a set-point that was typed it would take centuries
             stop(board, "prejudice", acceleration_rpm_per_s)
     elif board.axis.get("loop_on"):  # hold: here, whatever it did
-        if not board.has_table:
+        if not board.table.is_written:
             board.axis.set("r", 0.0)
             return
-        here_deg = board.angle_deg()
+        here_deg = board.table.angle_deg()
         board.axis.set("mode", ord("x"))
         board.axis.set("r", here_deg)
 
@@ -190,7 +191,7 @@ def _where(board: Mechaduino) -> tuple[float, float]:
         return at(board.path, int(axis.get("at_ns")) - board.path_from_ns)
     if axis.get("loop_on") and _letter(board) in "xh":
         return axis.get("r"), 0.0
-    return board.angle_deg(), axis.get("velocity_rpm") * DEG_PER_S
+    return board.table.angle_deg(), axis.get("velocity_rpm") * DEG_PER_S
 
 
 def _follow(board: Mechaduino, mode: str, make: Callable[[], Path]) -> Answer:

@@ -3,12 +3,12 @@
 Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops. Decisions: README.md.
 """
 
-from collections.abc import Generator, Iterator
-from typing import Any
+from collections.abc import Iterator
 
 from device_profiles.sac.line import Text
 from device_profiles.sac.session import Session
-from hil.vocab.firmware import Delay, Request, Uart
+from device_profiles.sac.terminal import Steps
+from hil.vocab.firmware import Delay, Uart
 from hil.wire.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
 from hil.wire.serial_line import character_ns
 
@@ -22,8 +22,6 @@ TURNAROUND_CHARACTERS = 2
 """From a packet's last bit to the first of its acknowledgement (decision)."""
 _FRAME_ONLY = b"\0\2\3"
 _END, _ETX = 0, 3
-
-Steps = Generator[Request, Any, None]
 
 
 class Network:

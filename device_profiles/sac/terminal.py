@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Iterable
 from typing import Any
 
+from device_profiles.sac.line import Text
 from hil.vocab.firmware import ByteAvailable, Request, Uart
 from hil.vocab.time import SimTimeNs
 
@@ -24,6 +25,8 @@ class Terminal:
         self._after_cr = False
         self.is_muted = False
         """Nothing is printed: a command from the network runs."""
+        self.mode: Callable[[Text], Steps | None] | None = None
+        """What takes lines instead of the command line: the configure screen or a program mode."""
         self.line_began_ns = SimTimeNs(0)
         """When the first byte of the last line came."""
         self._line = bytearray()

@@ -1,7 +1,10 @@
 """Builds a bench from a configuration, for the daemon and for the test kit alike.
 
-Finds profiles and ports by their folder's name. May import every room of the core but ``hil.testing``
-and ``hil.daemon``; imports the sibling packages only by a name that a configuration gives.
+Finds profiles, ports and bridges by their folder's name, which a configuration gives, and imports them by
+that name alone.
+
+May import: hil.config, hil.core, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire, the standard library,
+pydantic.
 """
 
 from hil.compose.build import (

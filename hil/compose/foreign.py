@@ -2,8 +2,10 @@
 not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
+from hil.firmware.set_point_paths import length_ns
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
+from hil.sim.given_fault import fault_of
 from hil.sim.inputs import (
     Bytes,
     Clear,
@@ -19,8 +21,8 @@ from hil.sim.inputs import (
     Stopped,
     bursts_problem,
 )
-from hil.vocab.faults import Fault, FaultRefused, fault_of
-from hil.vocab.path import Path, length_ns
+from hil.vocab.faults import Fault, FaultRefused
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
 

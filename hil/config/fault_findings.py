@@ -6,6 +6,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
+from hil.sim.given_fault import fault_of
 from hil.vocab.axis_plan import AXIS_PINS
 from hil.vocab.faults import (
     DEVICE,
@@ -19,7 +20,6 @@ from hil.vocab.faults import (
     TARGETS,
     TIMING,
     TWIN_PORT,
-    fault_of,
 )
 from hil.vocab.firmware import MAIN, NETWORK
 

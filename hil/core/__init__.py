@@ -1,7 +1,8 @@
 """The facade over the native core: clock, groups, axes, events, snapshots.
 
-Imports ``hil.vocab`` and the compiled ``_native``; never a firmware, a session or a port. What the
-native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
+What the native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
+
+May import: hil.vocab, the pure standard library.
 """
 
 from hil.core._native import WATCHES

@@ -7,7 +7,8 @@ from typing import Any
 from hil.config.explain import suggestion
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
-from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused, fault_refusal
+from hil.sim.given_fault import fault_refusal
+from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
 
 
 class FaultRegistry:

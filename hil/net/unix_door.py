@@ -34,7 +34,7 @@ def listen_at(path: Path) -> socket.socket:
     return listener
 
 
-def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors[socket.socket]:
+def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
     """``serve`` is run for each client, and cancelled where it waits when its client has to go."""
 
     async def stay(connection: socket.socket, visit: Visit) -> None:

@@ -194,7 +194,7 @@ def _train(rows: list[Any]) -> Train:
         raise VerbRefused("bad_parameter", "train: write rows of at_ns, pin, level, steps, duration_ns")
     train = tuple(Edges(*row) for row in rows)
     if problem := train_problem(train):
-        raise VerbRefused("bad_parameter", f"train: {problem}")
+        raise VerbRefused("bad_parameter", problem)
     return train
 
 
@@ -203,7 +203,7 @@ def _bursts(rows: list[Any]) -> tuple[tuple[int, str], ...]:
         raise VerbRefused("bad_parameter", "bursts: write rows of nanoseconds from now, hexadecimal digits")
     bursts = tuple((at_ns, data) for at_ns, data in rows)
     if problem := bursts_problem(bursts):
-        raise VerbRefused("bad_parameter", f"bursts: {problem}")
+        raise VerbRefused("bad_parameter", problem)
     return bursts
 
 

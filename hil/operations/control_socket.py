@@ -23,9 +23,9 @@ from hil.net.visitors import Visit
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.bridges import LOCAL, Desk, Done
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 CONTROL_VERSION = 1
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS

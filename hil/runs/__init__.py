@@ -1,13 +1,15 @@
 """Multi-axis runs: what a document says (``run_document.py``), the whole motion that follows from it before
 anything moves (``planner.py``), and how that is carried out (``execute.py``, each axis by ``run_axis.py``).
 
-Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.sim`` for inputs;
-knows no clock: ``hil.live`` and ``hil.testing`` drive it.
+Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
+
+May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, hil.wire, the pure standard library,
+pydantic, pydantic_core.
 """
 
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
 from hil.runs.baton import Soon, Told
-from hil.runs.clock import ClockOffset
+from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
 from hil.runs.plan import Plan

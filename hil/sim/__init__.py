@@ -1,5 +1,6 @@
 """A bench in simulated time: groups, devices, UARTs, stations of segments, inputs and their log, faults.
 
-Deterministic: time is an argument, and nothing here looks at a clock or asks the operating system. Imports
-``hil.vocab``, ``hil.wire``, ``hil.firmware`` and ``hil.core``; never a profile or a kind of port.
+Deterministic: time is an argument, and nothing here looks at a clock or asks the operating system.
+
+May import: hil.core, hil.firmware, hil.vocab, hil.wire, the pure standard library.
 """

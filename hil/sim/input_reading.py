@@ -9,9 +9,9 @@ from typing import Any, get_type_hints
 
 from hil.sim.inputs import KINDS, Bytes, Do, InputLogError, Logged
 from hil.vocab.firmware import MAIN
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
+from hil.wire.json_text import JsonError, read_json
 from hil.wire.step_dir import Edges, Train
 
 LATEST_NS = 1 << 62

@@ -14,12 +14,12 @@ from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, 
 from hil.sim.around import VIRTUAL, Around
 from hil.sim.bench import Store
 from hil.sim.device import Device
+from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Input
 from hil.sim.station import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
-from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.parameters import Values
 from hil.vocab.segment import SegmentView

@@ -2,32 +2,43 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from hil.core import CoreMotion, Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.station import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
 from hil.vocab.axis_plan import OUTPUTS
 from hil.vocab.firmware import NETWORK
+from hil.vocab.parameters import Values
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
 
-if TYPE_CHECKING:
-    from hil.testing.bench import Bench
-
 TX_ENABLE = "TxEn"
 """The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
+
+
+class Held(Protocol):
+    """What the faces ask of the bench that they are of."""
+
+    @property
+    def now_ns(self) -> SimTimeNs: ...
+    def give(self, to: Device | Tap, given: Input) -> None: ...
+    def do(self, device: Device, verb: str, parameters: Values) -> dict[str, Any]: ...
+    def record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording: ...
+    def load_problem(self, device: Device, torque_Nm: float) -> str | None: ...
+    def edges(self, device: Device) -> list[tuple[SimTimeNs, str, int]]: ...
+    def transmissions(self, device: Device) -> list[tuple[SimTimeNs, int]]: ...
 
 
 class PortFace:
     """A device's port, seen by a client that reads everything at once."""
 
-    def __init__(self, bench: "Bench", device: Device, uart: str) -> None:
+    def __init__(self, bench: Held, device: Device, uart: str) -> None:
         self._bench = bench
         self._device = device
         self._uart = uart
@@ -79,7 +90,7 @@ class PortFace:
 class TapFace:
     """A tap on a segment, seen by the program that has it open."""
 
-    def __init__(self, bench: "Bench", tap: Tap) -> None:
+    def __init__(self, bench: Held, tap: Tap) -> None:
         self._bench = bench
         self._tap = tap
 
@@ -125,7 +136,7 @@ class FaultFace:
 class AxisFace:
     """A device's axis: its state, and the world around its shaft."""
 
-    def __init__(self, bench: "Bench", device: Device) -> None:
+    def __init__(self, bench: Held, device: Device) -> None:
         self._bench = bench
         self._device = device
 
@@ -195,7 +206,7 @@ class PinFace:
     """One pin of a board: an input that can be driven, or an output whose edges are kept from the bench's
     start."""
 
-    def __init__(self, bench: "Bench", device: Device, name: str) -> None:
+    def __init__(self, bench: Held, device: Device, name: str) -> None:
         self._bench = bench
         self._device = device
         self._name = name.replace(" ", "_")
@@ -224,7 +235,7 @@ class PinFace:
 class DeviceFace:
     """The board itself, from outside: what an operator's hand or a fault can do to it."""
 
-    def __init__(self, bench: "Bench", device: Device) -> None:
+    def __init__(self, bench: Held, device: Device) -> None:
         self._bench = bench
         self._device = device
         self._pins: dict[str, PinFace] = {}

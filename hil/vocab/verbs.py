@@ -111,7 +111,7 @@ COMMON = (
         "drive an input",
         (
             Parameter("pin", "its name", maximum=16, is_text=True),
-            Parameter("level", "0 or 1", is_whole=True),
+            Parameter("level", "low or high", is_whole=True, limits="0 or 1"),
         ),
     ),
 )

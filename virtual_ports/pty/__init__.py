@@ -1,8 +1,7 @@
 """A pseudo-terminal with a stable name, which terminal programs and pyserial open like a serial port.
 
-``port.py`` is the port; ``line.py`` the terminal's settings; ``inotify.py`` who has it open;
-``stable_name.py`` the symlink. They import ``hil.vocab.ports`` and each other, nothing else of the
-project.
+``port.py`` is the port; ``pair.py`` the pty's two ends, ``line.py`` its settings; ``clients.py`` counts who
+has it open, told by ``inotify.py``; ``stable_name.py`` is the symlink.
 
 What a pty cannot do, whatever runs behind it: modem lines and break (a client that asks for DTR or RTS
 after opening gets ENOTTY), parity and 7 bits (the kernel drops them silently), and an entry in a

@@ -8,40 +8,20 @@ Not modelled: the cable's length (no delay, no reflections), rise times, a recei
 says what contention reads as), parity and other character formats than eight data bits and one stop bit.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
 from hil.vocab.segment import Receiver, SegmentEvent
-from hil.vocab.time import FOREVER, Clock, SimTimeNs
+from hil.vocab.time import Clock, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults
 from hil.wire.packet import Malformed, Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
-from virtual_ports.rs485.disturbed import DisturbedLine, Ear
-from virtual_ports.rs485.packet_faults import Phantom, Transform, packet_fault
+from virtual_ports.rs485.disturbance import Burst, Disturbance
+from virtual_ports.rs485.packet_faults import Phantom, packet_fault
+from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats, fault_of
-from virtual_ports.rs485.waveform import Character, Drive
-
-BROADCAST = 0
-MONITOR = ""
-"""The name of the listener that the statistics come from."""
-WINDOW_CHARACTERS = 64
-"""How far ahead a disturbed line is read at a time, at the speed of its fastest sender."""
-PIECE_BYTES = 256
-"""Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
-
-
-class Burst(NamedTuple):
-    """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
-
-    station: str
-    start_ns: int
-    data: bytes
-    baud: int
-    on_ns: int
-    off_ns: int
 
 
 class _Clean(NamedTuple):
@@ -50,35 +30,6 @@ class _Clean(NamedTuple):
     burst: Burst
     items: list[Packet | Malformed]
     before: PacketDecoder
-
-
-@dataclass
-class Station:
-    """A transceiver on the wire, and what is wrong with it."""
-
-    name: str
-    receiver: Receiver
-    address: int | None = None
-    """Only packets to it and to all concern it; None: everything does."""
-    has_echo: bool = False
-    """Its receiver stays on while it drives."""
-    release_ns: int = 0
-    """How long its driver stays on after the last stop bit."""
-    is_stuck: bool = False
-    """Its driver is always on."""
-    is_swapped: bool = False
-    """Its two wires are swapped."""
-    is_cut: bool = False
-    """The wire to it is cut, or it was taken off."""
-    is_taken_off: bool = False
-    wire_faults: dict[int, Fault] = field(default_factory=dict)
-    """By their numbers, the oldest first; the fields above are what they and ``is_taken_off`` come to."""
-    transforms: dict[int, Transform] = field(default_factory=dict)
-    """What it sends instead of its packets, by the numbers of faults."""
-
-    @property
-    def is_odd(self) -> bool:
-        return (self.is_stuck or self.is_swapped) and not self.is_cut
 
 
 class Segment:
@@ -90,57 +41,31 @@ class Segment:
 
     def __init__(self, clock: Clock) -> None:
         self.stats = SegmentStats()
-        self.stations: dict[str, Station] = {}
+        self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
         """What the wire does to all bytes, by the numbers of faults."""
-        self._busy: set[str] = set()
-        """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self._clock = clock
-        self._by_address: dict[int | None, dict[str, Station]] = {None: {}}
         self._decoder = PacketDecoder()
         self._clean: list[_Clean] = []
-        self._line: DisturbedLine | None = None
-        """What is on the line, if it is disturbed."""
-        self._told: dict[str, tuple[Character, ...]] = {}
-        """What was read on it last, by stations."""
-        self._told_ns: int = FOREVER
-        """Receivers know what they hear up to then. What they knew of later was taken back."""
-        self._tell_ns: int = FOREVER
-        """When they are told more."""
-        self._piece: list[int] = []
-        """What it read as, and watchers were not shown yet."""
-        self._piece_ns = 0
-        self._piece_of: dict[str, None] = {}
-        """Who has sent meanwhile."""
-        self._monitor = Ear(MONITOR, 0)
+        self._disturbance: Disturbance | None = None
         self._waiting: set[str] = set()
         """Stations that have a burst to send when the present one is out."""
-        self._is_odd = False
 
     # ---- stations ----
 
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
-        self.stations[station] = Station(station, receiver)
-        self._by_address[None][station] = self.stations[station]
+        self.stations.join(Station(station, receiver))
         self.stats.stations[station] = StationStats()
-
-    def leave(self, station: str) -> None:
-        """Take a station off; what it has sent goes on."""
-        self._by_address[self.stations.pop(station).address].pop(station)
-        self.changed()
 
     def set_address(self, station: str, address: int | None) -> None:
         """From now on only packets to this address and to all concern the station."""
-        member = self.stations[station]
-        self._by_address[member.address].pop(station)
-        member.address = address
-        self._by_address.setdefault(address, {})[station] = member
+        self.stations.set_address(station, address)
 
     def set_polling(self, station: str, is_polling: bool) -> None:
         """Whether a station's firmware takes bytes as they come: else it hears what is for others too."""
-        (self._busy.discard if is_polling else self._busy.add)(station)
+        (self.stations.busy.discard if is_polling else self.stations.busy.add)(station)
 
     def set_echo(self, station: str, has_echo: bool) -> None:
         """Whether a station's receiver stays on while it drives."""
@@ -157,12 +82,20 @@ class Segment:
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
         self.stations[station].is_taken_off = is_cut
-        self._set_wire(self.stations[station])
+        self.stations.rewire(station)
 
     def clashes_with(self, address: int, but: str) -> list[str]:
         """Stations on the line, but one, that have an address."""
-        members = self._by_address.get(address, {})
+        members = self.stations.by_address.get(address, {})
         return [name for name, member in members.items() if name != but and not member.is_cut]
+
+    def clashes(self) -> Mapping[int, list[str]]:
+        """Addresses that several stations have."""
+        return {
+            address: list(members)
+            for address, members in self.stations.by_address.items()
+            if address is not None and len(members) > 1
+        }
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
@@ -190,41 +123,18 @@ class Segment:
             self.stations[station].transforms[number] = transform
         else:
             self.stations[station].wire_faults[number] = fault
-            self._set_wire(self.stations[station])
+            self.stations.rewire(station)
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         """A fault ends."""
         self.noise.pop(number, None)
         if fault.kind == "node_clash":
-            self.leave(f"fault {number}")
+            self.stations.leave(f"fault {number}")
         elif fault.layer == "wire" and fault.kind != "wire_noise":
             del self.stations[station].wire_faults[number]
-            self._set_wire(self.stations[station])
+            self.stations.rewire(station)
         elif station in self.stations:
             self.stations[station].transforms.pop(number, None)
-
-    def _set_wire(self, station: Station) -> None:
-        """A station's wire is what all that is wrong with it says; of two late drivers the later fault's."""
-        faults = station.wire_faults.values()
-        kinds = {fault.kind for fault in faults}
-        station.is_cut = station.is_taken_off or "wire_cut" in kinds
-        station.is_swapped = "wire_swapped" in kinds
-        station.is_stuck = "driver_stuck" in kinds
-        late_us = [fault.number("late_us") for fault in faults if fault.kind == "driver_late"]
-        station.release_ns = round(late_us[-1] * 1000) if late_us else 0
-        self.changed()
-
-    def changed(self) -> None:
-        """Something about a station that can be wrong has changed."""
-        self._is_odd = any(station.is_odd for station in self.stations.values())
-
-    def clashes(self) -> Mapping[int, list[str]]:
-        """Addresses that several stations have."""
-        return {
-            address: list(members)
-            for address, members in self._by_address.items()
-            if address is not None and len(members) > 1
-        }
 
     # ---- the wire ----
 
@@ -258,7 +168,7 @@ class Segment:
         if sender.is_cut:
             return
         is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
-        if is_alone and not self._line and not self._is_odd:
+        if is_alone and not self._disturbance and not self.stations.is_odd:
             self._bring(burst)
         else:
             self._disturb(burst)
@@ -285,8 +195,9 @@ class Segment:
             wrong = dict.fromkeys(fault_of(item) for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
             self._show(clean.burst.start_ns, clean.burst.data, about)
-        if self._line and self._line.off_ns <= now_ns:
-            self._end(self._line, now_ns)
+        if self._disturbance and self._disturbance.off_ns <= now_ns:
+            self._disturbance.end(now_ns)
+            self._disturbance = None
 
     def _show(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None:
         for watcher in self.watchers:
@@ -298,127 +209,26 @@ class Segment:
         items = self._decoder.feed(burst.data)
         self._clean.append(_Clean(burst, items, before))
         if not before.pending and not self._decoder.pending:
-            receivers = self._concerned(items)
+            receivers = self.stations.concerned(items)
         else:  # a piece of a packet: everybody's receiver has it
             receivers = iter(self.stations.values())
         for station in receivers:
             if not station.is_cut and (station.name != burst.station or station.has_echo):
                 station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, burst.baud)
 
-    def _concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
-        told: set[str] = set()
-        addresses: dict[int | None, None] = {None: None}
-        for item in items:
-            if isinstance(item, Packet):
-                if item.destination == BROADCAST:
-                    yield from self.stations.values()
-                    return
-                addresses[item.destination] = None
-        for address in addresses:
-            for name, station in self._by_address.get(address, {}).items():
-                told.add(name)
-                yield station
-        for name in self._busy - told:
-            if name in self.stations:
-                yield self.stations[name]
-
-    # ---- a disturbed line ----
-
     def _disturb(self, burst: Burst) -> None:
-        """A burst that another overlaps, or on a line that is not right: from its start on everybody hears
-        something else. They are told before the next character can be complete, and not sooner: of all that
-        begins about then at once."""
-        now_ns = SimTimeNs(burst.start_ns)
-        was_clean = bool(self._clean)
-        if not self._line:
-            self._spoil(burst)
-        self._drive(burst)
-        if self._told_ns < self._tell_ns < FOREVER:
+        """A burst that another overlaps, or on a line that is not right: what is on the line is not what it
+        was taken for."""
+        if self._disturbance:
+            self._disturbance.add(burst)
             return
-        baud = 1
-        for station in self.stations.values():
-            if not station.is_cut:
-                station.receiver.retract(now_ns)
-                baud = max(baud, station.receiver.baud_now)
-        told = {id(characters): characters for characters in self._told.values()}.values()
-        under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
-        next_ns = now_ns + 1 if was_clean else min([now_ns + character_ns(1, baud), *under_way])
-        self._told_ns = now_ns
-        self._tell_at(next_ns)
-
-    def _spoil(self, burst: Burst) -> None:
-        """What is on the line is not what it was taken for."""
-        bursts = [clean.burst for clean in self._clean]
+        before = [clean.burst for clean in self._clean]
         if self._clean:
             self._decoder = self._clean[0].before
             self._clean.clear()
-        first = bursts[0] if bursts else burst
-        self._line = DisturbedLine(first.on_ns)
-        self._told = {}
-        self._piece_ns, self._piece_of = first.start_ns, {}
-        self._monitor = Ear(MONITOR, 0)
-        for each in bursts:
-            self._drive(each)
-
-    def _drive(self, burst: Burst) -> None:
-        assert self._line
-        is_swapped = burst.station in self.stations and self.stations[burst.station].is_swapped
-        drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
-        self._line.add(burst.station, drive)
-        if burst.start_ns == self._line.from_ns:  # of several, the order in which they came does not matter
-            self._monitor = Ear(MONITOR, max(self._monitor.baud, burst.baud))
-        self._piece_of[burst.station] = None
-
-    def _tell_at(self, at_ns: int) -> None:
-        self._tell_ns = at_ns
-        if at_ns < FOREVER:
-            self._clock.at(at_ns, self._tell)
-
-    def _tell(self, now_ns: SimTimeNs) -> None:
-        if self._line and now_ns == self._tell_ns:
-            until_ns = now_ns + character_ns(WINDOW_CHARACTERS, self._line.fastest_baud)
-            self._read(self._line, now_ns, until_ns if until_ns < self._line.off_ns else FOREVER)
-            if len(self._piece) >= PIECE_BYTES:
-                self._show_piece(now_ns)
-
-    def _read(self, line: DisturbedLine, now_ns: int, until_ns: int) -> None:
-        """Tell receivers what they do not know yet and hear up to a time; keep what is decided of what the
-        monitor does."""
-        told_ns = self._told_ns
-        members = [each for each in self.stations.values() if not each.is_cut and told_ns < FOREVER]
-        ears = [Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo) for each in members]
-        is_held = any(
-            each.is_stuck and not each.is_swapped and not each.is_cut for each in self.stations.values()
+        self._disturbance = Disturbance(
+            burst, before, self.stations, self._clock, self._decoder, self.stats, self._show
         )
-        heard = line.read([*ears, self._monitor], now_ns, until_ns, is_held=is_held)
-        fresh: dict[int, tuple[Character, ...]] = {}
-        for member in members:
-            characters = heard[member.name]
-            if id(characters) not in fresh:
-                fresh[id(characters)] = tuple(each for each in characters if each.at_ns > told_ns)
-            if news := fresh[id(characters)]:
-                member.receiver.hear_characters(news)
-        self._piece += [each.byte for each in heard[MONITOR] if each.at_ns <= now_ns]
-        self._told, self._told_ns = heard, until_ns
-        self._tell_at(until_ns)
-
-    def _end(self, line: DisturbedLine, now_ns: int) -> None:
-        """The last driver has let go: what is under way reads an idle line."""
-        self._read(line, now_ns, FOREVER)
-        self._piece += [each.byte for each in self._told[MONITOR] if each.at_ns > now_ns]
-        self._show_piece(now_ns)
-        self._line = None
-
-    def _show_piece(self, now_ns: int) -> None:
-        data = bytes(self._piece)
-        self.stats.count(self._decoder.feed(data))
-        senders = " and ".join(self._piece_of)
-        about = (
-            f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
-        )
-        self._show(self._piece_ns, data, about, is_damaged=True)
-        self._piece.clear()
-        self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self.stats.senders)
 
 
 def poll_cycle_ns(nodes: int, command_bytes: int, baud: int, turnaround_characters: int = 2) -> int:

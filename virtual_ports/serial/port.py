@@ -7,7 +7,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-from hil.vocab.ports import SERIAL_FORMS, Port, PortContext, PortHost, PortStats, is_serial_url
+from hil.net.traffic import Traffic
+from hil.vocab.ports import Port, PortContext, PortHost, PortStats
+from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 log = logging.getLogger("hil")
 
@@ -17,7 +19,7 @@ AGAIN_S = 1.0
 
 def usable_url(value: Any) -> Any:
     """As pydantic wants it: the value, or why it is no serial port."""
-    if isinstance(value, str) and not is_serial_url(value):
+    if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
 
@@ -55,7 +57,7 @@ class SerialPort:
         self._line: Any = None
         self._keeper: asyncio.Task[None] | None = None
         self._lost = asyncio.Event()
-        self._connects = self._rx_bytes = self._tx_bytes = self._dropped_bytes = self._unheard_bytes = 0
+        self._traffic = Traffic()
         self.away: str | None = "not opened yet"
 
     @property
@@ -83,7 +85,7 @@ class SerialPort:
         kind = ThreadLine if self._options.url.startswith("rfc2217://") else FdLine
         self._lost.clear()
         self.away = None
-        self._connects += 1
+        self._traffic.connects += 1
         self._line = kind(port, self, self._loop)
 
     async def _keep(self) -> None:
@@ -101,11 +103,11 @@ class SerialPort:
         return self._host.room()
 
     def received(self, data: bytes) -> None:
-        self._rx_bytes += len(data)
+        self._traffic.rx_bytes += len(data)
         self._host.received(data)
 
     def sent(self, count: int) -> None:
-        self._tx_bytes += count
+        self._traffic.tx_bytes += count
 
     def drained(self) -> None:
         self._host.drained()
@@ -113,7 +115,7 @@ class SerialPort:
     def lost(self, reason: str) -> None:
         if self._line is None:
             return
-        self._dropped_bytes += self._line.backlog
+        self._traffic.dropped_bytes += self._line.backlog
         self.away = reason
         self._line = None
         self._lost.set()
@@ -125,9 +127,9 @@ class SerialPort:
 
     def write(self, data: bytes) -> None:
         if self._line is None:
-            self._unheard_bytes += len(data)
+            self._traffic.unheard_bytes += len(data)
             return
-        self._dropped_bytes += len(data) - self._line.write(data)
+        self._traffic.dropped_bytes += len(data) - self._line.write(data)
 
     def resume_reading(self) -> None:
         if self._line is not None:
@@ -143,12 +145,8 @@ class SerialPort:
     def stats(self) -> PortStats:
         return PortStats(
             clients=int(self.away is None),
-            connects=self._connects,
-            rx_bytes=self._rx_bytes,
-            tx_bytes=self._tx_bytes,
-            dropped_bytes=self._dropped_bytes,
-            unheard_bytes=self._unheard_bytes,
             away=self.away,
+            **vars(self._traffic),
         )
 
     async def close(self) -> None:

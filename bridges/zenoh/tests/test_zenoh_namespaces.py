@@ -21,8 +21,9 @@ from typing import Any
 import pytest
 
 from bridges.zenoh.options import TlsOptions
-from bridges.zenoh.security import client_config, read_users
 from bridges.zenoh.site_keys import Site, make_site
+from bridges.zenoh.users import read_users
+from bridges.zenoh.zenoh_config import client_config
 from hil.vocab.verbs import Role
 
 sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out

@@ -11,24 +11,14 @@ from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import ec
 from typer.testing import CliRunner
 
-from bridges.zenoh import security
+from bridges.zenoh import gate as signatures
 from bridges.zenoh.cli import app
+from bridges.zenoh.gate import FRESH_NS, Gate, Rejected
 from bridges.zenoh.keys import COMMAND, KEYS
 from bridges.zenoh.options import Options, TlsOptions
-from bridges.zenoh.security import (
-    FRESH_NS,
-    Gate,
-    Rejected,
-    SecurityError,
-    User,
-    access_control,
-    client_config,
-    is_loopback,
-    made,
-    read_users,
-    session_config,
-)
 from bridges.zenoh.site_keys import Site, make_site
+from bridges.zenoh.users import SecurityError, User, read_users
+from bridges.zenoh.zenoh_config import access_control, client_config, is_loopback, made, session_config
 from hil.net.signature import signed
 from hil.vocab.verbs import Role
 
@@ -189,7 +179,7 @@ def test_a_signature_is_good_once() -> None:
 def test_the_memory_of_nonces_is_bounded_and_forgets_nothing_that_is_fresh(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(security, "REMEMBERED", 100)
+    monkeypatch.setattr(signatures, "REMEMBERED", 100)
     gate = Gate(USERS)
     sent = [attachment(at_ns=NOW_NS + n, nonce=f"{n:032x}") for n in range(1000)]
     for each in sent:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from device_profiles.sac.firmware import COMMANDS
+from device_profiles.sac.command_line import COMMANDS
 from hil.testing import Bench
 
 FILES = sorted((Path(__file__).parent.parent / "transcripts").glob("*.yaml"))

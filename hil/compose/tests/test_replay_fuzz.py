@@ -22,6 +22,7 @@ from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
 from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
+from hil.sim.given_fault import fault_refusal
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.sim.inputs import (
     Bytes,
@@ -35,7 +36,6 @@ from hil.sim.inputs import (
     SetField,
 )
 from hil.testing.bench import MemoryStore
-from hil.vocab.faults import fault_refusal
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.step_dir import generate

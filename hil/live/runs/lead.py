@@ -1,7 +1,7 @@
 """A run that spans benches, on the one that leads it: who takes part, when each phrase begins, who is gone.
 
 Each phrase begins when all benches have ended the one before, at a wall time that all are told beforehand,
-each by its own clock. Clocks are compared with every question (``hil.runs.clock``).
+each by its own clock. Clocks are compared with every question (``hil.runs.clock_offset``).
 """
 
 import asyncio

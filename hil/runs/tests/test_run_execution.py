@@ -65,7 +65,7 @@ def test_an_s_curve_is_followed_as_closely_as_the_law_does_it_alone() -> None:
 
 def _streamed(made: Bench, path: Any, duration_ns: int) -> float:
     """Following error where each control step's set-point is written from outside, as often as it can be."""
-    from hil.vocab.path import at
+    from hil.firmware.set_point_paths import at
 
     axis, begin_ns, worst = made.axis("m1"), made.now_ns, 0.0
     for into_ns in range(0, duration_ns, 153_854):

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
+from hil.firmware.set_point_paths import at, length_ns
 from hil.runs import AxisNow, Plan, parse_run, plan_run, run_from_data
-from hil.vocab.path import at, length_ns
 
 SERVO = AxisNow("servo", 0.0, ("position_deg", "yw"), ("D3", "step"))
 STEPPER = AxisNow("stepper", 0.0, ("position_deg",), ("sync",))

@@ -6,9 +6,9 @@ from hil.sim.device import Device
 from hil.sim.faults import byte, node
 from hil.sim.faults.physics import AxisFaults
 from hil.sim.inputs import Clear, Inject
+from hil.sim.loads import load_problem
 from hil.sim.roster import Place, Roster
 from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
-from hil.vocab.loads import load_problem
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import Chance
 

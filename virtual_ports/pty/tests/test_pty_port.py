@@ -7,9 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+from hil.net.traffic import QUEUE_BYTES
 from hil.testing.ports import RecordingHost, Scenario, accounted, read_exactly, run_port, until
 from hil.vocab.ports import Port, PortContext
-from virtual_ports.pty.port import QUEUE_BYTES, Options, make
+from virtual_ports.pty.port import Options, make
 
 DEADLINE_S = 20.0
 

@@ -107,11 +107,11 @@ def test_a_driver_that_lets_go_late_spoils_the_answer():
 def test_a_stuck_driver_silences_the_line_and_a_freed_one_does_not():
     wire = Wire("a", "b", "c")
     wire.stations["c"].is_stuck = True
-    wire.changed()
+    wire.stations.changed()
     wire.send("a", 0, Y)
     assert wire.heard() == {"a": b"", "b": b"", "c": b""}
     wire.stations["c"].is_stuck = False
-    wire.changed()
+    wire.stations.changed()
     wire.send("a", 10**9, Y)
     assert wire.heard()["b"] == Y
 
@@ -119,7 +119,7 @@ def test_a_stuck_driver_silences_the_line_and_a_freed_one_does_not():
 def test_a_cut_wire_takes_a_station_off():
     wire = Wire("a", "b", "c")
     wire.stations["c"].is_cut = True
-    wire.changed()
+    wire.stations.changed()
     wire.send("a", 0, Y)
     wire.send("c", 10**9, Y)
     assert wire.heard() == {"a": b"", "b": Y, "c": b""}
@@ -128,7 +128,7 @@ def test_a_cut_wire_takes_a_station_off():
 def test_swapped_wires_are_gibberish_both_ways():
     wire = Wire("a", "b", "c")
     wire.stations["c"].is_swapped = True
-    wire.changed()
+    wire.stations.changed()
     wire.send("a", 0, Y)
     assert wire.heard()["b"] == Y
     assert wire.ears["c"].data not in (Y, b"")
@@ -163,7 +163,7 @@ def test_two_stations_with_one_address_are_said():
         wire.set_address(name, 85)
     assert wire.clashes() == {85: ["a", "b", "c"]}
     wire.set_address("b", 86)
-    wire.leave("c")
+    wire.stations.leave("c")
     assert wire.clashes() == {}
 
 
@@ -222,7 +222,7 @@ def test_whatever_is_sent_every_byte_is_accounted_for_and_in_order(bursts):
     good = [item for item in items if not isinstance(item, Malformed)]
     assert len(good) == wire.stats.packets
     assert wire._clean == []
-    assert wire._line is None
+    assert wire._disturbance is None
 
 
 # ---- packets without CRC through what falsifies packets ----
@@ -261,7 +261,7 @@ def test_an_ack_without_crc_becomes_a_nak_without_or_nothing():
 def test_statistics_of_a_line_that_is_not_right_are_read_at_its_own_baud(baud):
     wire = Wire("a", "b", bauds=[baud, baud])
     wire.stations["b"].is_swapped = True
-    wire.changed()
+    wire.stations.changed()
     wire.send("a", 0, Y)
     wire.heard()
     assert wire.stats.packets == 1

@@ -8,7 +8,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from wire_rig import BAUD, Ear, Sent, SlowWire, Timeline, Wire, characters_ns
 
 from hil.wire.packet import encode
-from virtual_ports.rs485.segment import WINDOW_CHARACTERS, Station
+from virtual_ports.rs485.disturbance import WINDOW_CHARACTERS
+from virtual_ports.rs485.stations import Station
 
 NAMES = "abcdef"
 Y = encode(85, 1, b"y")
@@ -40,7 +41,7 @@ def wire_of(stations: Any) -> Wire:
         for key, value in each.items():
             if key != "baud":
                 setattr(wire.stations[name], key, value)
-    wire.changed()
+    wire.stations.changed()
     return wire
 
 
@@ -120,7 +121,7 @@ def test_a_third_that_sends_between_two_writes_collides_with_the_first() -> None
 def test_a_long_disturbance_is_shown_in_pieces_and_nothing_is_lost_between_them() -> None:
     wire = Wire("a", "b", "c", "d")
     wire.stations["d"].is_swapped = True  # so that each burst is read from the waveform
-    wire.changed()
+    wire.stations.changed()
     told: list[bytes] = []
     wire.watchers.append(lambda event: told.append(event.data))
     data = bytes(range(256)) * 4

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from hil.wire.packet import PacketDecoder
 from hil.wire.serial_line import resample
-from virtual_ports.rs485.segment import Segment, Station
+from virtual_ports.rs485.segment import Segment
+from virtual_ports.rs485.stations import Station
 
 BAUD = 38400
 

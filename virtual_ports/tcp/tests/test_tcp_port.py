@@ -11,9 +11,9 @@ import pytest
 import serial
 from pydantic import ValidationError
 
+from hil.net.traffic import QUEUE_BYTES
 from hil.testing.ports import DEADLINE_S, RecordingHost, Scenario, accounted, open_fds, run_port, until
 from hil.vocab.ports import Port, PortContext, PortError
-from virtual_ports.tcp.client import QUEUE_BYTES
 from virtual_ports.tcp.port import Options, make
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.vocab.json_text import DEEPEST, JsonError, read_json
+from hil.wire.json_text import DEEPEST, JsonError, read_json
 
 INTEGERS = st.integers(-(1 << 63), (1 << 64) - 1)
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)

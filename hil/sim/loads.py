@@ -3,10 +3,7 @@
 import math
 from collections.abc import Iterable
 
-MOST_LOADS = 10
-"""A load of twice what a motor holds drags it along; ten times leaves room for knocks. More is a wrong unit:
-Ncm are a hundred, mNm a thousand times too much."""
-LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
+from hil.vocab.faults import MOST_LOADS
 
 
 def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float] = ()) -> str | None:

@@ -1,0 +1,189 @@
+"""The SAC's command line: what a line of the terminal or a packet of the network has the board do.
+
+Sources: the SAC user manual, Appendix C and the chapter Command Detail.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from device_profiles.sac.line import Text
+from device_profiles.sac.memory import Memory
+from device_profiles.sac.moves import Moves
+from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
+from device_profiles.sac.queue_memory import QueueMemory
+from device_profiles.sac.session import Session
+from device_profiles.sac.system_commands import SystemCommands
+from device_profiles.sac.terminal import Steps, Terminal
+from hil.vocab.motion import Motion
+from hil.vocab.time import SimTimeNs
+
+
+class Command(NamedTuple):
+    """What a line's first letter starts; ``run`` gets the rest of the line."""
+
+    letters: str
+    about: str
+    run: Callable[["CommandLine", Text], Steps | None]
+
+
+class CommandLine:
+    """Executes lines; ``now`` tells the simulated time."""
+
+    def __init__(
+        self,
+        motion: Motion,
+        session: Session,
+        terminal: Terminal,
+        network: Network,
+        memory: Memory,
+        system: SystemCommands,
+        now: Callable[[], SimTimeNs],
+    ) -> None:
+        self._motion = motion
+        self._session = session
+        self._terminal = terminal
+        self._network = network
+        self._memory = memory
+        self._now = now
+        self.system = system
+        self.queue = QueueMemory(motion, session)
+        self.moves = Moves(motion, session, self.queue)
+
+    def single_pulse(self, byte: int) -> bool:
+        """``+`` and ``-`` need no line end (manual, communications)."""
+        if byte not in b"+-" or self._terminal.mode is not None:
+            return False
+        self._motion.pulse(byte == ord("-"))
+        return True
+
+    def execute(self, line: str) -> Steps | None:
+        """A line of the terminal: the network's if it begins with an address, else up to its first blank."""
+        text = Text(line.partition(" ")[0])
+        if self._terminal.mode is not None:
+            return self._in_mode(self._terminal.mode, text)
+        if self._network.typed(line):
+            return None
+        command = COMMANDS_BY_LETTER.get(text.take())
+        return None if command is None else self._run(command, text)
+
+    def from_network(self) -> Steps:
+        """Answer what has come and do what it says."""
+        for packet in self._network.received():
+            yield from self._network.acknowledge(packet)
+            if not packet.is_good:
+                continue
+            if is_signal(packet):
+                if packet.data == NAK:
+                    self._terminal.message(b"NAK %d" % packet.origin)
+                continue
+            self._network.remember(packet)
+            data = packet.data.decode("latin-1")
+            if data[:1] and data[0] in SEPARATORS:
+                self._terminal.message(packet.data[1:])
+            else:
+                yield from self._command_from_network(Text(data.partition(" ")[0]))
+
+    def _command_from_network(self, text: Text) -> Steps:
+        """What a packet's data has the unit do. It answers no queries, and opens no screens."""
+        if text.peek() and text.peek() in "+-":
+            self._motion.pulse(text.take() == "-")
+            return
+        command = COMMANDS_BY_LETTER.get(text.take())
+        if command is None:
+            return
+        mode = self._terminal.mode
+        self._terminal.is_muted = True
+        yield from command.run(self, text) or ()
+        self._terminal.is_muted = False
+        self._terminal.mode = mode
+
+    def _run(self, command: Command, text: Text) -> Steps:
+        yield from command.run(self, text) or ()
+        if self._session.is_debug:
+            self._terminal.println([f"{(self._now() - self._terminal.line_began_ns) // 1000} us"])
+
+    def _in_mode(self, mode: Callable[[Text], Steps | None], text: Text) -> Steps | None:
+        """A line of the configure screen or of a program mode."""
+        if text.takes("xX"):
+            self._terminal.mode = None
+            return None
+        return mode(text)
+
+    # ---- commands of several parts ----
+
+    def velocity(self, text: Text) -> None:
+        """``vd`` shows the speed of now (decision: RPM, TAB, period); all else sets it."""
+        if text.takes("dD"):
+            shown = [f"{int(self._motion.get('speed_rpm'))}\t{int(self._motion.get('period_us'))}"]
+            self._terminal.println(shown)
+            return
+        self.moves.velocity(text)
+
+    def debug(self, text: Text) -> None:
+        self._session.is_debug = not self._session.is_debug
+
+    def show(self, text: Text) -> None:
+        """``cc`` and ``cf``."""
+        if text.takes("cC"):
+            self.system.show_configuration()
+        elif text.takes("fF"):
+            self._terminal.println(self._session.lines())
+
+    def queue_command(self, text: Text) -> Steps | None:
+        """``q`` and what may follow it."""
+        if not text.peek():
+            self._terminal.println(self.queue.lines())
+        elif text.is_digit():
+            self.queue.edit(text)
+        elif text.takes("sS"):
+            self._memory.eeprom.queue = self.queue.entries()
+            return self._memory.save()
+        elif text.takes("rR"):
+            self.queue.restore(self._memory.eeprom.queue)
+        elif text.takes("cC"):
+            self.queue.clear()
+        elif text.takes("pP"):
+            self._terminal.println(self.queue.lines())
+            self._terminal.mode = self.queue.edit
+        return None
+
+    def xref(self, text: Text) -> None:
+        """``x`` and what may follow it."""
+        if text.takes("dD"):
+            self._terminal.println(self.queue.xref_lines())
+        elif text.takes("pP"):
+            self._terminal.mode = self._edit_xref
+        elif text.takes("lL"):
+            self.moves.loop_array(text)
+        elif text.takes("mM"):
+            self.moves.one_shot(text)
+        else:
+            self.moves.recall(text)
+
+    def _edit_xref(self, text: Text) -> None:
+        if self.queue.edit_xref(text):
+            self._terminal.println(self.queue.xref_lines())
+
+
+COMMANDS = (
+    Command("mM", "motion command", lambda line, text: line.moves.queued(text)),
+    Command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text)),
+    Command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text)),
+    Command("vV", "velocity of the session, vd: of now", CommandLine.velocity),
+    Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
+    Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
+    Command("S", "stop at once", lambda line, text: line.moves.stop_at_once(text)),
+    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully(text)),
+    Command("N", "next command, at once", lambda line, text: line.moves.next_at_once(text)),
+    Command(
+        "n", "next command, with this one's deceleration", lambda line, text: line.moves.next_gracefully(text)
+    ),
+    Command("y", "release the sync", lambda line, text: line.moves.release(text)),
+    Command("qQ", "queue: list, edit, save, restore, clear, program", CommandLine.queue_command),
+    Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo()),
+    Command("gG", "GAP testing on or off", lambda line, text: line.moves.toggle_gap(text)),
+    Command("cC", "cc: configuration, cf: session", CommandLine.show),
+    Command("bB", "debug on or off", CommandLine.debug),
+    Command("$", "system commands", lambda line, text: line.system.run(text)),
+)
+COMMANDS_BY_LETTER = {letter: command for command in COMMANDS for letter in command.letters}

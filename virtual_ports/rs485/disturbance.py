@@ -1,0 +1,163 @@
+"""A stretch in which a segment is disturbed: what receivers and watchers make of it, told as it comes."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+from hil.vocab.time import FOREVER, Clock, SimTimeNs
+from hil.wire.packet import PacketDecoder
+from hil.wire.serial_line import character_ns
+from virtual_ports.rs485.disturbed_line import DisturbedLine, Ear
+from virtual_ports.rs485.stations import Station
+from virtual_ports.rs485.stats import SegmentStats
+from virtual_ports.rs485.waveform import Character, Drive
+
+MONITOR = ""
+"""The name of the listener that the statistics come from."""
+WINDOW_CHARACTERS = 64
+"""How far ahead a disturbed line is read at a time, at the speed of its fastest sender."""
+PIECE_BYTES = 256
+"""Of what a disturbed line reads as, watchers get so many at least, or all there are when it ends."""
+
+
+class Burst(NamedTuple):
+    """What a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+
+    station: str
+    start_ns: int
+    data: bytes
+    baud: int
+    on_ns: int
+    off_ns: int
+
+
+class Show(Protocol):
+    """Tells watchers what has been on the line."""
+
+    def __call__(self, at_ns: int, data: bytes, about: str, *, is_damaged: bool = False) -> None: ...
+
+
+class Disturbance:
+    """From ``burst`` on, which is not alone on the line or meets a wrong one, until ``end``.
+
+    ``before`` is what is on the line already, and was taken for undisturbed; ``decoder`` is the monitor's, as
+    it was before all of them.
+    """
+
+    def __init__(
+        self,
+        burst: Burst,
+        before: Sequence[Burst],
+        stations: Mapping[str, Station],
+        clock: Clock,
+        decoder: PacketDecoder,
+        stats: SegmentStats,
+        show: Show,
+    ) -> None:
+        first = before[0] if before else burst
+        self._stations = stations
+        self._clock = clock
+        self._decoder = decoder
+        self._stats = stats
+        self._show = show
+        self._line = DisturbedLine(first.on_ns)
+        self._told: dict[str, tuple[Character, ...]] = {}
+        """What was read last, by stations."""
+        self._told_ns: int = FOREVER
+        """Receivers know what they hear up to then. What they knew of later was taken back."""
+        self._tell_ns: int = FOREVER
+        """When they are told more."""
+        self._piece: list[int] = []
+        """What it read as, and watchers were not shown yet."""
+        self._piece_ns = first.start_ns
+        self._piece_of: dict[str, None] = {}
+        """Who has sent meanwhile."""
+        self._monitor = Ear(MONITOR, 0)
+        for each in before:
+            self._drive(each)
+        self._begin(burst, is_surprise=bool(before))
+
+    @property
+    def off_ns(self) -> int:
+        """When the last driver lets go, of the bursts that have begun."""
+        return self._line.off_ns
+
+    def add(self, burst: Burst) -> None:
+        """Another burst begins."""
+        self._begin(burst, is_surprise=False)
+
+    def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
+        """From the burst's start on everybody hears something else. They are told before the next character
+        can be complete, and not sooner: of all that begins about then at once."""
+        now_ns = SimTimeNs(burst.start_ns)
+        self._drive(burst)
+        if self._told_ns < self._tell_ns < FOREVER:
+            return
+        baud = 1
+        for station in self._stations.values():
+            if not station.is_cut:
+                station.receiver.retract(now_ns)
+                baud = max(baud, station.receiver.baud_now)
+        told = {id(characters): characters for characters in self._told.values()}.values()
+        under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
+        next_ns = now_ns + 1 if is_surprise else min([now_ns + character_ns(1, baud), *under_way])
+        self._told_ns = now_ns
+        self._tell_at(next_ns)
+
+    def _drive(self, burst: Burst) -> None:
+        """Put a burst on the line."""
+        is_swapped = burst.station in self._stations and self._stations[burst.station].is_swapped
+        drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
+        self._line.add(burst.station, drive)
+        if burst.start_ns == self._line.from_ns:  # of several, the order in which they came does not matter
+            self._monitor = Ear(MONITOR, max(self._monitor.baud, burst.baud))
+        self._piece_of[burst.station] = None
+
+    def _tell_at(self, at_ns: int) -> None:
+        self._tell_ns = at_ns
+        if at_ns < FOREVER:
+            self._clock.at(at_ns, self._tell)
+
+    def _tell(self, now_ns: SimTimeNs) -> None:
+        if now_ns == self._tell_ns:
+            until_ns = now_ns + character_ns(WINDOW_CHARACTERS, self._line.fastest_baud)
+            self._read(now_ns, until_ns if until_ns < self._line.off_ns else FOREVER)
+            if len(self._piece) >= PIECE_BYTES:
+                self._show_piece(now_ns)
+
+    def _read(self, now_ns: int, until_ns: int) -> None:
+        """Tell receivers what they do not know yet and hear up to a time; keep what is decided of what the
+        monitor does."""
+        told_ns = self._told_ns
+        members = [each for each in self._stations.values() if not each.is_cut and told_ns < FOREVER]
+        ears = [Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo) for each in members]
+        is_held = any(
+            each.is_stuck and not each.is_swapped and not each.is_cut for each in self._stations.values()
+        )
+        heard = self._line.read([*ears, self._monitor], now_ns, until_ns, is_held=is_held)
+        fresh: dict[int, tuple[Character, ...]] = {}
+        for member in members:
+            characters = heard[member.name]
+            if id(characters) not in fresh:
+                fresh[id(characters)] = tuple(each for each in characters if each.at_ns > told_ns)
+            if news := fresh[id(characters)]:
+                member.receiver.hear_characters(news)
+        self._piece += [each.byte for each in heard[MONITOR] if each.at_ns <= now_ns]
+        self._told, self._told_ns = heard, until_ns
+        self._tell_at(until_ns)
+
+    def end(self, now_ns: int) -> None:
+        """The last driver has let go: what is under way reads an idle line."""
+        self._read(now_ns, FOREVER)
+        self._piece += [each.byte for each in self._told[MONITOR] if each.at_ns > now_ns]
+        self._show_piece(now_ns)
+
+    def _show_piece(self, now_ns: int) -> None:
+        data = bytes(self._piece)
+        self._stats.count(self._decoder.feed(data))
+        senders = " and ".join(self._piece_of)
+        about = (
+            f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
+        )
+        self._show(self._piece_ns, data, about, is_damaged=True)
+        self._piece.clear()
+        self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self._stats.senders)

@@ -1,0 +1,102 @@
+"""The stations of a segment: what is wrong with each, and whom a packet concerns."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from hil.vocab.faults import Fault
+from hil.vocab.segment import Receiver
+from hil.wire.packet import Malformed, Packet
+from virtual_ports.rs485.packet_faults import Transform
+
+BROADCAST = 0
+
+
+@dataclass
+class Station:
+    """A transceiver on the wire, and what is wrong with it."""
+
+    name: str
+    receiver: Receiver
+    address: int | None = None
+    """Only packets to it and to all concern it; None: everything does."""
+    has_echo: bool = False
+    """Its receiver stays on while it drives."""
+    release_ns: int = 0
+    """How long its driver stays on after the last stop bit."""
+    is_stuck: bool = False
+    """Its driver is always on."""
+    is_swapped: bool = False
+    """Its two wires are swapped."""
+    is_cut: bool = False
+    """The wire to it is cut, or it was taken off."""
+    is_taken_off: bool = False
+    wire_faults: dict[int, Fault] = field(default_factory=dict)
+    """By their numbers, the oldest first; the fields above are what they and ``is_taken_off`` come to."""
+    transforms: dict[int, Transform] = field(default_factory=dict)
+    """What it sends instead of its packets, by the numbers of faults."""
+
+    @property
+    def is_odd(self) -> bool:
+        return (self.is_stuck or self.is_swapped) and not self.is_cut
+
+    def rewire(self) -> None:
+        """Its wire is what all that is wrong with it says; of two late drivers the later fault's."""
+        faults = self.wire_faults.values()
+        kinds = {fault.kind for fault in faults}
+        self.is_cut = self.is_taken_off or "wire_cut" in kinds
+        self.is_swapped = "wire_swapped" in kinds
+        self.is_stuck = "driver_stuck" in kinds
+        late_us = [fault.number("late_us") for fault in faults if fault.kind == "driver_late"]
+        self.release_ns = round(late_us[-1] * 1000) if late_us else 0
+
+
+class Stations(dict[str, Station]):
+    """By name, and by address too."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.by_address: dict[int | None, dict[str, Station]] = {None: {}}
+        self.busy: set[str] = set()
+        """Those whose firmware does not take bytes as they come: each counts for their buffers."""
+        self.is_odd = False
+        """The wire of one of them is wrong."""
+
+    def join(self, station: Station) -> None:
+        self[station.name] = self.by_address[None][station.name] = station
+
+    def leave(self, name: str) -> None:
+        self.by_address[self.pop(name).address].pop(name)
+        self.changed()
+
+    def set_address(self, name: str, address: int | None) -> None:
+        station = self[name]
+        self.by_address[station.address].pop(name)
+        station.address = address
+        self.by_address.setdefault(address, {})[name] = station
+
+    def rewire(self, name: str) -> None:
+        """What is wrong with a station's wire has changed."""
+        self[name].rewire()
+        self.changed()
+
+    def changed(self) -> None:
+        """Something about a station that can be wrong has changed."""
+        self.is_odd = any(station.is_odd for station in self.values())
+
+    def concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
+        """Those that have to hear these packets: addressed ones, listeners to everything, and the busy."""
+        told: set[str] = set()
+        addresses: dict[int | None, None] = {None: None}
+        for item in items:
+            if isinstance(item, Packet):
+                if item.destination == BROADCAST:
+                    yield from self.values()
+                    return
+                addresses[item.destination] = None
+        for address in addresses:
+            for name, station in self.by_address.get(address, {}).items():
+                told.add(name)
+                yield station
+        for name in self.busy - told:
+            if name in self:
+                yield self[name]
