@@ -2,7 +2,8 @@
 
 Belongs here: the configuration's model, its checks, its JSON Schema and reference, and the
 difference between two configurations. Pure: the caller reads the files and finds the profiles and
-ports (``Catalogue``).
+ports (``Catalogue``), and which motors the core refuses. Of hil.sim and hil.wire it takes rules without
+state, so that a fault, a load or an address is refused here with a running bench's words.
 
 May import: hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
 pydantic_core, yaml.
@@ -17,7 +18,7 @@ from hil.config.catalogue import (
 )
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig, WireConfig
+from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig
 from hil.config.problem import ConfigError, Problem
 from hil.config.reference_page import reference
 from hil.config.schema import schema
@@ -35,7 +36,6 @@ __all__ = [
     "Problem",
     "ProfileInfo",
     "SegmentConfig",
-    "WireConfig",
     "diff",
     "from_dict",
     "parse",

@@ -7,28 +7,23 @@ pydantic_core.
 """
 
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
-from hil.runs.baton import Baton, Soon, Told
+from hil.runs.baton import Soon, Told
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution
 from hil.runs.on_bench import BenchAxes
-from hil.runs.plan import Event, Phrase, Plan
+from hil.runs.plan import Plan
 from hil.runs.planner import plan_run
-from hil.runs.progress import AxisReport, BenchReport, Ended, How, Progress
-from hil.runs.run_document import AxisRules, RunDocument, parse_run, run_from_data
+from hil.runs.progress import AxisReport, BenchReport, How, Progress
+from hil.runs.run_document import RunDocument, parse_run, run_from_data
 
 __all__ = [
     "AxisNow",
     "AxisReport",
-    "AxisRules",
-    "Baton",
     "BenchAxes",
     "BenchReport",
     "ClockOffset",
-    "Ended",
-    "Event",
     "Execution",
     "How",
-    "Phrase",
     "Plan",
     "Progress",
     "Refused",

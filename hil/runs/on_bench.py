@@ -43,18 +43,11 @@ class BenchAxes:
         return self._bench.now_ns
 
     def give(self, axis: str, given: Input, refused: Refused) -> None:
-        if not isinstance(given, Do) or given.at_ns is None:
-            self._bench.give(self._bench.devices[axis], given)
-            return
-        verb = given.verb
-
         def later(refusal: VerbRefused) -> None:
-            refused(f"{verb}: {refusal}")
+            assert isinstance(given, Do)
+            refused(f"{given.verb}: {refusal}")
 
-        try:
-            self._bench.take(axis, given, on_refused=later)
-        except VerbRefused as refusal:  # its time was over, and it was done at once
-            later(refusal)
+        self._bench.take(axis, given, on_refused=later)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         state = self._bench.snapshot(axis)
