@@ -127,7 +127,7 @@ _ROWS = (
     _asked(
         "send",
         UART,
-        "type bytes at a serial interface, as a client does",
+        "type bytes at a serial interface (s1.network: the second one), as a client does",
         Parameter("data", "what is typed", form=HEX),
     ),
     _asked(
