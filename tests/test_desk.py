@@ -14,7 +14,7 @@ from bridges.zenoh.keys import KEYS, Key
 from hil.compose import find_catalogue, load_verbs
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
-from hil.daemon import Daemon
+from hil.daemon import Daemon, Serving
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS, TYPED_BYTES
 from hil.vocab.bridges import Desk, Done, Source, Watched
@@ -41,7 +41,7 @@ class Asking(NamedTuple):
     """A desk that is asked for something and waited for."""
 
     desk: Desk
-    daemon: Daemon
+    serving: Serving
 
     async def __call__(self, operation: str, target: str = "", source: Source = ADMIN, **given: Any) -> Any:
         answer = self.desk.ask(source, operation, target, given)
@@ -79,13 +79,13 @@ def using(tmp_path: Path) -> Using:
             daemon = Daemon(
                 config, config_folder=tmp_path, runtime_base=tmp_path / "run", state_base=tmp_path / "state"
             )
-            started = asyncio.Event()
-            running = asyncio.create_task(daemon.run(lambda _: started.set()))
-            starting = asyncio.create_task(started.wait())
-            await asyncio.wait({running, starting}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
+            started: asyncio.Future[Serving] = asyncio.get_running_loop().create_future()
+            running = asyncio.create_task(daemon.run(started.set_result))
+            await asyncio.wait({running, started}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
             try:
-                assert started.is_set()
-                await use(Asking(daemon.desk, daemon))
+                assert started.done()
+                serving = started.result()
+                await use(Asking(serving.desk, serving))
             finally:
                 daemon.stop()
                 await running
@@ -243,7 +243,7 @@ def test_what_is_not_in_the_table_is_not_asked(using: Using) -> None:
 def test_an_input_pin_can_be_driven_whatever_the_firmware_does(using: Using) -> None:
     async def use(ask: Asking) -> None:
         await ask("inject", "m1", fault="node_brown_out", parameters={})
-        assert ask.daemon.bench.devices["m1"].failed
+        assert ask.serving.live.sim.devices["m1"].failed
         assert (await ask("pin", "m1", pin="D3", level=1)).answer == {}
         assert (await ask.verb("m1", "pin", pin="D3", level=0)).answer == {}
 
@@ -387,7 +387,7 @@ def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
     """A scrape lets others run between any two values."""
 
     async def use(ask: Asking) -> None:
-        places, devices = ask.daemon.places.uarts(), ask.daemon.bench.devices
+        places, devices = ask.serving.live.places.uarts(), ask.serving.live.sim.devices
         for metric, values in await ask("metrics"):
             place, device, found = places["s10"], devices["s10"], set()
             for labels, _ in values:

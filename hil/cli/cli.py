@@ -77,11 +77,12 @@ def serve(
     import os
 
     from hil.cli.started import started
-    from hil.daemon import Daemon, StartError
+    from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.open_files import allow_many
     from hil.host.paths import log_file, runtime_base, state_base
+    from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
     notifier = Notifier(os.environ, os.getpid())
@@ -104,7 +105,7 @@ def serve(
     allow_many()
     try:
         try:
-            asyncio.run(daemon.run(lambda daemon: started(daemon, writer)))
+            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
         finally:
             writer.close()
     except StartError as error:

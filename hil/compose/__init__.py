@@ -5,9 +5,13 @@ and ``hil.daemon``; imports the sibling packages only by a name that a configura
 """
 
 from hil.compose.build import (
+    LOOKUP_SECTION,
     TableFileError,
     axis_seed,
     bench_runtime,
+    empty_bench,
+    join_devices,
+    joined_devices,
     load_firmware,
     make_device,
     start_sections,
@@ -25,12 +29,16 @@ from hil.compose.find import (
 from hil.host.regular_file import NotRegularError, read_regular, read_text
 
 __all__ = [
+    "LOOKUP_SECTION",
     "NotRegularError",
     "TableFileError",
     "axis_seed",
     "bench_runtime",
     "bridge_reference",
+    "empty_bench",
     "find_catalogue",
+    "join_devices",
+    "joined_devices",
     "load_dialogues",
     "load_firmware",
     "load_terminal_axis",

@@ -11,9 +11,10 @@ from hil.core import Core
 from hil.host.regular_file import read_regular
 from hil.sim.around import VIRTUAL, Around
 from hil.sim.bench import BenchRuntime, Store
-from hil.sim.device import Device, DeviceSpec
+from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.setpoints import TimeOut
+from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
 from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 
@@ -135,29 +136,40 @@ def bench_runtime(
     store: Store,
     around: Around = VIRTUAL,
 ) -> BenchRuntime:
-    """All twins of a configuration at simulated time 0, none of which has run yet.
-
-    ``memories`` has each device's non-volatile sections; ``store`` keeps what they write. The core has room
-    for twice the devices, and for ``LEAST_AXES``, so that a reload can add some, and for the groups of
-    segments without stations.
-    """
-    room = max(2 * len(config.devices), LEAST_AXES)
-    bench = BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
-    joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
-    joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
-    joined = partners(config.twins, joints)
+    """All twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
+    device's non-volatile sections; ``store`` keeps what they write."""
+    bench, joined = empty_bench(config, store, around), joined_devices(config)
     for index, (name, device) in enumerate(config.twins.items()):
         profile, memory = catalogue.profiles[device.profile], memories.get(name, {})
         seed = axis_seed(config, index)
         group = bench.roster.group_of(joined[name]) if name in joined else bench.open_group()
         bench.add(group, make_device(bench, name, device, profile, memory, seed, group))
+    join_devices(bench, config)
+    return bench
+
+
+def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> BenchRuntime:
+    """A bench without devices. The core has room for twice those of the configuration, and for
+    ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations."""
+    room = max(2 * len(config.devices), LEAST_AXES)
+    return BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
+
+
+def joined_devices(config: BenchConfig) -> dict[str, str]:
+    """For each twin that shares the time of others, the first of them."""
+    joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
+    joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
+    return partners(config.twins, joints)
+
+
+def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
+    """Wires and segments between devices that are in the bench, and in one group where they are joined."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.output, wire.input
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config)
-    return bench
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig) -> None:

@@ -62,7 +62,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     if fault.parameters.keys() != parameters.keys():
         return f"parameters of {given.kind} are {', '.join(fault.parameters)}, all of them"
     try:
-        bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters))
+        bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters), with_others=False)
     except FaultRefused as refusal:
         return str(refusal)
     return None

@@ -20,7 +20,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
-from hil.sim.inputs import Clear, Inject, InputLogError, Logged, Stopped
+from hil.sim.inputs import InputLogError, Logged, Stopped
 from hil.sim.stops import LoggedStops
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -151,8 +151,11 @@ def replay_log(read: InputLog) -> Replayed:
             said = problem if problem.isprintable() else repr(problem)
             remedy = f"replay it with what wrote it, {read.program}"
             raise InputLogError(f"{read.where(index)}: {said[:LONGEST_PROBLEM]}; {remedy}")
+        if isinstance(logged.input, Stopped):
+            runtime.roster.group_of(logged.device).advance(logged.at_ns)
+            continue
         with suppress(VerbRefused):  # as it was then
-            _take(runtime, logged)
+            runtime.take(logged.device, logged.input, logged.at_ns)
     # What was sent is logged with its time on the line, which a paced line reaches later than its group: the
     # run ended when the last piece was printed, and not when its last byte would have been on the line.
     going_on = True
@@ -162,16 +165,6 @@ def replay_log(read: InputLog) -> Replayed:
         if group not in ends:
             group.advance(last_ns)
     return replayed
-
-
-def _take(runtime: BenchRuntime, logged: Logged) -> None:
-    name, given, at_ns = logged.device, logged.input, logged.at_ns
-    if isinstance(given, Stopped):
-        runtime.roster.group_of(name).advance(at_ns)
-    elif isinstance(given, Inject | Clear):
-        runtime.give_fault(name, given, at_ns)
-    else:
-        runtime.give(runtime.taps.get(name) or runtime.devices[name], given, at_ns)
 
 
 def _problem(runtime: BenchRuntime, logged: Logged) -> str | None:

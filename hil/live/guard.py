@@ -8,6 +8,7 @@ count, and a step costs no system call. Code that Python cannot interrupt ends t
 writes down whose it was.
 """
 
+import logging
 import os
 import resource
 import signal
@@ -19,6 +20,8 @@ from typing import NoReturn
 
 from hil.core._native import Watchdog
 from hil.sim.stops import FirmwareHung, Guarded
+
+log = logging.getLogger("hil")
 
 STEP_LIMIT_NS = 200_000_000
 """CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the look-up
@@ -199,6 +202,13 @@ class _Aside(AbstractContextManager[None]):
         if self._was_inside:
             self._guard._watchdog.resume()
             self._guard._inside = True
+
+
+def note_hung(file: Path, notes: dict[str, str]) -> None:
+    """Tell the operator of the device whose firmware ended the daemon the last time."""
+    if hung := take_breadcrumb(file):
+        notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
+        log.error("%s: %s", hung, notes[hung])
 
 
 def take_breadcrumb(file: Path) -> str | None:

@@ -1,5 +1,6 @@
 """The one registry of places at which bytes enter: UARTs of twins, taps of segments, real boards."""
 
+import logging
 from collections.abc import Iterator
 from itertools import chain
 from typing import Any
@@ -7,8 +8,11 @@ from typing import Any
 from hil.live.board_end import BoardEnd
 from hil.live.joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
+from hil.sim.device import Device
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.ports import port_label
+
+log = logging.getLogger("hil")
 
 
 class Places:
@@ -52,3 +56,17 @@ class Places:
     def addresses(self) -> list[tuple[str, str]]:
         """All labels, and where clients reach each."""
         return [(joint.label, joint.port.address) for joint in self.joints()]
+
+    def tell_stopped(self, device: Device) -> None:
+        """Say in the log, and at its port, that a device has stopped."""
+        again = f"the other devices go on; `hil reset {device.name}` restarts it"
+        log.error("%s stopped: %s; %s", device.name, device.failed, again)
+        if joint := self._uarts.get(device.name):
+            joint.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
+
+    async def close(self) -> None:
+        """Close all ports."""
+        for joint in self.joints():
+            await joint.port.close()
+        for board in self._boards.values():
+            await board.end.line.close()

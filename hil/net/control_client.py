@@ -26,6 +26,11 @@ class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
 
 
+def already_running(bench: str, pid: int) -> str:
+    """Why a bench is not started a second time."""
+    return f"bench {bench} is running already, as process {pid}"
+
+
 def listener(path: Path) -> int:
     """The process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
-from hil.net.control_client import listener
+from hil.net.control_client import already_running, listener
 from hil.net.unix_door import let_in, listen_at
 from hil.net.visitors import Visit
 from hil.operations.desk import no_operation
@@ -177,8 +177,3 @@ async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
         except asyncio.LimitOverrunError as error:
             is_too_long = True
             await reader.readexactly(max(error.consumed, 1))
-
-
-def already_running(bench: str, pid: int) -> str:
-    """Why a bench is not started a second time."""
-    return f"bench {bench} is running already, as process {pid}"

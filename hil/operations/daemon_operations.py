@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hil.config import ConfigError
-from hil.live.apply import Reloader
-from hil.live.reload_plan import ConfigUnreadable, ReloadRefused
+from hil.live.refusals import ConfigUnreadable, Refused
+from hil.live.reload import Reloader
 from hil.operations.desk import Answerer, Asked
 from hil.vocab.verbs import VerbRefused
 
@@ -26,7 +26,7 @@ class DaemonOperations:
             return await self._apply.reload()
         except (ConfigError, ConfigUnreadable) as error:
             raise VerbRefused("bad_config", str(error)) from None
-        except ReloadRefused as error:
+        except Refused as error:
             raise VerbRefused("not_now", str(error)) from None
 
     def stop(self, asked: Asked) -> dict[str, int]:

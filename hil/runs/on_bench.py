@@ -43,11 +43,18 @@ class BenchAxes:
         return self._bench.now_ns
 
     def give(self, axis: str, given: Input, refused: Refused) -> None:
-        def later(refusal: VerbRefused) -> None:
-            assert isinstance(given, Do)
-            refused(f"{given.verb}: {refusal}")
+        if not isinstance(given, Do) or given.at_ns is None:
+            self._bench.give(self._bench.devices[axis], given)
+            return
+        verb = given.verb
 
-        self._bench.give(self._bench.devices[axis], given, on_refused=later)
+        def later(refusal: VerbRefused) -> None:
+            refused(f"{verb}: {refusal}")
+
+        try:
+            self._bench.take(axis, given, on_refused=later)
+        except VerbRefused as refusal:  # its time was over, and it was done at once
+            later(refusal)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         state = self._bench.snapshot(axis)

@@ -1,31 +1,30 @@
 """A built bench: its core, groups and devices, in real or in virtual time.
 
-Every input goes through ``BenchRuntime.give``, ``do`` or ``give_fault``, which fix its effective time once
-and log it.
+Every input goes through ``BenchRuntime.take``, which fixes its effective time once, and logs it.
 """
 
-from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
 from hil.core import Core, Snapshot
 from hil.sim.around import Around
-from hil.sim.device import Answer, Device, DeviceSpec
+from hil.sim.device import Answer, Device
 from hil.sim.drive import RealTimeDrive
 from hil.sim.faults import Faults
 from hil.sim.group import Group
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
+from hil.sim.later import LaterVerbs, Refused
 from hil.sim.roster import Roster
+from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
+from hil.sim.stops import Guard
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.faults import Fault, FaultRefused
+from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs
-from hil.vocab.verbs import Effect, VerbRefused
-
-Refused = Callable[[VerbRefused], None]
 
 
 class Store(Protocol):
@@ -37,6 +36,30 @@ class Store(Protocol):
         """Make ``sections`` the device's whole non-volatile memory. Returns whether they are durable; or
         None, and then ``answered`` has to be called with it, once: an input, with a time of its own. It
         returns whether the device was still there to be told."""
+
+
+@dataclass(frozen=True)
+class _Home:
+    """``hil.sim.device.Home``."""
+
+    around: Around
+    store: Store
+    answered: Callable[[Device, bool], bool]
+    due_changed: Callable[[Device], None]
+
+    @property
+    def guard(self) -> Guard:
+        return self.around.guard
+
+    def commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
+        return self.store.commit(device, sections, partial(self.answered, device))
+
+    def failed(self, device: Device) -> None:
+        self.around.on_failed(device)
+
+    def stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
+        if self.around.log:
+            self.around.log.write(Logged(at_ns, device.name, stopped))
 
 
 class BenchRuntime:
@@ -56,8 +79,7 @@ class BenchRuntime:
         self.log = around.log
         self._around = around
         self._store = store
-        self._ends = Counter[str]()
-        """How often a verb ended the motions of a device."""
+        self._later = LaterVerbs()
         self._now_ns = SimTimeNs(0)
 
     @property
@@ -80,15 +102,8 @@ class BenchRuntime:
 
     def make(self, spec: DeviceSpec, plan: AxisPlan, group: Group) -> Device:
         """A device with its axis, for a group; ``add`` puts it there."""
-        device = Device(
-            spec,
-            self.core.open_axis(group.id, plan),
-            guard=self._around.guard,
-            commit=self._commit,
-            on_failed=self._around.on_failed,
-            on_stopped=self._stopped,
-            due_changed=group.note_due,
-        )
+        home = _Home(self._around, self._store, self._answered, group.note_due)
+        device = Device(spec, self.core.open_axis(group.id, plan), home)
         if self.log:
             for name, uart in device.uarts.items():
                 uart.listeners.append(partial(self.log.sent, device, name))
@@ -114,47 +129,65 @@ class BenchRuntime:
             device.close()
         self.discard(group)
 
-    def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
-        return self._store.commit(device, sections, partial(self._answered, device))
-
     def _answered(self, device: Device, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.give(device, CommitDone(durable))
         return is_here
 
-    def _stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
-        if self.log:
-            self.log.write(Logged(at_ns, device.name, stopped))
-
     # ---- inputs ----
 
-    def give(
+    def take(
         self,
-        to: Device | Tap,
+        target: str,
         given: Input,
         arrival_ns: SimTimeNs | None = None,
         on_refused: Refused = lambda refusal: None,
-    ) -> SimTimeNs:
-        """An input from outside takes effect: at its arrival, by default now, or at the time its group has
-        reached if that is later. Returns the effective time. ``on_refused`` is called when a verb that is to
-        be done later cannot be.
+    ) -> tuple[SimTimeNs, Answer]:
+        """An input from outside takes effect on a target's name: at its arrival, by default now, or at the
+        time its group has reached if that is later. Returns the effective time, and what a verb answers.
+        ``on_refused`` is called when a verb that is to be done later cannot be.
 
         Raises:
             VerbRefused: a verb or a path was not carried out.
         """
-        return self._take(to.name, given, partial(self._apply, to, given, on_refused), arrival_ns)[0]
+        group = self.roster.group_of(target)
+        with self.drive.owning(group):
+            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.drive.turn())
+            at_ns = group.now_ns
+            if self.log:
+                self.log.write(Logged(at_ns, target, given))
+            try:
+                return at_ns, self._apply(group, target, given, at_ns, on_refused)
+            finally:
+                group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
+
+    def _apply(
+        self, group: Group, target: str, given: Input, at_ns: SimTimeNs, on_refused: Refused
+    ) -> Answer:
+        if isinstance(given, (Inject, Clear)):
+            self.faults.apply(target, given, at_ns)
+            return {}
+        if target in self.taps:
+            self.taps[target].apply(given, at_ns)
+            return {}
+        device = self.devices[target]
+        if isinstance(given, Do):
+            if given.at_ns is not None and given.at_ns > at_ns:
+                self._later.add(group, device, given, given.at_ns, on_refused)
+                return {}
+            self._later.note(device, given)
+        return group.apply(device, given)
+
+    def give(self, to: Device | Tap, given: Input) -> SimTimeNs:
+        """An input takes effect now, as ``take``; its effective time."""
+        return self.take(to.name, given)[0]
 
     def do(
         self, device: Device, verb: str, parameters: Mapping[str, float | str]
     ) -> tuple[SimTimeNs, Answer]:
-        """A verb of the device's table is carried out, as ``give``; its time, and what it answers.
-
-        Raises:
-            VerbRefused: it was not.
-        """
-        given = Do(verb, tuple(parameters.items()))
-        return self._take(device.name, given, partial(self._apply, device, given, lambda refusal: None))
+        """A verb of the device's table is carried out now, as ``take``."""
+        return self.take(device.name, Do(verb, tuple(parameters.items())))
 
     def inject(self, fault: Fault) -> int:
         """A fault begins; its number.
@@ -162,10 +195,9 @@ class BenchRuntime:
         Raises:
             FaultRefused: it cannot be where it is wanted.
         """
-        self.faults.check(fault)
-        self.faults.check_sum(fault)
+        self.faults.check(fault, with_others=True)
         number = self.faults.new_number()
-        self.give_fault(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
+        self.take(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
         return number
 
     def clear_fault(self, number: int) -> None:
@@ -174,73 +206,7 @@ class BenchRuntime:
         Raises:
             FaultRefused: there is none of this number.
         """
-        if number not in self.faults.active:
-            active = ", ".join(map(str, self.faults.active)) or "none"
-            raise FaultRefused(f"there is no fault {number}; there are: {active}")
-        self.give_fault(self.faults.active[number].target, Clear(number))
-
-    def give_fault(
-        self, target: str, given: Inject | Clear, arrival_ns: SimTimeNs | None = None
-    ) -> SimTimeNs:
-        """A fault's input takes effect, as ``give``."""
-
-        def effect(group: Group, at_ns: SimTimeNs) -> Answer:
-            self.faults.apply(target, given, at_ns)
-            return {}
-
-        return self._take(target, given, effect, arrival_ns)[0]
-
-    def _take(
-        self,
-        target: str,
-        given: Input,
-        effect: Callable[[Group, SimTimeNs], Answer],
-        arrival_ns: SimTimeNs | None = None,
-    ) -> tuple[SimTimeNs, Answer]:
-        group = self.roster.group_of(target)
-        with self.drive.owning(group):
-            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.drive.turn())
-            at_ns = group.now_ns
-            if self.log:
-                self.log.write(Logged(at_ns, target, given))
-            try:
-                return at_ns, effect(group, at_ns)
-            finally:
-                group.advance(at_ns)  # leaves the horizon of what the firmware waits for now
-
-    def _apply(
-        self, to: Device | Tap, given: Input, on_refused: Refused, group: Group, at_ns: SimTimeNs
-    ) -> Answer:
-        if isinstance(to, Tap):
-            to.apply(given, at_ns)
-            return {}
-        if isinstance(given, Do):
-            if given.at_ns is not None and given.at_ns > at_ns:
-                later = partial(self._do_later, to, given, on_refused, group, self._epoch(to))
-                group.at(given.at_ns, later)
-                return {}
-            if to.verbs[given.verb].effect == Effect.ENDS:
-                self._ends[to.name] += 1
-        return group.apply(to, given)
-
-    def _epoch(self, device: Device) -> tuple[int, int]:
-        """Power that comes anew, and a verb that ends motions, end those too that were to come."""
-        return self._ends[device.name], device.power_ups
-
-    def _do_later(
-        self,
-        device: Device,
-        given: Do,
-        on_refused: Refused,
-        group: Group,
-        epoch: tuple[int, int],
-        now_ns: SimTimeNs,
-    ) -> None:
-        if epoch == self._epoch(device):
-            try:
-                group.apply(device, given)
-            except VerbRefused as refusal:
-                on_refused(refusal)
+        self.take(self.faults.listed(number).target, Clear(number))
 
     # ---- looking ----
 

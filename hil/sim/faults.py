@@ -74,8 +74,20 @@ class Faults:
         self.active: dict[int, Fault] = {}
         """Those that are listed: in force, or still to begin."""
 
-    def check(self, fault: Fault) -> None:
-        """Whether it can be where it is wanted.
+    def listed(self, number: int) -> Fault:
+        """In force, or still to begin.
+
+        Raises:
+            FaultRefused: there is none of this number.
+        """
+        if number not in self.active:
+            active = ", ".join(map(str, self.active)) or "none"
+            raise FaultRefused(f"there is no fault {number}; there are: {active}")
+        return self.active[number]
+
+    def check(self, fault: Fault, *, with_others: bool) -> None:
+        """Whether it can be where it is wanted. ``with_others``: also beside the loads that are there; not
+        for what a log has, which was taken then, when the faults here may have been others.
 
         Raises:
             FaultRefused: it cannot, and why.
@@ -89,20 +101,13 @@ class Faults:
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
         if fault.kind == LOAD and place.device:
-            _refuse(load_problem(fault.number("torque_Nm"), place.device.axis.holding_Nm))
-
-    def check_sum(self, fault: Fault) -> None:
-        """Whether it can be beside the loads that are there. Not for what a log has: that was taken then, and
-        the faults here are those of an earlier time.
-
-        Raises:
-            FaultRefused: in all it is too much.
-        """
-        place = self._roster.place(fault.target)
-        if fault.kind == LOAD and place and place.device:
-            axis = place.device.axis
-            others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
-            _refuse(load_problem(fault.number("torque_Nm"), axis.holding_Nm, others_Nm))
+            torque_Nm, axis = fault.number("torque_Nm"), place.device.axis
+            problem = load_problem(torque_Nm, axis.holding_Nm)
+            if with_others and not problem:
+                others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
+                problem = load_problem(torque_Nm, axis.holding_Nm, others_Nm)
+            if problem:
+                raise FaultRefused(f"torque_Nm: {problem}")
 
     def load_problem(self, device: Device, torque_Nm: object) -> str | None:
         """What is wrong with a torque to be set on a device's shaft, or None."""
@@ -215,11 +220,6 @@ class Faults:
         if layer == "node":
             device.step(now_ns)
             group.note_due(device)
-
-
-def _refuse(load_problem: str | None) -> None:
-    if load_problem:
-        raise FaultRefused(f"torque_Nm: {load_problem}")
 
 
 def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:

@@ -135,7 +135,7 @@ class DeviceUart:
 
     def tell_polling(self, is_polling: bool) -> None:
         """Let the segment know whether the sketch reads at once what comes."""
-        if self.segment and is_polling != self._told_polling:
+        if is_polling != self._told_polling and self.segment:
             self._told_polling = is_polling
             self.segment.set_polling(self.station, is_polling)
 

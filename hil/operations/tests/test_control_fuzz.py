@@ -18,7 +18,8 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import parse
-from hil.daemon import CONTROL_SOCKET, Daemon
+from hil.daemon import Daemon, Serving
+from hil.host.paths import CONTROL_SOCKET
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS
 from hil.sim.inputs import MAX_BURSTS
@@ -199,7 +200,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float)
 
 
-def in_a_daemon(folder: Path, use: Callable[[Daemon], Awaitable[None]]) -> None:
+def in_a_daemon(folder: Path, use: Callable[[Serving], Awaitable[None]]) -> None:
     """Run what is awaited with a daemon that has started."""
 
     async def main() -> None:
@@ -207,13 +208,12 @@ def in_a_daemon(folder: Path, use: Callable[[Daemon], Awaitable[None]]) -> None:
         daemon = Daemon(
             config, config_folder=folder, runtime_base=folder / "run", state_base=folder / "state"
         )
-        started = asyncio.Event()
-        running = asyncio.create_task(daemon.run(lambda _: started.set()))
-        starting = asyncio.create_task(started.wait())
-        await asyncio.wait({running, starting}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
+        started: asyncio.Future[Serving] = asyncio.get_running_loop().create_future()
+        running = asyncio.create_task(daemon.run(started.set_result))
+        await asyncio.wait({running, started}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
         try:
-            assert started.is_set()
-            await use(daemon)
+            assert started.done()
+            await use(started.result())
         finally:
             daemon.stop()
             await running
@@ -234,10 +234,10 @@ def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureF
     grammar = Grammar(random.Random(SEED))
     accepted = 0
 
-    async def use(daemon: Daemon) -> None:
+    async def use(serving: Serving) -> None:
         nonlocal accepted
         claimed = ClaimedSocket(tmp_path / "unused", "fuzz")
-        server = ControlServer(daemon.desk, claimed)
+        server = ControlServer(serving.desk, claimed)
         for case in range(CASES):
             line = grammar.request()
             answer = await server.answer(line)
@@ -248,8 +248,8 @@ def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureF
             assert not caplog.records or not caplog.records[-1].exc_info, line[:300]
             accepted += answer["ok"]
             if case % 50 == 49:
-                for row in daemon.faults.listed():
-                    daemon.faults.clear(row["number"])
+                for row in serving.live.faults.listed():
+                    serving.live.faults.clear(row["number"])
                 for name in ("m1", "m2", "s1", "s2"):
                     await server.answer(json.dumps({"verb": "reset", "device": name}).encode())
                 await asyncio.sleep(0.001)
@@ -279,9 +279,9 @@ LONG = {
 def test_nobody_waits_for_a_long_request_to_be_read(tmp_path: Path, kind: str) -> None:
     answered = []
 
-    async def use(daemon: Daemon) -> None:
+    async def use(serving: Serving) -> None:
         claimed = ClaimedSocket(tmp_path / "unused", "fuzz")
-        server = ControlServer(daemon.desk, claimed)
+        server = ControlServer(serving.desk, claimed)
 
         async def ask(name: str, request: object) -> None:
             answer = await server.answer(json.dumps(request).encode())
@@ -306,9 +306,9 @@ def test_nobody_waits_for_a_long_request_to_be_read(tmp_path: Path, kind: str) -
 def test_more_rows_than_can_be_taken_at_once_are_refused(
     tmp_path: Path, operation: str, target: str, given: dict[str, Any], told: str
 ) -> None:
-    async def use(daemon: Daemon) -> None:
+    async def use(serving: Serving) -> None:
         with pytest.raises(VerbRefused, match=told):
-            await daemon.desk.ask(LOCAL, operation, target, given)
+            await serving.desk.ask(LOCAL, operation, target, given)
 
     in_a_daemon(tmp_path, use)
 
@@ -334,8 +334,8 @@ def test_a_connection_outlives_whatever_was_no_request(
             answers.append(replies.readline())
             assert replies.readline() == b""
 
-    async def use(daemon: Daemon) -> None:
-        await asyncio.to_thread(talk, daemon.runtime_dir / CONTROL_SOCKET)
+    async def use(serving: Serving) -> None:
+        await asyncio.to_thread(talk, tmp_path / "run" / "fuzz" / CONTROL_SOCKET)
 
     with caplog.at_level(logging.ERROR):
         in_a_daemon(tmp_path, use)
