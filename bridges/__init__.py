@@ -1,7 +1,9 @@
 """Doors for other protocols: one folder for each, found by its name when a configuration names it.
 
-Each folder has a ``bridge.py`` with ``Options`` (a strict pydantic model), ``make(options, desk) -> Bridge``
-and ``reference() -> str``, its section of the reference. A bridge knows no board by name.
+Each folder has a ``bridge.py`` with ``Options`` (a strict pydantic model), ``reference()`` (its part of the
+reference) and ``make(options, desk) -> Bridge``. The desk (``hil.vocab.bridges.Desk``) is all that a bridge
+has of a bench: it asks for operations of the table, watches, and has the bench described. A bridge knows no
+board by name.
 
 Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 """

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from bridges.zenoh.commands import command_at
-from hil.compose import find_catalogue
+from bridges.zenoh.keys import KEYS, Key
+from hil.compose import find_catalogue, load_verbs
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving
@@ -210,6 +211,21 @@ def test_each_operation_asks_for_its_role(using: Using) -> None:
             assert told == ("forbidden", f"{name} needs the role operator")
 
     using(use)
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS if "command" in key.way], ids=lambda key: key.pattern)
+def test_a_key_asks_for_the_role_of_its_operation(key: Key) -> None:
+    names = {"<device>": "m1", "<verb>": "enable", "<name>": "pKp", "<id>": "r"}
+    path = key.pattern
+    for placeholder, name in names.items():
+        path = path.replace(placeholder, name)
+    payloads = {"axis/m1/param/pKp": b"1", "run/submit": b"run: r"}
+    reader = command_at(path, True)
+    assert reader
+    asked = reader(payloads.get(path, b"{}"))
+    verbs = load_verbs("mechaduino").table
+    role = verbs["enable"].role if asked.operation == "do" else OPERATIONS[asked.operation].role
+    assert key.role == role
 
 
 def test_what_is_not_in_the_table_is_not_asked(using: Using) -> None:

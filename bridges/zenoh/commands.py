@@ -167,7 +167,9 @@ def command_at(rest: str, has_payload: bool) -> Reader | None:
         case ["run", name, "part"] if "*" not in name:
             return lambda payload: Command("part", name, {"given": read_payload(payload, longest=RUN_BYTES)})
         case ["run", name, "cancel"] if "*" not in name:
-            return lambda payload: Command("cancel_run", name, {"how": "grace"} | read_payload(payload))
+            return lambda payload: Command(
+                "cancel_run", name, {"how": read_payload(payload).get("how", "grace")}
+            )
         case ["axis", _, "param", _] if not has_payload:
             return None
         case ["axis", _, "cmd" | "param", _] | ["axis" | "segment", _, "fault"]:

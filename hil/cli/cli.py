@@ -257,12 +257,12 @@ def pin(
 @app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is none
 def set_field(
     device: DeviceName,
-    field: Annotated[str, typer.Argument(help="load_torque_Nm, diaagc or errfl.")],
+    field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],
     value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """Set the load on a shaft or an encoder register."""
+    """Set the load on a shaft, an encoder register or a gain."""
     ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
 
 

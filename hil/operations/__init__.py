@@ -1,9 +1,8 @@
-"""What may be asked of a bench, and who answers.
+"""What may be asked of a bench (``table.py``), and the desk that answers (``desk.py``).
 
-``table.py`` is the one table of operations, ``desk.py`` checks what is asked against it,
-``board_operations.py`` and its sisters answer. The control socket is the door that is always open
-(``control_socket.py``; the side that asks is ``hil.net.control_client``); other doors are bridges. Health,
-metrics and reports are readings.
+Each operation is carried out by one of the ``*_operations``, ``looking_on`` and ``reports``, which name the
+parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges
+are: it has the desk and nothing else. The side that asks there is ``hil.net.control_client``.
 
 May import: hil.compose, hil.config, hil.core, hil.firmware, hil.host, hil.live, hil.net, hil.runs, hil.sim,
 hil.telemetry, hil.vocab, hil.wire, the standard library.

@@ -14,14 +14,15 @@ from hil.live.runs.real_axes import RealAxes
 from hil.operations.desk import Answerer, Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import Bytes, Drive, Pin, Play, Reset, SetField, bursts_problem
+from hil.sim.input_reading import read_field
+from hil.sim.inputs import Bytes, Drive, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.settable import SETTABLE, setting_problem
 from hil.vocab.bridges import Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
 from hil.vocab.ports import port_label
 from hil.vocab.verbs import Verb, VerbRefused
-from hil.wire.step_dir import Edges, Train, train_length_ns, train_problem
+from hil.wire.step_dir import Train, train_length_ns, train_problem
 
 BURST_BYTES = 65536
 """Of one burst."""
@@ -190,43 +191,26 @@ class BoardOperations:
 
 
 def _train(rows: list[Any]) -> Train:
-    if not all(map(_is_edge, rows)):
-        raise VerbRefused("bad_parameter", "train: write rows of at_ns, pin, level, steps, duration_ns")
-    train = tuple(Edges(*row) for row in rows)
+    train: Train = _read(Drive, "train", rows)
     if problem := train_problem(train):
         raise VerbRefused("bad_parameter", problem)
     return train
 
 
 def _bursts(rows: list[Any]) -> tuple[tuple[int, str], ...]:
-    if not all(map(_is_burst, rows)):
-        raise VerbRefused("bad_parameter", "bursts: write rows of nanoseconds from now, hexadecimal digits")
-    bursts = tuple((at_ns, data) for at_ns, data in rows)
+    bursts: tuple[tuple[int, str], ...] = _read(Play, "bursts", rows)
+    if any(len(digits) > 2 * BURST_BYTES for _, digits in bursts):
+        raise VerbRefused("bad_parameter", f"bursts: write at most {BURST_BYTES} bytes in a row")
     if problem := bursts_problem(bursts):
         raise VerbRefused("bad_parameter", problem)
     return bursts
 
 
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_edge(row: Any) -> bool:
-    return (
-        isinstance(row, list)
-        and len(row) == 5
-        and isinstance(row[1], str)
-        and all(_is_whole(row[i]) for i in (0, 2, 3, 4))
-    )
-
-
-def _is_burst(row: Any) -> bool:
-    if not (isinstance(row, list) and len(row) == 2 and _is_whole(row[0]) and isinstance(row[1], str)):
-        return False
+def _read(kind: type, field: str, rows: list[Any]) -> Any:
     try:
-        return len(bytes.fromhex(row[1])) <= BURST_BYTES
-    except ValueError:
-        return False
+        return read_field(kind, field, rows)
+    except InputLogError as error:
+        raise VerbRefused("bad_parameter", str(error)) from None
 
 
 def typed(text: str) -> bytes:

@@ -113,6 +113,15 @@ _LEFT_OUT = {(Bytes, "port"): MAIN, (Do, "at_ns"): None}
 """What fields are that do not stand in the log."""
 
 
+def read_field(kind: type, name: str, value: Any) -> Any:
+    """A value from outside for a field of a kind of input.
+
+    Raises:
+        InputLogError: it is not what the field has to be.
+    """
+    return taken({name: value}, name, _READERS[_TYPES[kind][name]])
+
+
 def read_line(line: str | bytes) -> dict[str, Any]:
     """A line of a log as an object.
 
