@@ -26,6 +26,12 @@ def tracked() -> set[str] | None:
     return set(listed.decode().strip("\0").split("\0"))
 
 
+def headers(folder: str) -> list[str]:
+    """What sources below a folder may include: whoever changes one has them compiled again."""
+    found = (path.relative_to(ROOT) for path in (ROOT / folder).rglob("*.*") if path.suffix in {".h", ".def"})
+    return sorted(path.as_posix() for path in found if "tests" not in path.parts)
+
+
 class BuildOfTracked(build_py):
     """Refuses what git does not track: a file that lies around, or one that somebody has forgotten."""
 
@@ -54,51 +60,35 @@ setup(
             "hil.core._native",
             [
                 "hil/core/_native.pyx",
-                f"{NATIVE}/core.c",
+                f"{NATIVE}/arena.c",
                 f"{NATIVE}/axis.c",
                 f"{NATIVE}/batch.c",
                 f"{NATIVE}/batch_any.c",
                 f"{NATIVE}/batch_avx2.c",
+                f"{NATIVE}/control/mechaduino.c",
+                f"{NATIVE}/core.c",
+                f"{NATIVE}/encoder.c",
                 f"{NATIVE}/fault.c",
                 f"{NATIVE}/follow.c",
-                f"{NATIVE}/control/mechaduino.c",
-                f"{NATIVE}/plant/full.c",
-                f"{NATIVE}/plant/simple.c",
-                f"{NATIVE}/rt/thread.c",
-                f"{NATIVE}/rt/watchdog.c",
+                f"{NATIVE}/group.c",
                 f"{NATIVE}/motion/motion.c",
                 f"{NATIVE}/motion/profile.c",
+                f"{NATIVE}/motion/queue.c",
                 f"{NATIVE}/motion/ramp.c",
+                f"{NATIVE}/pins.c",
+                f"{NATIVE}/plant/full.c",
+                f"{NATIVE}/plant/simple.c",
+                f"{NATIVE}/replay.c",
+                f"{NATIVE}/rt/lock.c",
+                f"{NATIVE}/rt/thread.c",
+                f"{NATIVE}/rt/watchdog.c",
+                f"{NATIVE}/servo.c",
                 f"{NATIVE}/source.c",
                 f"{NATIVE}/stepper.c",
+                f"{NATIVE}/view.c",
                 f"{NATIVE}/watch.c",
             ],
-            depends=["hil/core/hil_core.pxd"]
-            + [
-                f"{NATIVE}/{name}"
-                for name in (
-                    "batch.h",
-                    "batch_lanes.h",
-                    "core.h",
-                    "hil_core.h",
-                    "fields.def",
-                    "control/mechaduino.h",
-                    "motion/motion.h",
-                    "motion/profile.h",
-                    "motion/ramp.h",
-                    "stepper.h",
-                    "control/mechaduino_x4.h",
-                    "plant/full.h",
-                    "plant/simple.h",
-                    "plant/full_kernel.h",
-                    "plant/real.h",
-                    "plant/simple_kernel.h",
-                    "plant/trig.h",
-                    "plant/trig_kernel.h",
-                    "rt/ring.h",
-                    "rt/seqlock.h",
-                )
-            ],
+            depends=["hil/core/hil_core.pxd", *headers(NATIVE)],
             include_dirs=["hil/core"],
             libraries=["m"],
             # No contraction: the laws keep the firmware's float32 arithmetic exactly.
@@ -122,7 +112,7 @@ setup(
                 f"{NATIVE}/motion/spline.c",
                 f"{NATIVE}/motion/trajectory.c",
             ],
-            depends=[f"{NATIVE}/motion/shape.h", f"{NATIVE}/motion/trajectory.h"],
+            depends=headers(f"{NATIVE}/motion"),
             include_dirs=["hil/core"],
             libraries=["m"],
             extra_compile_args=["-std=gnu11", "-O3", "-ffp-contract=off", "-fvisibility=hidden"],
@@ -135,7 +125,7 @@ setup(
         Extension(
             "hil.wire._packet",
             ["hil/wire/_packet.pyx", "hil/wire/native/packet.c"],
-            depends=["hil/wire/native/packet.h"],
+            depends=headers("hil/wire/native"),
             include_dirs=["hil/wire"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),

@@ -11,6 +11,7 @@
 #include <time.h>
 
 #include "batch.h"
+#include "hil_core.h"
 
 #define WAKE_NS 1000000
 #define MOVE_TICKS 650

@@ -1,5 +1,6 @@
 # cython: language_level=3, embedsignature=False, freethreading_compatible=False
-"""The planner's binding: numbers in, numbers out; native/motion/trajectory.h says what each call means.
+"""The planner's binding: numbers in, numbers out; course.h, spline.h and trajectory.h of native/motion say what each
+call means.
 `hil.core.trajectory` is the face for the rest of the project."""
 
 from array import array
@@ -9,7 +10,7 @@ from libc.stdint cimport INT64_MIN, int64_t
 from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 
-cdef extern from "native/motion/trajectory.h" nogil:
+cdef extern from "native/motion/course.h" nogil:
     enum:
         TRAJ_AXES
         TRAJ_SEGMENTS
@@ -49,6 +50,16 @@ cdef extern from "native/motion/trajectory.h" nogil:
         int64_t at_ns
         double value
         double limit
+    traj_state traj_at(const traj_profile *profile, int64_t at_ns)
+    int traj_violation(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind,
+                       traj_violation_found *found)
+    double traj_fit(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind)
+    traj_error traj_stretch(traj_profile *profile, double factor)
+
+cdef extern from "native/motion/spline.h" nogil:
+    traj_error traj_spline(int points, const int64_t *times_ns, const double *positions, traj_profile *out)
+
+cdef extern from "native/motion/trajectory.h" nogil:
     traj_error traj_joint(int axes, const traj_state *starts, const double *targets, const traj_limits *limits,
                           traj_kind kind, int64_t duration_ns, traj_profile *out, traj_fault *fault)
     traj_error traj_line(int axes, const double *starts, const double *targets, const traj_limits *limits,
@@ -58,13 +69,7 @@ cdef extern from "native/motion/trajectory.h" nogil:
     traj_error traj_stop(int axes, const traj_profile *running, const traj_profile *path, int64_t at_ns,
                          const traj_limits *limits, traj_kind kind, traj_profile *out_path, traj_profile *out,
                          traj_fault *fault)
-    traj_error traj_spline(int points, const int64_t *times_ns, const double *positions, traj_profile *out)
     traj_error traj_check_limits(int axes, const traj_limits *limits, traj_kind kind, traj_fault *fault)
-    traj_state traj_at(const traj_profile *profile, int64_t at_ns)
-    int traj_violation(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind,
-                       traj_violation_found *found)
-    double traj_fit(int axes, const traj_profile *profiles, const traj_limits *limits, traj_kind kind)
-    traj_error traj_stretch(traj_profile *profile, double factor)
 
 MAX_AXES = TRAJ_AXES
 SEGMENTS = TRAJ_SEGMENTS

@@ -26,9 +26,9 @@ FAULTS = (
     *("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev"),
     *("load_Nm", "freeze", "open_line"),
 )
-"""HIL_FAULT_* of hil_core.h, in its order."""
+"""HIL_FAULT_* of ``native/types.h``, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
-"""Names of ``hil_event_kind`` in ``native/hil_core.h``."""
+"""Names of ``hil_event_kind`` in ``native/types.h``."""
 
 (
     _ENQUEUE,
@@ -148,7 +148,7 @@ class CoreAxis:
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
-        steps, duration_ns) as in ``native/hil_core.h``: hil_edges. Raises KeyError for another pin."""
+        steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
         self._native.drive(
             self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )

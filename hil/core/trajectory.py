@@ -22,7 +22,7 @@ _MOST_NS = 2**63 - 1
 
 
 class PlanProblem(IntEnum):
-    """``traj_error`` of ``native/motion/trajectory.h``, in its order."""
+    """``traj_error`` of ``native/motion/course.h``, in its order."""
 
     NOT_FINITE = 1
     LIMIT_NOT_POSITIVE = 2

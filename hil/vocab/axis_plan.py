@@ -61,7 +61,7 @@ FULL_SCALE_V = 0.33
 
 @dataclass(frozen=True)
 class Load:
-    """What the shaft of a full plant turns; the parts add up. ``native/hil_core.h``: hil_load."""
+    """What the shaft of a full plant turns; the parts add up. ``hil/core/native/types.h``: hil_load."""
 
     inertia_kg_m2: float = 0.0
     torque_Nm: float = 0.0

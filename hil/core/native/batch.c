@@ -2,6 +2,10 @@
 
 #include <math.h>
 
+#include "batch_any.h"
+#include "batch_avx2.h"
+#include "hil_core.h"
+
 #ifdef __x86_64__
 #define HAVE(name) (__builtin_cpu_supports("avx2") ? name##_avx2 : name##_any)
 #else

@@ -1,4 +1,6 @@
 /* batch_lanes.h for any processor. */
+#include "batch_any.h"
+
 #define TARGET
 #define SIMPLE_BATCH simple_batch_any
 #define FULL_BATCH full_batch_any

@@ -1,7 +1,7 @@
 /* batch_lanes.h for what most processors have: vectors of four. Not with fused multiply-add, which rounds
    differently. */
 #ifdef __x86_64__
-#include "batch.h"
+#include "batch_avx2.h"
 
 #ifndef __clang__
 #pragma GCC target("avx2")

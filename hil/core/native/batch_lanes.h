@@ -1,12 +1,13 @@
 /* What moves eight axes of a kind together. Included by batch_any.c and batch_avx2.c: the same operations, for
    any processor and for one with wide vectors. Those define TARGET, SIMPLE_BATCH and FULL_BATCH. */
-#include "batch.h"
+#include "lanes.h"
 #define REAL_LANES 4
 #include "plant/real.h"
 #include "plant/trig_kernel.h"
 #include "plant/simple_kernel.h"
 #include "plant/full_kernel.h"
 #include "control/mechaduino_x4.h"
+#include "servo.h"
 
 /* What is the same of both plants in a row of lanes. */
 typedef struct row {
@@ -77,7 +78,7 @@ INLINE void control(hil_core *c, row *r, mask_x4 raw)
         float measured;
         double a_A, b_A;
         mechaduino_step(&a->law, c->sine, a->table, (int)raw[i], &measured);
-        axis_currents(a, &a_A, &b_A);
+        servo_currents(a, &a_A, &b_A);
         r->a_A[i] = a_A;
         r->b_A[i] = b_A;
     }

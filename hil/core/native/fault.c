@@ -1,46 +1,15 @@
-/* An encoder that reads from a script instead of the shaft, and what can be wrong with an axis. */
-#include "core.h"
-
+/* What can be wrong with an axis, and an encoder that reads from a script instead of the shaft. */
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
-static int64_t floor_div(__int128 n, int64_t d)
-{
-    __int128 q = n / d;
-    return (int64_t)(q - (n % d < 0));
-}
-
-int encoder_scripted_raw(const encoder *s, int64_t t_ns)
-{
-    int i = 0, last = s->script_len - 1;
-    if (t_ns < s->script_ns[0]) return (int)(s->script_raw[0] & 16383);
-    for (int high = last + 1; high - i > 1;) { /* the last point not after t_ns */
-        int middle = (i + high) / 2;
-        if (s->script_ns[middle] <= t_ns) i = middle; else high = middle;
-    }
-    int64_t raw = s->script_raw[i];
-    if (s->script_linear && i < last)
-        raw += floor_div(((__int128)s->script_raw[i + 1] - raw) * (t_ns - s->script_ns[i]),
-                         s->script_ns[i + 1] - s->script_ns[i]);
-    return (int)(raw & 16383); /* two's complement: & is the mathematical modulo, below 0 too */
-}
+#include "axis.h"
+#include "core.h"
+#include "hil_core.h"
+#include "servo.h"
+#include "shaft.h"
 
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
 {
-    encoder *s = &c->axes[axis].encoder;
-    int64_t *copy = n ? malloc((size_t)n * 2 * sizeof *copy) : NULL;
-    if (n && !copy) return -1;
-    if (n) {
-        memcpy(copy, at_ns, (size_t)n * sizeof *copy);
-        memcpy(copy + n, raw, (size_t)n * sizeof *copy);
-    }
-    free(s->script_ns);
-    s->script_ns = copy;
-    s->script_raw = copy ? copy + n : NULL;
-    s->script_len = n;
-    s->script_linear = linear;
-    return 0;
+    return encoder_script(&c->axes[axis].encoder, n, at_ns, raw, linear);
 }
 
 double hil_axis_supply_V(const hil_core *c, int axis)
@@ -54,7 +23,7 @@ static int count_without_line(hil_axis *a, int64_t t_ns)
 {
     int is_open = a->fault.is_line_open;
     a->fault.is_line_open = 0;
-    int raw = axis_raw(a, t_ns);
+    int raw = shaft_raw(a, t_ns);
     a->fault.is_line_open = is_open;
     return raw;
 }
@@ -62,10 +31,10 @@ static int count_without_line(hil_axis *a, int64_t t_ns)
 int hil_axis_fault(hil_core *c, int axis, int what, double value)
 {
     int64_t now_ns;
-    hil_axis *a = axis_stirred(c, axis, &now_ns);
+    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
     axis_fault *f = &a->fault;
     if (!isfinite(value)) return -1;
-    axis_make_node(a, now_ns);
+    axis_node(a, now_ns);
     switch (what) {
     case HIL_FAULT_JAM:
         f->is_jammed = value != 0;
@@ -90,7 +59,7 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
         break;
     case HIL_FAULT_LOAD:
         f->load_Nm = value;
-        axis_load(a);
+        shaft_set_load(a);
         break;
     case HIL_FAULT_FREEZE:
         if (value != 0 && !f->is_frozen) f->frozen_raw = count_without_line(a, now_ns);
@@ -101,7 +70,7 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
     }
     a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||
                    f->is_frozen || f->is_line_open;
-    if (a->stepper) axis_set_currents(a, f->told_a_A, f->told_b_A);
-    else axis_drive(a);
+    if (a->stepper) shaft_set_currents(a, f->told_a_A, f->told_b_A);
+    else servo_drive(a);
     return 0;
 }

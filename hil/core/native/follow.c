@@ -1,16 +1,13 @@
-/* A set-point that follows a path: what moves a servo from one angle to another with ramps. */
+#include "follow.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "core.h"
+void follow_end(follow *f) { f->n = 0; }
 
-void follow_end(hil_axis *a) { a->follow.n = 0; }
-
-int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces)
+int follow_start(follow *f, int64_t start_ns, int n, const hil_path_piece *pieces)
 {
-    int64_t now_ns;
-    hil_axis *a = axis_stirred(c, axis, &now_ns);
     int64_t length_ns = 0;
     for (int i = 0; i < n; i++) {
         const hil_path_piece *p = &pieces[i];
@@ -21,14 +18,13 @@ int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_pa
     hil_path_piece *copy = n ? malloc((size_t)n * sizeof *copy) : NULL;
     if (n && !copy) return -1;
     if (n) memcpy(copy, pieces, (size_t)n * sizeof *copy);
-    free(a->follow.pieces);
-    a->follow = (follow){.pieces = copy, .n = n, .since_ns = start_ns > now_ns ? start_ns : now_ns};
+    free(f->pieces);
+    *f = (follow){.pieces = copy, .n = n, .since_ns = start_ns};
     return 0;
 }
 
-void follow_step(hil_axis *a, int64_t at_ns)
+void follow_step(follow *f, int64_t at_ns, float *r)
 {
-    follow *f = &a->follow;
     if (at_ns < f->since_ns) return;
     const hil_path_piece *p = &f->pieces[f->at];
     while (at_ns - f->since_ns > p->duration_ns && f->at < f->n - 1) {
@@ -41,5 +37,5 @@ void follow_step(hil_axis *a, int64_t at_ns)
         f->n = 0;
     }
     double t = (double)into_ns * 1e-9;
-    a->law.r = (float)(p->r + t * (p->per_s + t * (p->per_s2 / 2 + t * p->per_s3 / 6)));
+    *r = (float)(p->r + t * (p->per_s + t * (p->per_s2 / 2 + t * p->per_s3 / 6)));
 }

@@ -1,8 +1,9 @@
 /* The native core: groups of axes, each with its own simulated time.
 
    Handles are opaque; there is no global or static mutable state, so many cores live in one
-   process. All memory is taken by hil_core_new; only hil_axis_script_encoder, hil_axis_drive and
-   hil_axis_watch allocate later, in their caller's thread.
+   process. hil_core_new takes the memory of cores, groups and axes at once. Later a stepper is allocated when
+   its axis is opened, and scripts, sources, paths and watches are by the calls that set them, in their caller's
+   thread; a list of recorded edges grows in whichever thread advances.
 
    Who may touch a group: its owner. A group is free, or owned by the loop thread (hil_group_acquire)
    or by the real-time thread; every function below that takes a group or an axis needs the caller to
@@ -10,120 +11,16 @@
 #ifndef HIL_CORE_H
 #define HIL_CORE_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "motion/motion.h"
-
-#define HIL_TABLE_LEN 16384
-/* Eight buckets an octave: bucket b < 8 counts values of b ns; the others those of
-   [(8 + b % 8) << (b / 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42. */
-#define HIL_HISTOGRAM_LEN 320
-#define HIL_FOREVER INT64_MAX
-
-typedef struct hil_core hil_core;
-
-typedef float hil_f32;
-typedef double hil_f64;
-typedef int32_t hil_i32;
-typedef int64_t hil_i64;
-
-typedef struct hil_snapshot {
-#define X(name, type, kind, access, unit, expression, meaning) hil_##type name;
-#include "fields.def"
-#undef X
-} hil_snapshot;
-
-typedef enum hil_field {
-#define X(name, type, kind, access, unit, expression, meaning) HIL_FIELD_##name,
-#include "fields.def"
-#undef X
-    HIL_FIELDS
-} hil_field;
-
-typedef struct hil_field_info {
-    const char *name, *type, *unit, *meaning;
-    size_t offset; /* in hil_snapshot */
-    int writable, kind; /* kind: 0 any axis's, 1 a servo's, 2 a stepper's */
-} hil_field_info;
+#include "motion/engine.h"
+#include "types.h"
 
 extern const hil_field_info hil_field_table[HIL_FIELDS];
-
-typedef enum hil_event_kind {
-    HIL_EVENT_STEP_RESPONSE = 1, /* value: yw * 1024, the number that 'j' prints before truncation */
-    HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
-    HIL_EVENT_COMMAND_BEGUN = 3, /* of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot */
-    HIL_EVENT_COMMAND_ENDED = 4, /* and fell */
-    HIL_EVENT_ESTOP = 5,         /* value: level of a stepper's Estop input after a change */
-} hil_event_kind;
-
-typedef struct hil_event {
-    int64_t at_ns;
-    int32_t axis;
-    int32_t kind;
-    double value;
-} hil_event;
-
-/* What the full plant takes more. Resistance, inductance and supply above 0, the others at least 0. */
-typedef struct hil_full_params {
-    double phase_resistance_ohm, phase_inductance_H, supply_V, detent_torque_Nm, coulomb_torque_Nm;
-    double full_step_error_pct, encoder_eccentricity_deg, encoder_nonlinearity_deg, encoder_noise_counts;
-} hil_full_params;
-
-/* What the full plant's shaft turns; all zeros: nothing. The parts add up. Inertia, stiffness and the
-   pendulum's weight times length at least 0; min_deg below max_deg. */
-typedef struct hil_load {
-    double inertia_kg_m2, torque_Nm;
-    double stiffness_Nm_per_rad, pendulum_Nm, centre_deg; /* centre: where spring and pendulum rest */
-    double min_deg, max_deg;
-    int32_t end_stops;
-} hil_load;
-
-/* What a signal source does to an axis's inputs. steps 0: at at_ns the pin gets the level. Else a run of
-   that many pulses on the step input: edge j, a rise if j is even, at at_ns + floor(j * duration_ns / (2 * steps)).
-   at_ns counts from the source's start. */
-typedef struct hil_edges {
-    int64_t at_ns, steps, duration_ns;
-    int32_t pin, level;
-} hil_edges;
-
-/* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
-   constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
-typedef enum hil_law { HIL_LAW_MECHADUINO, HIL_LAW_SAC } hil_law; /* a servo, a stepper */
-
-typedef struct hil_axis_params {
-    int32_t law;
-    int32_t driver; /* of a stepper: 0 A4988, 1 DRV8825 */
-    double phase_current_A; /* of a stepper: what the driver is set to */
-    double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
-    double sense_resistor_ohm, start_deg, load_torque_Nm;
-    int32_t rotor_teeth;
-    int32_t is_full; /* the full plant; of the simple one what follows is ignored */
-    hil_full_params full;
-    hil_load load;
-    uint64_t seed; /* phases of periodic errors, and noise */
-} hil_axis_params;
-
-typedef struct hil_rt_options {
-    int64_t period_ns; /* up to 1 s */
-    double speed;      /* simulated seconds per second */
-    int priority;      /* SCHED_FIFO priority wanted */
-    int cpu;           /* CPU to pin to, -1: none */
-} hil_rt_options;
-
-typedef struct hil_rt_stats {
-    int64_t ticks, missed, elapsed_ns, overruns;
-    uint64_t wake_latency[HIL_HISTOGRAM_LEN];
-    int64_t longest_latency_ns, latency_total_ns;
-    int fifo_errno, pin_errno, lock_errno; /* 0: granted */
-    int running;
-} hil_rt_stats;
 
 hil_core *hil_core_new(int max_axes, int *event_fd); /* NULL: no memory. event_fd: eventfd, owned by the core */
 void hil_core_free(hil_core *c);                     /* stops the real-time thread first */
 
 /* Groups and axes: one group for each device with its axis, or for all devices joined by a wire.
-   Return the new id, or -1 when all slots are taken; for an axis -2 when its motor is too stiff to be
+   Return the new id, or -1 when all slots are taken or there is no memory; for an axis -2 when its motor is too stiff to be
    integrated. Opening cold-starts: boot pins, zeroed law. */
 int hil_group_open(hil_core *c, int64_t now_ns);
 void hil_group_close(hil_core *c, int group);
@@ -146,51 +43,33 @@ void hil_group_release(hil_core *c, int group); /* publishes the snapshots of it
 
 /* An axis. Values act at the group's present time. */
 double hil_axis_get(hil_core *c, int axis, hil_field field);
-int hil_axis_set(hil_core *c, int axis, hil_field field, double value); /* -1: read-only */
+int hil_axis_set(hil_core *c, int axis, hil_field field, double value); /* -1: read-only, or of the other kind of axis */
 void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort);
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2); /* current commands only; IN pins stay */
 void hil_axis_loop(hil_core *c, int axis, int on);
 int hil_axis_spi(hil_core *c, int axis, int command);
 float *hil_axis_table(hil_core *c, int axis); /* HIL_TABLE_LEN angles in degrees */
 void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 1 D1 step, 2 D2 enable, 3 D3 */
-/* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
-   and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
-   memory. */
-/* Something goes wrong with an axis, or is right again (value 0). The currents of an open phase stop at once. */
-enum {
-    HIL_FAULT_JAM,          /* 1: the rotor stands */
-    HIL_FAULT_OPEN_A,       /* 1: no current in coil A */
-    HIL_FAULT_OPEN_B,
-    HIL_FAULT_SLIP,         /* counts that the encoder's magnet has slipped */
-    HIL_FAULT_NOISE,        /* standard deviation of a reading, counts */
-    HIL_FAULT_NOISE_SEED,   /* a whole number */
-    HIL_FAULT_SUPPLY,       /* volts of the full plant's supply */
-    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once; not one that is jammed */
-    HIL_FAULT_LOAD,         /* Nm on the shaft beside load_torque_Nm as it was set */
-    HIL_FAULT_FREEZE,       /* 1: the encoder stays at the count that it has now */
-    HIL_FAULT_OPEN_LINE,    /* 1: the encoder's data line is open and reads as all ones */
-};
-/* -1: this axis cannot have it. */
+/* Something (HIL_FAULT_*) goes wrong with an axis, or is right again (value 0). The currents of an open phase stop at
+   once. -1: this axis cannot have it. */
 int hil_axis_fault(hil_core *c, int axis, int what, double value);
 double hil_axis_supply_V(const hil_core *c, int axis); /* 0: the simple plant has none */
 
+/* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
+   and after the last. Times and counts within +-2^61. n = 0 gives the encoder back to the shaft. -1: no
+   memory. */
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear);
 /* A signal source on the inputs from now on, instead of the one before; n = 0: none. Rows in time's order,
    each at or after the end of the run before; steps at least 0, duration_ns at least 2 * steps.
    At one time a source's edge comes before the control step. -1: no memory. */
 int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
 
-/* A piece of a path: the set-point and its first three derivatives at the piece's beginning, by the second. */
-typedef struct hil_path_piece {
-    int64_t duration_ns;
-    double r, per_s, per_s2, per_s3;
-} hil_path_piece;
-#define HIL_PATH_NS (INT64_C(1) << 62) /* a path is shorter */
 /* The set-point follows a path from start_ns on (now, if that is past), at each control step, and keeps its end;
    until then, and with n = 0, it stays as it is.
    Whatever else sets the set-point or the mode, or stops the loop, ends the path. -1: no memory, -2: a piece
    that is not finite, or too long. */
 int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces);
+
 /* ---- a stepper: the SAC's motion engine with driver and motor ---- */
 
 /* Slots: 0 continuous, 1 to 30 queue, 31 one-shot. What each does: motion/motion.h. */
@@ -219,12 +98,6 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
 
 /* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever
    thread advances. */
-typedef struct hil_edge {
-    int64_t at_ns;
-    int32_t pin, level;
-} hil_edge;
-enum { HIL_OUT_CLK, HIL_OUT_DIR, HIL_OUT_OP_SA, HIL_OUT_OP_SB, HIL_OUT_MS1, HIL_OUT_MS2, HIL_OUT_MS3, HIL_OUTPUTS };
-enum { HIL_IN_SYNC, HIL_IN_ESTOP, HIL_IN_RST, HIL_IN_ENA, HIL_IN_ENB }; /* hil_axis_pin of a stepper */
 void hil_axis_record_edges(hil_core *c, int axis, int outputs);
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
 /* A wire from an output of one axis to an input of another of the same group: from now on the input has the
@@ -234,7 +107,6 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
 /* Samples: watch `slot` of HIL_WATCHES takes a snapshot at each floor(k * num_ns / den), after all that happens at
    that time. Its ring keeps the first `capacity` that nobody has taken and counts the others as lost. num_ns at
    least den, both below 2^62; num_ns = 0 ends the watch. -1: no memory. */
-enum { HIL_WATCHES = 17 };
 int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity);
 int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max); /* how many */
 int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot);

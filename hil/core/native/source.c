@@ -1,8 +1,7 @@
-/* Signal sources: pulse trains and single edges on an axis's inputs, at exact times. */
+#include "source.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-#include "core.h"
 
 enum { PIN_STEP = 1 };
 
@@ -21,28 +20,26 @@ static void enter_row(source *s)
     s->part = r->duration_ns % (2 * r->steps);
 }
 
-int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
+int source_start(source *s, int64_t now_ns, int n, const hil_edges *rows)
 {
-    hil_axis *a = &c->axes[axis];
     hil_edges *copy = n ? malloc((size_t)n * sizeof *copy) : NULL;
     if (n && !copy) return -1;
     if (n) memcpy(copy, rows, (size_t)n * sizeof *copy);
-    free(a->source.rows);
-    a->source = (source){.rows = copy, .n = n, .start_ns = hil_group_now(c, a->group)};
-    enter_row(&a->source);
-    core_stir(c, axis);
+    free(s->rows);
+    *s = (source){.rows = copy, .n = n, .start_ns = now_ns};
+    enter_row(s);
     return 0;
 }
 
-void source_edge(hil_core *c, hil_axis *a, int axis)
+void source_take(source *s, int *pin, int *level)
 {
-    source *s = &a->source;
     const hil_edges *r = &s->rows[s->row];
-    int64_t at_ns = s->next_ns;
     if (r->steps == 0) {
-        axis_pin(c, axis, r->pin, r->level, at_ns);
+        *pin = r->pin;
+        *level = r->level;
     } else {
-        axis_pin(c, axis, PIN_STEP, s->edge % 2 == 0, at_ns);
+        *pin = PIN_STEP;
+        *level = s->edge % 2 == 0;
         s->next_ns += s->whole_ns;
         s->rest += s->part;
         if (s->rest >= 2 * r->steps) {

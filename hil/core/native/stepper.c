@@ -1,4 +1,3 @@
-/* A stepper axis: what its motion engine's pulses do to pins, driver and motor. */
 #include "stepper.h"
 
 #include <math.h>
@@ -6,8 +5,10 @@
 #include <string.h>
 
 #include "core.h"
-#include "motion/profile.h"
+#include "hil_core.h"
+#include "motion/motion.h"
 #include "plant/trig.h"
+#include "shaft.h"
 
 enum { HALF_US = 500 };
 
@@ -48,7 +49,7 @@ static void apply_currents(hil_axis *a)
 {
     double s, c, amps = a->stepper->phase_current_A;
     sincos_turns(a->stepper->teeth * commanded_rev(a), &s, &c);
-    axis_set_currents(a, -amps * s, amps * c);
+    shaft_set_currents(a, -amps * s, amps * c);
     a->stepper->is_turned = 0;
 }
 
@@ -64,10 +65,10 @@ void stepper_plant(hil_axis *a, int64_t t_ns)
     int64_t node_ns = next_node_ns(a);
     if (node_ns > t_ns) return;
     if (a->stepper->is_turned) {
-        axis_run_plant(a, node_ns);
+        shaft_run(a, node_ns);
         apply_currents(a);
     }
-    axis_run_plant(a, t_ns);
+    shaft_run(a, t_ns);
 }
 
 static void turn(hil_axis *a, int64_t at_ns)
@@ -102,7 +103,7 @@ static void out(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     if (s->recorded & 1 << pin) record(s, pin, level, at_ns);
     for (int i = 0; i < s->n_wires; i++) {
         const stepper_wire *w = &s->wires[i];
-        if (w->out == pin) axis_pin(c, w->to_axis, w->to_pin, level, at_ns);
+        if (w->out == pin) w->set(c, w->to_axis, w->to_pin, level, at_ns);
     }
 }
 
@@ -263,7 +264,8 @@ void stepper_power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     s->fall_ns = HIL_FOREVER;
     out(c, a, HIL_OUT_CLK, 0, now_ns);
     outputs(c, a, now_ns);
-    axis_make_node(a, now_ns);
+    stepper_plant(a, now_ns);
+    shaft_node(a, now_ns);
     apply_currents(a);
 }
 
@@ -348,13 +350,10 @@ int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
     return n;
 }
 
-int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
+int stepper_join(stepper *s, const stepper_wire *wire)
 {
-    stepper *s = of(c, from_axis);
-    if (!s || s->n_wires == STEPPER_WIRES) return -1;
-    core_stir(c, from_axis);
-    s->wires[s->n_wires++] = (stepper_wire){.out = from_pin, .to_axis = to_axis, .to_pin = to_pin};
+    if (s->n_wires == STEPPER_WIRES) return -1;
+    s->wires[s->n_wires++] = *wire;
     attend(s);
-    axis_pin(c, to_axis, to_pin, s->levels[from_pin], hil_group_now(c, c->axes[to_axis].group));
     return 0;
 }

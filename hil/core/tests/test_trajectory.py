@@ -357,7 +357,7 @@ def test_the_bits_are_the_same_on_every_machine():
 
 
 def test_problems_are_those_of_the_header():
-    header = (Path(_trajectory.__file__).parent / "native/motion/trajectory.h").read_text()
+    header = (Path(_trajectory.__file__).parent / "native/motion/course.h").read_text()
     enum = re.search(r"typedef enum traj_error \{(.*?)\}", header, re.DOTALL)
     assert enum is not None
     names = re.findall(r"^\s*TRAJ_(\w+),", enum[1], re.MULTILINE)

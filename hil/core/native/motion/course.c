@@ -1,7 +1,7 @@
 /* What a profile does at a time, how it stands to limits, and the same in other time. */
 #include <math.h>
 
-#include "trajectory.h"
+#include "course.h"
 
 traj_error traj_set_duration(traj_profile *p, double duration)
 {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "profile.h"
+#include "queue.h"
 
 enum { LOAD = 32, NO_RAMP = 99900 }; /* LOAD: 16 us to load a command that is no seamless continuation */
 
@@ -59,52 +60,6 @@ void motion_configure(motion *m, const motion_setup *setup, int64_t now)
     m->in_play_rpm = m->setup.slow_rpm;
 }
 
-/* ---- which command comes next ---- */
-
-static int wrap(int slot) { return slot == MOTION_QUEUE ? 1 : slot + 1; }
-
-/* A pass of a loop has ended; 0: it was the last. */
-static int next_pass(motion_loop *loop)
-{
-    if (loop->passes == 0 || --loop->passes > 0) return 1;
-    memset(loop, 0, sizeof *loop);
-    return 0;
-}
-
-static int next_of_array(motion *m)
-{
-    if (m->array.at > MOTION_QUEUE || m->xref[m->array.at] == 0) {
-        m->array.at = 0;
-        if (m->xref[0] == 0) memset(&m->array, 0, sizeof m->array);
-        if (!m->array.is_on || !next_pass(&m->array)) return -1;
-    }
-    return m->xref[m->array.at++];
-}
-
-static int next_of_loop(motion *m)
-{
-    if (m->loop.at == 0) { /* the finish has run */
-        if (!next_pass(&m->loop)) return -1;
-        m->loop.at = m->loop.start;
-    }
-    int slot = m->loop.at;
-    m->loop.at = slot == m->loop.finish ? 0 : wrap(slot);
-    return slot;
-}
-
-static int next_slot(motion *m)
-{
-    int slot = -1;
-    if (m->array.is_on) slot = next_of_array(m);
-    if (slot < 0 && m->loop.is_on) slot = next_of_loop(m);
-    if (slot < 0 && m->pending_len > 0) {
-        slot = m->pending[m->pending_first];
-        m->pending_first = (m->pending_first + 1) % MOTION_QUEUE;
-        m->pending_len--;
-    }
-    return slot;
-}
-
 /* ---- from load to end ---- */
 
 static void load(motion *m, int slot, int64_t base)
@@ -120,7 +75,7 @@ static void load(motion *m, int slot, int64_t base)
 
 static void load_next(motion *m, int64_t now, int is_seamless)
 {
-    int slot = next_slot(m);
+    int slot = queue_next(m);
     if (slot < 0) {
         rest(m);
         return;
@@ -273,9 +228,7 @@ static void wake(motion *m, int64_t now)
 
 void motion_enqueue(motion *m, int slot, int64_t now)
 {
-    if (m->pending_len == MOTION_QUEUE) return;
-    m->pending[(m->pending_first + m->pending_len++) % MOTION_QUEUE] = (uint8_t)slot;
-    wake(m, now);
+    if (queue_add(m, slot)) wake(m, now);
 }
 
 void motion_once(motion *m, int slot, int64_t now)
@@ -310,9 +263,7 @@ int motion_single(motion *m, int is_ccw, int64_t now)
 
 static void drop_all(motion *m)
 {
-    m->pending_len = 0;
-    memset(&m->loop, 0, sizeof m->loop);
-    memset(&m->array, 0, sizeof m->array);
+    queue_drop(m);
     m->preempt_slot = -1;
     m->preempt_at = MOTION_NEVER;
 }

@@ -2,7 +2,7 @@
 #ifndef HIL_MOTION_PROFILE_H
 #define HIL_MOTION_PROFILE_H
 
-#include "motion.h"
+#include "engine.h"
 
 void profile_begin(motion *m, int64_t from_rpm); /* m->now from this speed on */
 int profile_stop(motion *m, int64_t from_rpm);   /* only the ramp down, with the command's dec; 0: no step of it */

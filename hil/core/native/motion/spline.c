@@ -5,7 +5,7 @@
    position follows from its acceleration: p = q + c a, with q that of the end and c = h^2 / 6. */
 #include <math.h>
 
-#include "trajectory.h"
+#include "spline.h"
 
 typedef struct points {
     int count;

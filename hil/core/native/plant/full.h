@@ -7,7 +7,7 @@
 #ifndef HIL_PLANT_FULL_H
 #define HIL_PLANT_FULL_H
 
-#include "../hil_core.h"
+#include "../types.h"
 #include "trig.h"
 #include "full_kernel.h"
 
@@ -36,7 +36,7 @@ typedef struct full {
     double stop_Nm_per_rad, stop_Nm_s_per_rad;
 } full;
 
-/* Values as hil_core.h wants them. -1: too stiff to integrate in FULL_MAX_STEPS. */
+/* Values as types.h wants them. -1: too stiff to integrate in FULL_MAX_STEPS. */
 int full_init(full *p, const hil_axis_params *params, double max_current_A, int64_t now_ns);
 void full_advance(full *p, int64_t t_ns); /* the whole steps up to t_ns */
 void full_node(full *p, int64_t t_ns);    /* makes t_ns a node: call it before full_set_* */
@@ -49,6 +49,5 @@ double full_motor_torque_Nm(const full *p); /* at the node, detent included */
 int full_raw(const full *p, int64_t t_ns);
 /* What a step of h_ns, shorter than a whole one, is multiplied with. */
 const full_rate *full_part(full *p, int64_t h_ns);
-
 
 #endif

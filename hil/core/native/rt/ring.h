@@ -5,9 +5,9 @@
 
 #include <stdatomic.h>
 
-#include "../hil_core.h"
+#include "../types.h"
 
-#define RING_LEN 1024 /* of 24 bytes, locked for each axis; half full, the group waits: j posts 650 events in half a second */
+#define RING_LEN 1024 /* of 24 bytes, locked for each group; half full, the group waits: j posts 650 events in half a second */
 
 typedef struct event_ring {
     _Atomic uint32_t head, tail; /* head: next to write, tail: next to read; both run on and wrap at 2^32 */

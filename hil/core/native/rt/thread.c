@@ -11,6 +11,9 @@
 #include <unistd.h>
 
 #include "../batch.h"
+#include "../group.h"
+#include "../hil_core.h"
+#include "lock.h"
 
 #ifndef STACK_LEN /* the thread sanitizer needs more */
 #define STACK_LEN (256 * 1024)
@@ -195,11 +198,6 @@ static int lock_object(struct dl_phdr_info *info, size_t size, void *argument)
     }
     return 0;
 }
-
-/* Only what is open: a slot has over 100 KiB, and half of them are spare. */
-int rt_lock_axis(const hil_core *c, int axis) { return mlock(&c->axes[axis], sizeof c->axes[axis]) ? errno : 0; }
-
-int rt_lock_group(const hil_core *c, int group) { return mlock(&c->groups[group], sizeof c->groups[group]) ? errno : 0; }
 
 static int lock_memory(hil_core *c)
 {

@@ -1,5 +1,7 @@
 /* Axes in lanes move as axes alone do, to the last bit: batch.c against hil_group_advance. */
 #include "../batch.h"
+#include "../batch_any.h"
+#include "../batch_avx2.h"
 
 #include "fixture.h"
 

@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../core.h"
+#include "../hil_core.h"
+#include "../state.h"
 #include "check.h"
 
 /* device_profiles/mechaduino/profile.yaml */

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "../motion/spline.h"
 #include "../motion/trajectory.h"
 #include "check.h"
 

@@ -1,0 +1,168 @@
+/* Groups: who owns what, how far time has come, events. */
+#include "group.h"
+
+#include <sched.h>
+
+#include "axis.h"
+#include "hil_core.h"
+#include "rt/lock.h"
+#include "stepper.h"
+#include "view.h"
+
+/* What one call of hil_group_advance does at the most: events and plant steps, each some 50 ns. It is looked at
+   after each slice of simulated time, in which a board can do only so much. */
+#define CALL_WORK 100000
+#define SLICE_NS 4000000
+
+int hil_group_open(hil_core *c, int64_t now_ns)
+{
+    int group = 0;
+    while (group < c->max_axes && c->groups[group].open) group++;
+    if (group == c->max_axes) return -1;
+    hil_group *g = &c->groups[group];
+    atomic_store(&g->owner, GROUP_LOOP_THREAD);
+    atomic_store(&g->now_ns, now_ns);
+    atomic_store(&g->failed, 0);
+    g->stops = 0;
+    atomic_store(&g->events.head, 0);
+    atomic_store(&g->events.tail, 0);
+    g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
+    g->reported = 1;
+    g->open = 1;
+    g->first_axis = g->first_active = -1;
+    if (atomic_load(&c->rt.running)) (void)rt_lock_group(c, group); /* what was refused was said at the start */
+    if (group >= atomic_load(&c->groups_used)) atomic_store(&c->groups_used, group + 1);
+    return group;
+}
+
+void hil_group_close(hil_core *c, int group)
+{
+    hil_group *g = &c->groups[group];
+    /* A closed group stays with the loop thread for good, so that the real-time thread, this one or the
+       next, never enters it. It is free here if it was released before the thread stopped. */
+    if (atomic_load(&g->owner) != GROUP_LOOP_THREAD) hil_group_acquire(c, group);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_close(&c->axes[i]);
+    g->first_axis = g->first_active = -1;
+    g->open = 0;
+    atomic_store(&c->due[group], 0);
+}
+
+/* How many steps the plant makes in so much time, about. */
+static int64_t plant_work(const hil_axis *a, int64_t span_ns)
+{
+    if (a->is_full) return a->full.at_rest ? 0 : span_ns / a->full.step_ns;
+    return a->plant.at_rest ? 0 : span_ns / a->plant.step_ns;
+}
+
+/* Answers how much that was. */
+static int64_t run_active(hil_core *c, hil_group *g, int64_t span_ns, int64_t until_ns)
+{
+    int64_t work = 0;
+    for (int *link = &g->first_active; *link >= 0;) {
+        hil_axis *a = &c->axes[*link];
+        work += 1 + plant_work(a, span_ns);
+        work += axis_advance(c, a, *link, until_ns);
+        a->is_active = !axis_is_idle(a);
+        if (a->is_active) link = &a->next_active;
+        else *link = a->next_active;
+    }
+    return work;
+}
+
+/* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
+   several at the same time, the one that was opened first. */
+static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at_ns)
+{
+    int next = -1;
+    *at_ns = until_ns;
+    for (int i = c->groups[group].first_active; i >= 0; i = c->axes[i].next_active) {
+        int64_t axis_ns = axis_next_ns(&c->axes[i]);
+        if (axis_ns > *at_ns || axis_ns == HIL_FOREVER) continue;
+        if (next >= 0 && axis_ns == *at_ns && c->axes[next].order < c->axes[i].order) continue;
+        next = i;
+        *at_ns = axis_ns;
+    }
+    return next;
+}
+
+/* A group of one axis that will post no event. */
+static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
+{
+    if (g->first_axis < 0) return 1;
+    const hil_axis *a = &c->axes[g->first_axis];
+    if (a->stepper && a->stepper->is_reported) return 0;
+    return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
+}
+
+/* Whether events are waiting that time does not go past. */
+static int has_to_wait(const hil_group *g) { return g->stops || ring_used(&g->events) >= RING_LEN / 2; }
+
+/* Less far where events are waiting. */
+static int64_t advance_slice(hil_core *c, int group, int64_t now_ns, int64_t until_ns, int64_t *work)
+{
+    hil_group *g = &c->groups[group];
+    int64_t at_ns, span_ns = until_ns - now_ns;
+    for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
+        *work += axis_advance(c, &c->axes[axis], axis, at_ns);
+        if (has_to_wait(g)) until_ns = at_ns; /* what happens to the others at this time happens too */
+    }
+    *work += run_active(c, g, span_ns, until_ns);
+    atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
+    return until_ns;
+}
+
+/* Whoever asks for years gets them in parts: between two calls signals are heard, and others have their turn. */
+int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
+{
+    hil_group *g = &c->groups[group];
+    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
+    if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : RING_LEN / 2)) return now_ns;
+    g->stops = 0;
+    for (int64_t work = 0; now_ns < until_ns && work < CALL_WORK && !has_to_wait(g);) {
+        int is_short = until_ns - now_ns <= SLICE_NS || g->first_active < 0; /* nothing happens to idle axes */
+        now_ns = advance_slice(c, group, now_ns, is_short ? until_ns : now_ns + SLICE_NS, &work);
+    }
+    return now_ns;
+}
+
+void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
+{
+    c->groups[group].horizon_ns = horizon_ns;
+    c->groups[group].reported = 0;
+}
+
+int hil_group_failed(const hil_core *c, int group)
+{
+    return atomic_load_explicit(&c->groups[group].failed, memory_order_relaxed);
+}
+
+int hil_group_has_news(const hil_core *c, int group)
+{
+    return ring_used(&c->groups[group].events) > 0 || hil_group_failed(c, group);
+}
+
+int hil_group_take_event(hil_core *c, int group, hil_event *out) { return ring_take(&c->groups[group].events, out); }
+
+void hil_group_acquire(hil_core *c, int group)
+{
+    int free_group = GROUP_FREE;
+    while (!atomic_compare_exchange_weak_explicit(&c->groups[group].owner, &free_group, GROUP_LOOP_THREAD,
+                                                  memory_order_acquire, memory_order_relaxed)) {
+        free_group = GROUP_FREE;
+        sched_yield();
+    }
+}
+
+void group_publish(hil_core *c, int group)
+{
+    hil_group *g = &c->groups[group];
+    g->published_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) view_publish(&c->axes[i], g->published_ns);
+}
+
+void hil_group_release(hil_core *c, int group)
+{
+    group_publish(c, group);
+    atomic_store_explicit(&c->groups[group].owner, GROUP_FREE, memory_order_release);
+}

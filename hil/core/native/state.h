@@ -1,0 +1,113 @@
+/* What a core, its groups and its axes hold: data alone.
+
+   The core's files are layers: what they include and call makes no circle (hil/core/tests checks it). From below:
+   what knows no axis (motion/, plant/, control/, encoder, source, follow, watch), this, core, shaft, servo and stepper,
+   pins and view, axis, group and fault, batch, rt/thread, arena; beside them replay. */
+#ifndef HIL_STATE_H
+#define HIL_STATE_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "control/mechaduino.h"
+#include "encoder.h"
+#include "follow.h"
+#include "plant/full.h"
+#include "plant/simple.h"
+#include "rt/ring.h"
+#include "rt/seqlock.h"
+#include "source.h"
+#include "types.h"
+#include "watch.h"
+
+#define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
+
+typedef struct stepper stepper; /* stepper.h */
+
+/* What is wrong with an axis; all zeros: nothing. */
+typedef struct axis_fault {
+    int is_jammed, is_open_a, is_open_b;
+    int32_t slip_counts; /* how far the magnet has slipped on the shaft */
+    double noise_counts; /* standard deviation of a reading */
+    double load_Nm;      /* beside the axis's own; no matter of is_faulty */
+    int is_frozen, is_line_open; /* the encoder's count, and the line that it goes over */
+    int32_t frozen_raw;
+    uint64_t noise_key;
+    double told_a_A, told_b_A; /* the latest current commands */
+} axis_fault;
+
+typedef struct hil_axis {
+    seqlock published_lock; /* with published, outlives the axis: any thread may be reading */
+    _Atomic uint64_t published[SNAPSHOT_WORDS];
+    int open, group, next_in_group; /* -1: the last of its group */
+    int order;                  /* of its opening in the group, which decides ties */
+    int is_active, next_active; /* -1: the last of the group's active ones */
+    int is_shown;               /* what is published is what it is, but for the time */
+    mechaduino law;
+    int is_full; /* which of the two plants moves */
+    plant plant;
+    full full;
+    encoder encoder;
+    double load_torque_Nm; /* as it was set, without the fault's */
+    axis_fault fault;
+    int is_faulty; /* something of fault is set: no lane has room for it */
+    double amps_per_count;
+    struct { int32_t dir, step, enable, d3; } pins;
+    int32_t loop_on;
+    int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
+    int64_t control_steps;
+    source source;
+    follow follow;
+    int64_t watch_next_ns; /* of the sample to come, HIL_FOREVER: none */
+    stepper *stepper; /* NULL: a servo */
+    struct {
+        double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
+        full_energy energy;
+        int32_t raw;
+    } view; /* filled for a snapshot */
+    watch watches[HIL_WATCHES];
+    float table[HIL_TABLE_LEN];
+} hil_axis;
+
+enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
+
+typedef struct hil_group {
+    int open, first_axis; /* -1: none */
+    int first_active;     /* of the axes that time does something to, in no order; -1: none */
+    _Atomic int owner;
+    _Atomic int64_t now_ns;
+    _Atomic int failed;
+    int64_t horizon_ns;
+    int reported; /* the due horizon has been told once */
+    int stops;    /* an event is waiting that time does not go past */
+    int64_t published_ns;
+    event_ring events;
+} hil_group;
+
+typedef struct rt_state {
+    pthread_t thread;
+    _Atomic int running, stop;
+    hil_rt_options options;
+    int64_t anchor_ns; /* wall's time of simulated time 0 */
+    seqlock stats_lock;
+    _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
+    hil_rt_stats live; /* the thread's own */
+    int next_group;    /* where the next wake begins */
+    int64_t wakes;
+    void *stack;
+    size_t stack_len;
+} rt_state;
+
+struct hil_core {
+    int max_axes;
+    _Atomic int groups_used;
+    size_t arena_len;
+    int event_fd;
+    int16_t sine[MECHADUINO_SINE_LEN];
+    rt_state rt;
+    hil_axis *axes;
+    hil_group *groups;
+    _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
+};
+
+#endif

@@ -1,0 +1,141 @@
+#include "view.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+#include "hil_core.h"
+#include "motion/profile.h"
+#include "shaft.h"
+#include "stepper.h"
+
+const hil_field_info hil_field_table[HIL_FIELDS] = {
+#define RO 0
+#define RW 1
+#define BOTH HIL_KIND_ANY
+#define SERVO HIL_KIND_SERVO
+#define STEPPER HIL_KIND_STEPPER
+#define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, kind},
+#include "fields.def"
+#undef X
+#undef RO
+#undef RW
+#undef BOTH
+#undef SERVO
+#undef STEPPER
+};
+
+static const motion *motion_of(const hil_axis *a)
+{
+    static const motion none = {.slot = -1};
+    return a->stepper ? &a->stepper->motion : &none;
+}
+
+static int64_t motion_rpm(const motion *m) { return m->state ? profile_rpm(m) : 0; }
+static int64_t motion_period_us(const motion *m) { return m->state ? m->period_us : 0; }
+static int motion_loop_kind(const motion *m) { return m->array.is_on ? 2 : m->loop.is_on; }
+static int64_t motion_passes(const motion *m) { return m->array.is_on ? m->array.passes : m->loop.passes; }
+
+static void fill_view(hil_axis *a, int64_t now_ns)
+{
+    if (a->stepper) stepper_plant(a, now_ns);
+    if (a->is_full) {
+        full f = full_at(&a->full, now_ns);
+        a->view.rev = f.moving.state.rev;
+        a->view.rev_per_s = f.moving.state.rev_per_s;
+        a->view.torque_Nm = full_motor_torque_Nm(&f);
+        a->view.a_A = f.moving.state.a_A;
+        a->view.b_A = f.moving.state.b_A;
+        a->view.a_V = f.moving.a_V;
+        a->view.b_V = f.moving.b_V;
+        a->view.energy = f.moving.energy;
+        a->view.raw = shaft_faulty_raw(a, full_raw(&f, now_ns), now_ns);
+    } else {
+        plant_shaft s = plant_at(&a->plant, now_ns);
+        a->view.rev = s.rev;
+        a->view.rev_per_s = s.rev_per_s;
+        a->view.torque_Nm = plant_motor_torque_Nm(&a->plant, s.rev);
+        a->view.a_A = a->plant.current_a_A;
+        a->view.b_A = a->plant.current_b_A;
+        a->view.raw = shaft_faulty_raw(a, shaft_count(s.rev), now_ns);
+    }
+    int blind = shaft_blind_raw(a, now_ns);
+    if (blind >= 0) a->view.raw = blind;
+}
+
+static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
+{
+    memset(out, 0, sizeof *out);
+    fill_view(a, now_ns);
+#define X(name, type, kind, access, unit, expression, meaning) out->name = expression;
+#include "fields.def"
+#undef X
+}
+
+void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis(c, axis, &now_ns);
+    fill(a, now_ns, out);
+}
+
+/* Groups of hundreds are published often, and most axes of a line of boards stand still. */
+void view_publish(hil_axis *a, int64_t now_ns)
+{
+    int stays = !a->is_active && !a->encoder.script_len && a->fault.noise_counts == 0;
+    if (stays && a->is_shown) {
+        uint64_t word = (uint64_t)now_ns;
+        seqlock_write(&a->published_lock, a->published + offsetof(hil_snapshot, at_ns) / sizeof word, &word, 1);
+        return;
+    }
+    a->is_shown = stays;
+    union { hil_snapshot s; uint64_t words[SNAPSHOT_WORDS]; } u = {.words = {0}};
+    fill(a, now_ns, &u.s);
+    seqlock_write(&a->published_lock, a->published, u.words, SNAPSHOT_WORDS);
+}
+
+void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out)
+{
+    union { hil_snapshot s; uint64_t words[SNAPSHOT_WORDS]; } u;
+    seqlock_read(&c->axes[axis].published_lock, c->axes[axis].published, u.words, SNAPSHOT_WORDS);
+    *out = u.s;
+}
+
+double hil_axis_get(hil_core *c, int axis, hil_field field)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis(c, axis, &now_ns);
+    if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lag_steps)) fill_view(a, now_ns);
+    switch (field) {
+#define X(name, type, kind, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
+#include "fields.def"
+#undef X
+    default: return NAN;
+    }
+}
+
+int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity)
+{
+    hil_axis *a = &c->axes[axis];
+    if (watch_start(&a->watches[slot], hil_group_now(c, a->group), num_ns, den, capacity)) return -1;
+    core_stir(c, axis);
+    a->watch_next_ns = watch_soonest_ns(a->watches);
+    return 0;
+}
+
+void view_sample(hil_axis *a)
+{
+    int64_t at_ns = a->watch_next_ns;
+    for (int i = 0; i < HIL_WATCHES; i++) {
+        hil_snapshot *place = watch_place(&a->watches[i], at_ns);
+        if (place) fill(a, at_ns, place);
+    }
+    a->watch_next_ns = watch_soonest_ns(a->watches);
+}
+
+int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max)
+{
+    return watch_take(&c->axes[axis].watches[slot], out, max);
+}
+
+int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot) { return c->axes[axis].watches[slot].lost; }

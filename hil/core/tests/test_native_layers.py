@@ -1,0 +1,134 @@
+"""Checks that the native sources are layers.
+
+A module is a ``.c`` with its ``.h``. It depends on another one when it includes its header or calls its
+functions. No module may depend on itself by way of others. A header declares what its own ``.c`` defines;
+only ``hil_core.h``, the public one, declares for all.
+"""
+
+import re
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+HIL = Path(__file__).parent.parent.parent
+PUBLIC = "core/native/hil_core"
+INCLUDE = re.compile(r'^#\s*include "([^"]+)"', re.M)
+NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\])*"', re.S)
+HEAD = r"^(?!static\b|INLINE\b|typedef\b)[A-Za-z_][\w \t*]*?\b([a-z]\w*)\([^;{}]*\)"
+DEFINITION = re.compile(HEAD + r"\s*\{", re.M)
+DECLARATION = re.compile(HEAD + r";", re.M)
+
+Sources = dict[str, str]
+"""Text by path below ``hil``."""
+Graph = dict[str, set[str]]
+"""What each module depends on."""
+
+
+def native_sources() -> Sources:
+    files = [file for room in ("core", "wire") for file in (HIL / room / "native").rglob("*.*")]
+    kept = [file for file in files if file.suffix in {".c", ".h", ".def"} and "tests" not in file.parts]
+    return {file.relative_to(HIL).as_posix(): file.read_text() for file in kept}
+
+
+def module_of(path: str) -> str:
+    return str(PurePosixPath(path).with_suffix(""))
+
+
+def includes(sources: Sources) -> Graph:
+    """Names are resolved as the compiler does it: beside the file, then in the folder that ``-I`` names."""
+    graph: Graph = {module_of(path): set() for path in sources}
+    for path, text in sources.items():
+        folder = (HIL / path).parent
+        roots = (folder, HIL / "core/native")
+        for name in INCLUDE.findall(text):
+            found = [(root / name).resolve().relative_to(HIL.resolve()).as_posix() for root in roots]
+            graph[module_of(path)] |= {next(module_of(file) for file in found if file in sources)}
+    return without_itself(graph)
+
+
+def tables_of(path: str, text: str) -> set[str]:
+    return {str(PurePosixPath(path).parent / name) for name in INCLUDE.findall(text) if name.endswith(".def")}
+
+
+def calls(sources: Sources) -> Graph:
+    """By name, pointers to functions too. Static functions need no edge: who calls one has it by an include.
+
+    What the expressions of a table (``.def``) call is called by the ``.c`` that includes it; headers use its
+    names alone.
+    """
+    code = {path: NOT_CODE.sub("", text) for path, text in sources.items() if not path.endswith(".def")}
+    for path in code:
+        for table in tables_of(path, sources[path]) if path.endswith(".c") else ():
+            code[path] += NOT_CODE.sub("", sources[table])
+    home = {name: module_of(path) for path, text in code.items() for name in DEFINITION.findall(text)}
+    graph: Graph = {module_of(path): set() for path in sources}
+    for path, text in code.items():
+        words = set(re.findall(r"\w+", DECLARATION.sub("", text)))
+        graph[module_of(path)] |= {home[word] for word in words & home.keys()}
+    return without_itself(graph)
+
+
+def without_itself(graph: Graph) -> Graph:
+    return {module: others - {module} for module, others in graph.items()}
+
+
+def circle(*graphs: Graph) -> list[str]:
+    """The modules of a circle in the graphs taken together, in order; [] when there is none."""
+    whole = {module: set().union(*(graph[module] for graph in graphs)) for module in graphs[0]}
+    try:
+        TopologicalSorter(whole).prepare()
+    except CycleError as error:
+        return list(reversed(error.args[1]))
+    return []
+
+
+def strangers(sources: Sources) -> list[str]:
+    """What headers declare that their own module does not define."""
+    code = {path: NOT_CODE.sub("", text) for path, text in sources.items()}
+    found = []
+    for path, text in code.items():
+        if not path.endswith(".h") or module_of(path) == PUBLIC:
+            continue
+        own = set(DEFINITION.findall(code.get(module_of(path) + ".c", "")))
+        found += [f"{path}: {name}" for name in DECLARATION.findall(text) if name not in own]
+    return found
+
+
+def test_no_circle_of_includes_or_calls() -> None:
+    sources = native_sources()
+    assert circle(includes(sources), calls(sources)) == []
+
+
+def test_a_header_declares_its_own_functions() -> None:
+    assert strangers(native_sources()) == []
+
+
+def test_the_sources_are_read() -> None:
+    sources = native_sources()
+    functions = [name for text in sources.values() for name in DEFINITION.findall(NOT_CODE.sub("", text))]
+    assert len(functions) == len(set(functions)), "a name is defined twice"
+    declared = DECLARATION.findall(NOT_CODE.sub("", sources[PUBLIC + ".h"]))
+    assert len(declared) >= 60
+    assert set(declared) <= set(functions)
+
+
+@pytest.mark.parametrize(
+    ("file", "line"),
+    [
+        ("core/native/encoder.h", '#include "axis.h"'),
+        ("core/native/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
+        ("core/native/stepper.c", "static void *const set = pins_set;"),
+        ("core/native/motion/profile.c", "static int run(motion *m) { return motion_run(m); }"),
+    ],
+)
+def test_a_planted_circle_is_found(file: str, line: str) -> None:
+    sources = native_sources()
+    sources[file] += line
+    assert module_of(file) in circle(includes(sources), calls(sources))
+
+
+def test_a_planted_declaration_is_found() -> None:
+    sources = native_sources()
+    sources["core/native/core.h"] += "int axis_is_idle(const hil_axis *a);\n"
+    assert strangers(sources) == ["core/native/core.h: axis_is_idle"]
