@@ -50,7 +50,7 @@ PLANTS = {
     "a board's test to live": planted("device_profiles.sac.tests.test_new", "hil.live.store"),
     # ports
     "port to telemetry": planted("virtual_ports.pty.new", "hil.telemetry"),
-    "port to port": planted("virtual_ports.tcp.new", "virtual_ports.pty.line"),
+    "port to port": planted("virtual_ports.tcp.new", "virtual_ports.pty.port"),
     "port to sim": planted("virtual_ports.serial.new", "hil.sim.inputs"),
     "new port to pty": kind("virtual_ports.new.port", "virtual_ports.pty.port"),
     "wire to asyncio": planted("virtual_ports.rs485.new", "asyncio"),

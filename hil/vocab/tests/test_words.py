@@ -10,7 +10,7 @@ FORMS = {
     "time": {"ms"},  # a number in the unit that its name says
     "ports": {"port_label"},  # how a name is spelled
     "parameters": {"filled"},  # what a Parameter means, for several
-    "verbs": {"described", "table_of"},
+    "verbs": {"checked", "described", "table_of"},
 }
 """Functions that are part of a word's meaning."""
 
