@@ -62,7 +62,7 @@ def main() -> None:
     gc.freeze()
     print("ready", flush=True)
     sys.stdin.readline()
-    bench.run_real_time(1_000_000_000 // rate_hz, 1.0, 80, cpu)
+    bench.drive.start(1_000_000_000 // rate_hz, 1.0, 80, cpu)
     asyncio.run(busy(seconds, sys.argv[4]))
     stats = bench.core.native.rt_stats()
     bench.stop()

@@ -7,7 +7,8 @@ import sys
 import time
 
 from hil.compose import find_catalogue
-from hil.core import AxisPlan, Core, CoreMotion
+from hil.core import Core, CoreMotion
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 
 AXES = 252

@@ -1,6 +1,9 @@
 """Doors for other protocols: one folder for each, found by its name when a configuration names it.
 
-Each folder has a ``bridge.py`` with ``Options`` (a strict pydantic model) and
-``make(options, host) -> Bridge``. A bridge imports ``hil.vocab`` and its own folder, nothing else of the
-project; it knows no board by name.
+Each folder has a ``bridge.py`` with ``Options`` (a strict pydantic model), ``reference()`` (its part of the
+reference) and ``make(options, desk) -> Bridge``. The desk (``hil.vocab.bridges.Desk``) is all that a bridge
+has of a bench: it asks for operations of the table, watches, and has the bench described. A bridge knows no
+board by name.
+
+Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 """

@@ -1,8 +1,9 @@
-"""The core: devices' time, firmware runtime, sessions, configuration, daemon and test kit.
+"""A bench of virtual boards: the rooms say in their docstrings what is in them, and what they may import.
 
-It knows no device, port or bridge by name: those live in the sibling packages
-``device_profiles`` and ``virtual_ports`` and are found by their folder's name when a
-configuration names them.
+No room knows a board, a port or a bridge by name: those live in the sibling packages ``device_profiles``,
+``virtual_ports`` and ``bridges``, and are found by their folder's name when a configuration names them.
+
+Tests may import too: hil.
 """
 
 __version__ = "0.1.0"

@@ -1,71 +1,45 @@
-"""The daemon: a bench in real time, its ports, its boards' memories, its control socket."""
+"""One bench as a process: read, compose, serve, stop.
+
+May import: hil.compose, hil.config, hil.host, hil.live, hil.operations, hil.vocab, the standard library.
+"""
 
 import asyncio
-import errno
-import fcntl
-import gc
-import logging
-import os
 import signal
-import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from hil import __version__
-from hil.compose import (
-    bench_runtime,
-    find_catalogue,
-    make_bridge,
-    make_port,
-    serial_port_config,
-    start_sections,
-)
-from hil.compose.build import TableFileError
-from hil.config import BenchConfig, Catalogue, DeviceConfig
-from hil.config.check import EMULATED_KEYS
+from hil.compose import find_catalogue
+from hil.config import BenchConfig
 from hil.host import signals
 from hil.host.notify import Notifier
-from hil.host.paths import CONTROL_SOCKET, make_folder
-from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.host.paths import CONTROL_SOCKET
+from hil.host.real_time import Grant
 from hil.host.service import Service, has_terminal
-from hil.host.trust import distrust
-from hil.live.apply import Reloader
-from hil.live.commits import DaemonStore
-from hil.live.fault_registry import FaultRegistry
-from hil.live.guard import BREADCRUMB, StepGuard, take_breadcrumb
-from hil.live.joint import Lines, Session
-from hil.live.log_file import LogFile
-from hil.live.pass_through import PassThrough
-from hil.live.runs.queue import Runs
-from hil.live.store import NvmStore, StoreError
-from hil.live.tap_joint import TapSession
-from hil.live.vitals import Vitals
-from hil.live.watches import Watches
-from hil.net.control_client import listener
-from hil.operations.bridge_host import Host
-from hil.operations.control_socket import ControlServer, already_running
-from hil.operations.control_verbs import WATCH_IDLE_S
-from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device
-from hil.sim.input_log import InputLogWriter
-from hil.vocab.bridges import Bridge, BridgeError
-from hil.vocab.faults import FaultRefused
-from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import PortContext, PortError, port_label
-from hil.vocab.time import FOREVER, SimTimeNs
-
-log = logging.getLogger("hil")
-
-LOG_FLUSH_S = 0.2
-TURN_S = 0.02
-"""Of the event loop, for one group that is late: as long as the longest step of a healthy firmware."""
-_MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
+from hil.live.bench_plan import plan_start
+from hil.live.configured import Configured
+from hil.live.core_thread import start_core
+from hil.live.folders import folders
+from hil.live.guard import BREADCRUMB, note_hung
+from hil.live.live_bench import LiveBench, Paths, make_live, make_runs
+from hil.live.refusals import Refused, StartError
+from hil.live.store import NvmStore
+from hil.operations.control_socket import ClaimedSocket, ControlServer, SocketRefused
+from hil.operations.desk import Desk
+from hil.operations.make_desk import make_desk
+from hil.operations.reports import status_line
+from hil.operations.table import WATCH_IDLE_S
+from hil.vocab.bridges import BridgeError
 
 
-class StartError(Exception):
-    """The daemon cannot start: ``str(error)`` says why and what to do, a line for each problem."""
+@dataclass(frozen=True)
+class Serving:
+    """A bench that serves, for who started it."""
+
+    live: LiveBench
+    grant: Grant
+    desk: Desk
 
 
 class Daemon:
@@ -84,330 +58,71 @@ class Daemon:
         port_group: str | None = None,
         notifier: Notifier | None = None,
     ) -> None:
-        self.config = config
-        self.catalogue: Catalogue = find_catalogue()
-        self.runtime_dir = runtime_base / config.bench
-        self.state_dir = state_base / config.bench
-        self.notes: dict[str, str] = {}
-        self.sessions: dict[str, Session] = {}
-        """Of twins, by the names of their ports."""
-        self.tap_sessions: dict[str, TapSession] = {}
-        self.real: dict[str, PassThrough] = {}
-        self.faults = FaultRegistry(self.real)
-        self.lines = Lines(self.release, lambda call: asyncio.get_running_loop().call_soon(call))
-        self.bridges: dict[str, Bridge] = {}
-        self.host: Host
-        self.runs: Runs
-        self.grant: Grant | None = None
-        self.epoch_ns = 0
-        """Wall time at simulated time 0, nanoseconds since 1970."""
-        self.bench: BenchRuntime
-        self.watches: Watches
-        self.vitals: Vitals
-        self.config_folder = config_folder
-        self.config_file = config_file
-        self.files: NvmStore
-        self._input_log = input_log
-        self._log_file: LogFile | None = None
+        self._configured = Configured(config, find_catalogue())
+        runtime, state = runtime_base / config.bench, state_base / config.bench
+        self._at = Paths(config_folder, config_file, runtime, state, input_log, port_group)
         self._require_rt = require_rt
-        self._port_group = port_group
-        self.service = Service(self, notifier or Notifier({}, 0))
-        self.reloader = Reloader(self)
-        self._stop = asyncio.Event()
-        self._keeps_parent = False
-        """The folder of the runtime directory was there, and empty: somebody made it."""
-        self._release_timer: asyncio.TimerHandle | None = None
+        self._notifier = notifier or Notifier({}, 0)
+        self._stop, self._hang_up = asyncio.Event(), asyncio.Event()
 
-    async def run(self, started: Callable[["Daemon"], None]) -> None:
+    async def run(self, started: Callable[[Serving], None]) -> None:
         """Start, say so, and serve until told to stop.
 
         Raises:
             StartError: something is missing; nothing was left behind.
         """
-        loop = asyncio.get_running_loop()
-        calls = {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
-        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
-            calls[signal.SIGHUP] = self.stop if has_terminal() else self.reloader.request
-        signals.answer(loop, calls)  # first: one that comes early leaves nothing behind either
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
-        self.files, lock = self._open_store()
-        control = ControlServer(self, self.runtime_dir / CONTROL_SOCKET)
-        try:
-            self._prepare_runtime_dir()
-            await control.open()
-            self._build(self.files, loop)
-            await self._open_ports()
-            self._start_core(loop)
-            self.vitals.start()
-            self.runs = Runs(self)
-            await self._open_bridges()
-            self.reloader.is_open = True
-            self.service.start()
-            started(self)
+        async with AsyncExitStack() as stack:  # puts away what was started, the last first
+            try:
+                serving = await self._start(stack)
+            except (Refused, SocketRefused, BridgeError) as error:
+                raise StartError(str(error)) from None
+            started(serving)
             await self._stop.wait()
-        finally:
-            await self._put_away(loop, control, self.files)
-            os.close(lock)
-            signals.ignore(loop, calls)
 
     def stop(self) -> None:
         """End ``run``."""
         self._stop.set()
 
-    # ---- start ----
+    async def _start(self, stack: AsyncExitStack) -> Serving:
+        loop, config, at = asyncio.get_running_loop(), self._configured.config, self._at
+        self._answer_signals(stack)  # first: one that comes early leaves nothing behind either
+        stack.enter_context(folders(config.bench, at.state, at.runtime))
+        claimed = ClaimedSocket(at.runtime / CONTROL_SOCKET, config.bench)
+        stack.callback(claimed.release)
+        files = NvmStore(at.state)
+        stack.push_async_callback(loop.run_in_executor, None, files.close)
+        plan = plan_start(config, at.folder, files)
+        live = make_live(stack, self._configured, plan, files, at, WATCH_IDLE_S)
+        await live.apply.carry_out(plan)
+        note_hung(at.state / BREADCRUMB, live.notes)
+        clock, grant = start_core(stack, live.sim, config, require_rt=self._require_rt)
+        live.vitals.start()
+        runs = make_runs(stack, live, clock)
+        is_service = bool(self._notifier)
+        desk = make_desk(live, runs, clock, grant, state_dir=at.state, is_service=is_service, stop=self.stop)
+        stack.push_async_callback(live.bridges.close)
+        await live.bridges.open(config.bridges, desk)
+        server = ControlServer(desk, claimed)
+        stack.push_async_callback(server.close)
+        live.reloader.open(self._hang_up)
+        stack.push_async_callback(live.reloader.close)
+        self._tell_service(stack, live, grant)
+        return Serving(live, grant, desk)
 
-    def _open_store(self) -> tuple[NvmStore, int]:
-        """The store, and the file descriptor that keeps other daemons away from its directory."""
-        try:
-            make_folder(self.state_dir)
-            lock = os.open(self.state_dir, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return NvmStore(self.state_dir), lock
-        except BlockingIOError as error:
-            with suppress(OSError):
-                if pid := listener(self.runtime_dir / CONTROL_SOCKET):
-                    raise StartError(already_running(self.config.bench, pid)) from error
-            raise StartError(
-                f"state directory {self.state_dir}: another daemon has it; choose another with --state-dir"
-            ) from error
-        except OSError as error:
-            raise StartError(
-                f"state directory {self.state_dir}: {error.strerror}; choose another with --state-dir"
-            ) from error
+    def _answer_signals(self, stack: AsyncExitStack) -> None:
+        loop, calls = asyncio.get_running_loop(), {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
+            calls[signal.SIGHUP] = self.stop if has_terminal() else self._hang_up.set
+        signals.answer(loop, calls)
+        stack.callback(signals.ignore, loop, calls)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
 
-    def _prepare_runtime_dir(self) -> None:
-        try:
-            parent = self.runtime_dir.parent
-            self._keeps_parent = parent.exists() and not any(parent.iterdir())
-            if not parent.exists() or parent.stat().st_uid != 0:  # root's is the service manager's
-                make_folder(parent)
-            make_folder(self.runtime_dir, 0o755)  # ports and socket have modes of their own
-            if why := distrust(self.runtime_dir):
-                raise PermissionError(errno.EACCES, why)
-        except OSError as error:
-            raise StartError(
-                f"runtime directory {self.runtime_dir}: {error.strerror}; choose another with --runtime-dir"
-            ) from error
-
-    def _build(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
-        memories, counters, problems = {}, {}, []
-        for name, config in self.config.twins.items():
-            try:
-                loaded = files.load(name, config.profile)
-                memories[name] = start_sections(config, loaded.content.sections, self.config_folder)
-            except StoreError as error:
-                problems.append(str(error))
-                continue
-            except TableFileError as error:
-                problems.append(f"devices.{name}.flash.table: {error}")
-                continue
-            counters[name] = loaded.content.counter
-            if loaded.note:
-                self.notes[name] = loaded.note
-                log.warning("%s: %s", name, loaded.note)
-        if problems:
-            raise StartError("\n".join(problems))
-        if hung := take_breadcrumb(self.state_dir / BREADCRUMB):
-            self.notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
-            log.error("%s: %s", hung, self.notes[hung])
-        store = DaemonStore(files, counters)
-        self.bench = bench_runtime(self.config, self.catalogue, memories, store)
-        self.bench.turn_over = self.lines.turn_over
-        self.faults.bench = self.bench
-        self.watches = Watches(self.bench, self.config.speed, WATCH_IDLE_S)
-        store.bench, store.loop, self.store = self.bench, loop, store
-        self.vitals = Vitals(self.bench)
-        self.host = Host(self)
-        self._guard = StepGuard(self.state_dir / BREADCRUMB, self.config.speed)
-        for device in self.bench.devices.values():
-            self.adopt(device)
-        self.bench.listeners.append(self._sent)
-        if self._input_log:
-            self._open_log(self._input_log, memories)
-
-    def adopt(self, device: Device) -> None:
-        """Watch over a device: its firmware's steps take no longer than they may, and it fails loudly."""
-        device.guard = self._guard
-        device.on_failed = self._device_failed
-
-    def _open_log(self, path: Path, memories: Mapping[str, Mapping[str, bytes]]) -> None:
-        try:
-            self._log_file = LogFile(path)
-        except OSError as error:
-            raise StartError(f"log {path}: {error.strerror}") from error
-        self.bench.log = InputLogWriter(self._log_file, f"hil {__version__}", self.config_as_dict(), memories)
-        self.bench.listeners.append(self.bench.log.sent)
-
-    def addresses(self) -> list[tuple[str, str]]:
-        """All ports' names, and where clients reach them."""
-        ports = {name: session.port for name, session in self.sessions.items()}
-        ports |= {name: session.port for name, session in self.tap_sessions.items()}
-        ports |= {name: real.client for name, real in self.real.items()}
-        return [(name, port.address) for name, port in ports.items()]
-
-    def config_as_dict(self) -> dict[str, Any]:
-        """The configuration as a dict that ``hil.config.from_dict`` takes."""
-        dumped: dict[str, Any] = self.config.model_dump(mode="json", by_alias=True)
-        for device in dumped["devices"].values():
-            device["port"] = "memory"
-            device["network"] = None
-            if device["at"]:  # its bytes are no part of a simulation
-                for key in EMULATED_KEYS:
-                    device.pop(key)
-        for segment in dumped["segments"].values():
-            for tap in segment["taps"].values():
-                tap["port"] = "memory"
-        return dumped
-
-    async def _open_ports(self) -> None:
-        problems = []
-        for name, device_config in self.config.twins.items():
-            native_usb = self.catalogue.profiles[device_config.profile].usb == "native"
-            device = self.bench.devices[name]
-            for uart, port_config in ((MAIN, device_config.port), (NETWORK, device_config.network)):
-                if port_config is None:
-                    continue
-                label = port_label(name, uart)
-                port = make_port(port_config, self.port_context(label))
-                session = Session(self.bench, device, port, self.lines, native_usb=native_usb, uart=uart)
-                try:
-                    await port.open(session)
-                    self.sessions[label] = session
-                except PortError as error:
-                    problems.append(str(error))
-        for segment, wire in self.config.segments.items():
-            for tap_name, tap_config in wire.taps.items():
-                label = f"{segment}.{tap_name}"
-                port = make_port(tap_config.port, self.port_context(label))
-                tap = self.bench.taps[label]
-                tap_session = TapSession(self.bench, tap, port, self.lines)
-                try:
-                    await port.open(tap_session)
-                    self.tap_sessions[label] = tap_session
-                except PortError as error:
-                    problems.append(str(error))
-        for name, device_config in self.config.real.items():
-            try:
-                await self._open_real(name, device_config)
-            except PortError as error:
-                problems.append(str(error))
-        if problems:
-            raise StartError("\n".join(problems))
-        try:
-            for fault in self.config.faults:
-                self.faults.inject(fault.fault, fault.target, fault.model_extra or {})
-        except FaultRefused as error:
-            raise StartError(f"faults: {error}") from None
-
-    async def _open_bridges(self) -> None:
-        for kind, options in self.config.bridges.items():
-            bridge = make_bridge(kind, options, self.host)
-            try:
-                await bridge.open()
-            except BridgeError as error:
-                raise StartError(f"bridges.{kind}: {error}") from None
-            self.bridges[kind] = bridge
-
-    def port_context(self, label: str) -> PortContext:
-        """Where the port with this label belongs."""
-        return PortContext(self.config.bench, label, self.runtime_dir, self._port_group)
-
-    async def _open_real(self, name: str, config: DeviceConfig) -> None:
-        context = self.port_context(name)
-        board = make_port(serial_port_config(config), context)
-        real = PassThrough(name, make_port(config.port, context), board)
-        await real.client.open(real.to_board)
-        self.real[name] = real
-        await board.open(real.to_client)
-
-    @staticmethod
-    def _turn() -> Callable[[], bool]:
-        end_s = time.monotonic() + TURN_S
-        return lambda: time.monotonic() > end_s
-
-    def _start_core(self, loop: asyncio.AbstractEventLoop) -> None:
-        if why := refused(self.config.cpu):
-            raise StartError(why)
-        gc.collect()
-        gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
-        gc.enable()
-        self.bench.turn = self._turn
-        priority, cpu = wanted_priority(), wanted_cpu(self.config.cpu)
-        period_ns = 1_000_000_000 // self.config.rate_hz
-        try:
-            self.bench.run_real_time(period_ns, self.config.speed, priority, cpu)
-        except OSError as error:
-            raise StartError(f"the core's thread could not be started: {error.strerror}") from error
-        self.epoch_ns = time.time_ns() - round(self.bench.now_ns / self.config.speed)
-        self.grant = grant(self.bench.core.native.rt_stats(), priority, cpu)
-        if self.grant.missing and self._require_rt:
-            raise StartError(self.grant.line())
-        loop.add_reader(self.bench.core.event_fd, self.bench.service)
-        if self._log_file:
-            loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
-
-    # ---- work ----
-
-    def release(self) -> None:
-        """Give ports the bytes of paced lines that are due, and set the timer for the next."""
-        if self._release_timer:
-            self._release_timer.cancel()
-            self._release_timer = None
-        now_ns = self.bench.now_ns
-        due_ns = self.lines.release(now_ns)
-        if due_ns < FOREVER:
-            delay_s = (due_ns - now_ns) / 1e9 / self.config.speed
-            loop = asyncio.get_running_loop()
-            self._release_timer = loop.call_later(max(delay_s, _MIN_RELEASE_S), self.release)
-
-    def _line_sessions(self) -> list[Session | TapSession]:
-        return [*self.sessions.values(), *self.tap_sessions.values()]
-
-    def _sent(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
-        if session := self.sessions.get(port_label(device.name, uart)):
-            session.send(at_ns, data)
-
-    def _flush_log(self, loop: asyncio.AbstractEventLoop) -> None:
-        if self._log_file and not self._stop.is_set():
-            self._log_file.flush()
-            loop.call_later(LOG_FLUSH_S, self._flush_log, loop)
-
-    def _device_failed(self, device: Device) -> None:
-        again = f"the other devices go on; `hil reset {device.name}` restarts it"
-        log.error("%s stopped: %s; %s", device.name, device.failed, again)
-        if session := self.sessions.get(device.name):
-            session.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
-
-    # ---- end ----
-
-    async def _put_away(
-        self, loop: asyncio.AbstractEventLoop, control: ControlServer, files: NvmStore
-    ) -> None:
-        self.service.stop()
-        await self.reloader.close()
-        await control.close()
-        for bridge in self.bridges.values():
-            await bridge.close()
-        if hasattr(self, "runs"):
-            await self.runs.close()
-        if hasattr(self, "bench"):
-            loop.remove_reader(self.bench.core.event_fd)
-            self._guard.close()
-            self.watches.stop()
-            self.vitals.stop()
-            self.bench.stop()
-            await self.store.end()  # its answers to commits are inputs, for the log too
-        await loop.run_in_executor(None, files.close)
-        if self._release_timer:
-            self._release_timer.cancel()
-        for session in self._line_sessions():
-            await session.port.close()
-        for real in self.real.values():
-            await real.client.close()
-            await real.board.close()
-        if self._log_file:
-            self._log_file.close()
-        with suppress(OSError):
-            self.runtime_dir.rmdir()
-            if not self._keeps_parent:
-                os.rmdir(self.runtime_dir.parent)
+    def _tell_service(self, stack: AsyncExitStack, live: LiveBench, grant: Grant) -> None:
+        service = Service(
+            self._notifier,
+            lambda: status_line(live.sim, live.configured, live.places, grant),
+            lambda: live.sim.core.native.rt_stats()["ticks"],
+        )
+        live.changes.around_reloads(service.reloading, service.reloaded)
+        stack.callback(service.stop)
+        service.start()

@@ -22,7 +22,7 @@ from pathlib import Path
 import pytest
 from e2e_support import Client, Place, Server, config, until
 
-from virtual_ports.tcp.client import QUEUE_BYTES
+from hil.net.traffic import QUEUE_BYTES
 
 SAC = {"profile": "sac", "flash": {}}
 ROUNDS = 200

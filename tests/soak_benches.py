@@ -7,7 +7,7 @@ from soak_inputs import fault_parameters
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, from_dict
-from hil.core import AXIS_PINS, CLOCK_IN, CLOCK_OUT
+from hil.vocab.axis_plan import AXIS_PINS, CLOCK_IN, CLOCK_OUT
 from hil.vocab.faults import FAULT_KINDS
 
 Config = dict[str, Any]

@@ -104,7 +104,7 @@ def test_what_is_typed_is_done(bench: Bench) -> None:
         ),
         (("m-1", "enable", "now"), 2, "hil: 'now' is too much; it takes nothing"),
         (("m-1", "stop", "softly"), 1, "hil: how: write grace or prejudice"),
-        (("m-1", "pin", "D9", "1"), 1, "hil: pin: inputs of m-1 are D0, D1, D2, D3"),
+        (("m-1", "pin", "D9", "1"), 1, "hil: pins of m-1 are D0, D1, D2, D3"),
         (("s1", "run", "31"), 1, "hil: position: write 1 to 30"),
         (("s1", "loop", "3", "2"), 1, "hil: last: 2 comes before first, 3"),
     ],

@@ -169,7 +169,7 @@ def test_pin_steps_the_setpoint(place: Place) -> None:
             place.cli("pin", "m1", "D1", "0")
         assert server.status()["snapshot"]["r"] == pytest.approx(setpoint_deg + 4 * 0.05625, abs=1e-3)
     assert "pins of m1 are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=1)
-    assert "levels are 0 and 1" in place.cli("pin", "m1", "D1", "2", code=1)
+    assert "level: write 0 or 1" in place.cli("pin", "m1", "D1", "2", code=1)
 
 
 def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
@@ -186,7 +186,7 @@ def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
     assert "load_torque_Nm, diaagc, errfl" in place.cli("set", "m1", "wrap_count", "1", code=1)
     for wrong in ("-1", "1e9", "1e308"):
         said = place.cli("set", "m1", "diaagc", wrong, code=1)
-        assert f"{float(wrong)} is not allowed; diaagc: write 0 to 32767" in said
+        assert "diaagc: write 0 to 32767" in said
     for wrong in ("nan", "inf"):
         assert "nan and inf are no values here" in place.cli("set", "m1", "diaagc", wrong, code=1)
     refused = place.cli("set", "m1", "load_torque_Nm", "99", code=1)
@@ -199,7 +199,7 @@ def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(pl
     server = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}}), "--log", str(log))
     for field in ("diaagc", "errfl"):
         said = place.cli("set", "s1", field, "1", code=1)
-        assert said == "hil: fields of s1 that can be set are load_torque_Nm\n"
+        assert said == "hil: fields of s1 that can be set are load_torque_Nm, clock_Hz\n"
     place.cli("set", "s1", "load_torque_Nm", "0.01")
     server.stop()
     assert place.cli("replay", str(log)).startswith("identical: ")

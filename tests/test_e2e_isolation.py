@@ -56,9 +56,9 @@ class Broken:
                 case "c":
                     Broken.in_constructor = True
 
-def started(daemon):
-    daemon.bench.devices["m1"]._make_firmware = Broken
-    say_started(daemon, LogWriter(2))
+def started(serving):
+    serving.live.sim.devices["m1"]._sketch._make = Broken
+    say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
 path, runtime, state = map(Path, sys.argv[1:])

@@ -19,11 +19,11 @@ from hil.cli.started import started as say_started
 from hil.host.log_writer import LogWriter
 from hil.daemon import Daemon
 
-def started(daemon):
+def started(serving):
     loop = asyncio.get_running_loop()
     for k in range(10):  # the event loop does not run for 200 ms
         loop.call_later(seconds * (k + 0.5) / 10, time.sleep, 0.2)
-    say_started(daemon, LogWriter(2))
+    say_started(serving, LogWriter(2))
 
 path, runtime, state, log = map(Path, sys.argv[1:5])
 seconds = float(sys.argv[5])

@@ -64,15 +64,15 @@ class Runaway:
                 case "z":  # waits in the kernel
                     time.sleep(3600)
 
-def started(daemon):
-    device = daemon.bench.devices["m1"]
-    device._make_firmware = Runaway
-    before = device.on_failed
+def started(serving):
+    sim = serving.live.sim
+    sim.devices["m1"]._sketch._make = Runaway
+    before = sim._around.on_failed
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
         before(device)
-    device.on_failed = failed
-    say_started(daemon, LogWriter(2))
+    object.__setattr__(sim._around, "on_failed", failed)
+    say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
 path, runtime, state = map(Path, sys.argv[1:])
@@ -112,7 +112,7 @@ else:
     daemon = Daemon(
         bench, config_folder=path.parent, runtime_base=runtime, state_base=state, input_log=log
     )
-    asyncio.run(daemon.run(lambda daemon: say_started(daemon, LogWriter(2))))
+    asyncio.run(daemon.run(lambda serving: say_started(serving, LogWriter(2))))
 """
 )
 

@@ -115,6 +115,19 @@ def test_a_file_that_is_run_again_is_carried_out_as_it_is_now(place: Place) -> N
     assert [row["run"] for row in server.ask("runs", name="")] == ["again"]
 
 
+def test_a_run_that_waited_keeps_its_count_and_its_place(place: Place) -> None:
+    server, _ = serve(place, 2, 5)
+    texts = {
+        "b": run("b", {"dwell_s": 2.0}, {"move": {"m1": 1.0}}),
+        "a": run("a", {"move": {"m1": 5.0}}),
+        "c": run("c", {"move": {"m2": 5.0}}, axes=("m2",)),
+    }
+    for name in "baca":
+        server.ask("run", text=texts[name], file="x", check=False)
+    assert ended(server, "a")["submissions"] == 2
+    assert [row["run"] for row in server.ask("runs", name="")] == ["b", "a", "c"]
+
+
 def test_another_text_under_the_name_of_a_run_under_way_is_refused(place: Place) -> None:
     server, _ = serve(place)
     where = ("--runtime-dir", str(place.runtime))

@@ -27,15 +27,16 @@ bench = parse(path.read_text(), str(path), find_catalogue())
 daemon = Daemon(bench, config_folder=path.parent, runtime_base=runtime, state_base=state,
                 notifier=Notifier(os.environ, os.getpid()))
 
-def hang_loop():
-    before = daemon.bench.core.native.rt_stats()["ticks"]
+def hang_loop(core):
+    before = core.native.rt_stats()["ticks"]
     time.sleep(3 * float(sys.argv[4]))
-    print("ticks meanwhile:", daemon.bench.core.native.rt_stats()["ticks"] - before, flush=True)
+    print("ticks meanwhile:", core.native.rt_stats()["ticks"] - before, flush=True)
 
-def started(daemon):
+def started(serving):
+    core = serving.live.sim.core
     loop = asyncio.get_running_loop()
-    loop.add_signal_handler(signal.SIGUSR1, hang_loop)
-    loop.add_signal_handler(signal.SIGUSR2, daemon.bench.core.native.rt_stop)
+    loop.add_signal_handler(signal.SIGUSR1, hang_loop, core)
+    loop.add_signal_handler(signal.SIGUSR2, core.native.rt_stop)
     print("Ctrl-C ends", flush=True)
 
 asyncio.run(daemon.run(started))

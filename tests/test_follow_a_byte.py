@@ -1,53 +1,169 @@
-"""Every name in ``docs/follow-a-byte.md`` exists: code spans ``file: name`` and ``file: Class.name``."""
+"""What the pages ``docs/follow-a-*.md`` name exists, and what they tell is called in that order.
+
+A mention is a code span ``file: name`` or ``file: Class.name``.
+"""
 
 import ast
 import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
+from hil.testing import Bench
+
 ROOT = Path(__file__).parent.parent
-PAGE = ROOT / "docs" / "follow-a-byte.md"
+PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command")
 MENTION = re.compile(r"`([\w/]+\.(?:py|pyx|c|h)):\s+([\w.]+)`")
-MENTIONS = sorted(set(MENTION.findall(PAGE.read_text())))
+MOST_LINES = 75
+"""Of a sister page: it is one page."""
+
+Name = tuple[str, str]
 
 
-def python_names(text: str) -> set[str]:
+def text_of(page: str) -> str:
+    return (ROOT / "docs" / f"{page}.md").read_text()
+
+
+MENTIONS = sorted({(page, *name) for page in PAGES for name in MENTION.findall(text_of(page))})
+
+
+def definitions(path: Path) -> dict[str, ast.stmt]:
     """What a module defines at its top, and ``Class.name`` for what its classes define."""
-    names: set[str] = set()
+    found: dict[str, ast.stmt] = {}
 
     def collect(body: list[ast.stmt], prefix: str) -> None:
         for node in body:
             if isinstance(node, ast.ClassDef):
-                names.add(prefix + node.name)
+                found[prefix + node.name] = node
                 collect(node.body, f"{prefix}{node.name}.")
             elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                names.add(prefix + node.name)
+                found[prefix + node.name] = node
             elif isinstance(node, ast.Assign):
-                names.update(prefix + target.id for target in node.targets if isinstance(target, ast.Name))
+                names = [target.id for target in node.targets if isinstance(target, ast.Name)]
+                found.update(dict.fromkeys((prefix + name for name in names), node))
             elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-                names.add(prefix + node.target.id)
+                found[prefix + node.target.id] = node
 
-    collect(ast.parse(text).body, "")
-    return names
+    collect(ast.parse(path.read_text()).body, "")
+    return found
 
 
 def is_defined(path: Path, name: str) -> bool:
-    text = path.read_text()
     if path.suffix == ".py":
-        return name in python_names(text)
+        return name in definitions(path)
+    text = path.read_text()
     if path.suffix == ".pyx":
         return all(re.search(rf"^\s*(def|cdef class) {part}\b", text, re.M) for part in name.split("."))
     # A definition, not a call: it begins a line and its body follows.
     return re.search(rf"^\w[\w *]*\b{name}\([^;{{]*\)\s*{{", text, re.M) is not None
 
 
-def test_the_page_has_names_to_check() -> None:
-    assert len(MENTIONS) > 40
+def test_the_pages_have_names_to_check() -> None:
+    assert [page for page in PAGES if len(MENTION.findall(text_of(page))) < 20] == []
     assert len(MENTION.findall("`a/b.py: C.d` and `a/b.c:\n  f`, not `x.py` nor `C.d`")) == 2
 
 
-@pytest.mark.parametrize(("file", "name"), MENTIONS, ids=lambda part: part)
-def test_a_name_exists(file: str, name: str) -> None:
-    assert (ROOT / file).is_file(), f"{PAGE.name} mentions {file}, which does not exist"
-    assert is_defined(ROOT / file, name), f"{PAGE.name} mentions {name} in {file}, which does not define it"
+@pytest.mark.parametrize("page", PAGES[1:])
+def test_a_sister_is_one_page(page: str) -> None:
+    assert len(text_of(page).splitlines()) <= MOST_LINES
+
+
+@pytest.mark.parametrize(("page", "file", "name"), MENTIONS, ids=lambda part: part)
+def test_a_name_exists(page: str, file: str, name: str) -> None:
+    assert (ROOT / file).is_file(), f"{page} mentions {file}, which does not exist"
+    assert is_defined(ROOT / file, name), f"{page} mentions {name} in {file}, which does not define it"
+
+
+# ---- what is told is called ----
+
+
+@contextmanager
+def called(into: list[Name]) -> Iterator[None]:
+    """Note each call of a function of the project, in order."""
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_code.co_filename.startswith(str(ROOT)):
+            into.append((frame.f_code.co_filename[len(str(ROOT)) + 1 :], frame.f_code.co_qualname))
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
+
+
+def typed_p() -> list[Name]:
+    """``p`` at a Mechaduino."""
+    calls: list[Name] = []
+    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
+        bench.run(ms=5000)
+        with called(calls):
+            bench.port("m1").write(b"p")
+            bench.run(ms=200)
+        assert b"Angle: " in bench.port("m1").read()
+    return calls
+
+
+def typed_for_another() -> list[Name]:
+    """``86m3000`` at the SAC with the address 85."""
+    calls: list[Name] = []
+    devices = {"s1": {"profile": "sac"}, "s2": {"profile": "sac"}}
+    segments = {"bus0": {"stations": ["s1", "s2"]}}
+    with Bench({"bench": "t", "devices": devices, "segments": segments}) as bench:
+        bench.run(ms=1100)
+        for name, address in (("s1", 85), ("s2", 86)):
+            bench.port(name).write(b"$CM%d\r" % address)
+            bench.run(ms=100)
+            bench.port(name).write(b"$R\r")
+            bench.run(ms=200)
+        with called(calls):
+            bench.port("s1").write(b"86m3000\r")
+            bench.run(ms=100)
+        assert bench.axis("s2").snapshot().motion_state
+    return calls
+
+
+def asked_to_move() -> list[Name]:
+    """``move_abs`` of a Mechaduino that is calibrated."""
+    calls: list[Name] = []
+    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
+        axis = bench.axis("m1")
+        bench.run(ms=5000)
+        axis.do("calibrate")
+        bench.run(ms=40_000)
+        axis.do("enable")
+        with called(calls):
+            axis.do("move_abs", position_deg=90.0)
+        assert axis.snapshot().following
+    return calls
+
+
+TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
+    ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
+    ("follow-a-packet", "## From one board to the other"): typed_for_another,
+    ("follow-a-command", "## In simulated time"): asked_to_move,
+}
+"""Sections whose Python functions are called in the order in which they are named, by what calls them."""
+REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
+"""Not in the kit."""
+
+
+@pytest.mark.parametrize(("page", "heading"), TOLD, ids=lambda part: part)
+def test_what_is_told_is_called_in_that_order(page: str, heading: str) -> None:
+    section = re.split(r"^#", text_of(page).partition(f"\n{heading}\n")[2], maxsplit=1, flags=re.M)[0]
+    told = [
+        (file, name)
+        for file, name in MENTION.findall(section)
+        if file.endswith(".py")
+        and not file.startswith(REAL_TIME)
+        and isinstance(definitions(ROOT / file)[name], ast.FunctionDef)
+    ]
+    assert len(told) > 5
+    calls = iter(TOLD[page, heading]())
+    missing = next((name for name in told if name not in calls), None)  # each is sought behind the one before
+    assert missing is None

@@ -6,7 +6,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.live.tap_joint import TapSession
+from hil.live.joint import Joint
+from hil.live.places import Places
+from hil.live.sim_ends import TapEnd
 from hil.operations.metrics import METRICS
 from hil.operations.segments import listed
 from hil.testing import Bench
@@ -31,9 +33,9 @@ def look(bench: Bench) -> None:
     """As the daemon does, and while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
     ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
-    daemon: Any = SimpleNamespace(bench=ahead, tap_sessions={})
-    listed(daemon)
-    scrape: Any = SimpleNamespace(daemon=daemon)
+    sim: Any = ahead
+    listed(sim, Places())
+    scrape: Any = SimpleNamespace(of=SimpleNamespace(sim=sim))
     for row in METRICS:
         if row.metric.labels[:1] == ("segment",):
             list(row.read(scrape))
@@ -91,8 +93,8 @@ def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
     with Bench({"bench": "x", "devices": {"s1": {"profile": "sac"}}, "segments": {"bus0": segment}}) as bench:
         got = bytearray()
         port: Any = SimpleNamespace(write=got.extend)
-        lines: Any = SimpleNamespace(fresh=[])
-        session = TapSession(bench._runtime, bench._runtime.taps["bus0.n"], port, lines)
+        lines: Any = SimpleNamespace(has_sent=lambda line: None)
+        session = TapEnd(bench._runtime, lines, Joint("bus0.n", port), bench._runtime.taps["bus0.n"])
         bench.run(1100)
         packet = encode(99, 1, b"y")
         bench.tap("bus0.m").write(packet)

@@ -16,7 +16,7 @@ from hil.cli.surroundings import ENVIRONMENT
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reference.md"
 MAN = ROOT / "docs" / "hil.1"
-READ = re.compile(r"(?:env(?:iron)?(?:\.get\(|\[)|_service_directory\()\"(\w+)\"")
+READ = re.compile(r"(?:env(?:iron)?(?:\.get\(|\[)|_service_directory\(|_chosen\([\w, ]+)\"(\w+)\"")
 
 
 def test_the_reference_is_up_to_date() -> None:

@@ -15,12 +15,14 @@ from pydantic_core import PydanticCustomError
 from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
 from hil.net.visitors import Visit, Visitors
-from hil.vocab.bridges import BridgeError, BridgeHost
+from hil.vocab.bridges import BridgeError, Desk, Source
+from hil.vocab.verbs import Role
 
 __all__ = ["Options", "make", "reference"]
 
 log = logging.getLogger("hil")
 
+SCRAPER = Source("metrics", Role.VIEWER)
 SLICE = 50
 """Values between two turns of the others: some 0.2 ms; a scrape of 200 devices takes 10."""
 CONNECTIONS = 16
@@ -75,9 +77,9 @@ class Options(BaseModel):
         return self
 
 
-def make(options: Options, host: BridgeHost) -> "MetricsBridge":
+def make(options: Options, desk: Desk) -> "MetricsBridge":
     """The bridge, not yet open."""
-    return MetricsBridge(options, host)
+    return MetricsBridge(options, desk)
 
 
 def reference() -> str:
@@ -95,10 +97,10 @@ def reference() -> str:
 class MetricsBridge:
     """``hil.vocab.bridges.Bridge``."""
 
-    def __init__(self, options: Options, host: BridgeHost) -> None:
+    def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options
-        self._host = host
-        self._visitors: Visitors[socket.socket] | None = None
+        self._desk = desk
+        self._visitors: Visitors | None = None
         self._addresses = [options.listen]
         self.scrapes = 0
         self._refused = 0
@@ -208,7 +210,7 @@ class MetricsBridge:
     async def _scrape(self) -> bytes:
         self.scrapes += 1
         parts = bytearray()
-        for count, text in enumerate(lines(self._host.metrics()), 1):
+        for count, text in enumerate(lines(self._desk.ask(SCRAPER, "metrics", "", {})), 1):
             parts += text.encode()
             if count % SLICE == 0:
                 await asyncio.sleep(0)

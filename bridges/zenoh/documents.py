@@ -5,10 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from bridges.zenoh.keys import VERSION
-from hil.vocab.bridges import BridgeHost
-from hil.vocab.json_text import JsonError, read_json
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.bridges import BenchClock, Source
+from hil.vocab.verbs import Role, VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
+OURS = Source("zenoh", Role.ADMIN)
+"""Who asks where no user does: the bridge for its own keys, and commands where the bench has no users."""
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024
 """Longer ones are no command."""
@@ -62,7 +64,7 @@ def refused(refusal: VerbRefused, key: str, times_ns: tuple[int, int]) -> bytes:
     return json.dumps(head | {"key": key, "code": refusal.code, "error": str(refusal)}).encode()
 
 
-def dumped(content: Mapping[str, Any], host: BridgeHost) -> bytes:
+def dumped(content: Mapping[str, Any], clock: BenchClock) -> bytes:
     """Whatever else is told, with the times."""
-    sim_ns, wall_ns = host.times_ns()
+    sim_ns, wall_ns = clock.times_ns()
     return json.dumps({"v": VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from bridges.zenoh.users import User
 from hil.net.signature import mac_of
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 FRESH_NS = 30_000_000_000
 """Maximum difference between a signature's time and the daemon's: clocks of a site differ by seconds."""

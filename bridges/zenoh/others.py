@@ -16,9 +16,9 @@ from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
 from hil.net.signature import signed
 from hil.vocab.benches import Answered, BenchGone
-from hil.vocab.bridges import BridgeHost, Source
-from hil.vocab.json_text import JsonError, read_json
+from hil.vocab.bridges import Description, Source
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
 _LIVE_S = 1.0
 _ATTACHMENT_ROOM = 2048
@@ -29,9 +29,9 @@ _REFUSED = b"{"
 class Others:
     """``hil.vocab.benches.BenchDoor`` of a session."""
 
-    def __init__(self, session: zenoh.Session, host: BridgeHost, gate: Gate | None) -> None:
+    def __init__(self, session: zenoh.Session, here: Description, gate: Gate | None) -> None:
         self._session = session
-        self._host = host
+        self._here = here
         self._gate = gate
 
     async def ask(
@@ -52,10 +52,10 @@ class Others:
 
         def later(reply: zenoh.Reply | None) -> None:  # in a thread of zenoh
             with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-                loop.call_soon_threadsafe(settle, reply, self._host.times_ns()[1])
+                loop.call_soon_threadsafe(settle, reply, self._here.clock.times_ns()[1])
 
         def get() -> int:
-            asked_ns = self._host.times_ns()[1]
+            asked_ns = self._here.clock.times_ns()[1]
             self._session.get(
                 key,
                 zenoh.handlers.Callback(later, partial(later, None), indirect=False),
@@ -84,18 +84,18 @@ class Others:
     def _alive(self) -> Sequence[str]:
         tokens = self._session.liveliness().get("hil/*/@live/daemon", timeout=_LIVE_S)
         names = {str(token.ok.key_expr).split("/")[1] for token in tokens if token.ok}
-        return sorted(names - {self._host.bench})
+        return sorted(names - {self._here.bench})
 
     def _signature(self, source: Source, key: str, payload: bytes) -> bytes | None:
         """By who asks, and for who asks at this computer by the user of the bench's own name."""
         if self._gate is None:
             return None
-        for name in (source.name, self._host.bench):
+        for name in (source.name, self._here.bench):
             if secret := self._gate.secret_of(name):
                 return signed(name, secret, key, payload, time.time_ns(), secrets.token_hex(8))
         raise VerbRefused(
             "forbidden",
-            f"no user {self._host.bench!r} to ask other benches as; add {self._host.bench}:operator:PASSWORD",
+            f"no user {self._here.bench!r} to ask other benches as; add {self._here.bench}:operator:PASSWORD",
         )
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import dumped
+from bridges.zenoh.documents import OURS, dumped
 from bridges.zenoh.keys import SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
-from hil.vocab.bridges import AxisField, BridgeHost, Samples
+from hil.vocab.bridges import AxisField, Desk, Watch, Watched
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
@@ -48,11 +48,12 @@ def undeclare(entity: Any) -> None:
     entity.undeclare()
 
 
-def short_state(host: BridgeHost, device: str) -> dict[str, float | None]:
+def short_state(desk: Desk, device: str) -> dict[str, float | None]:
     """What is told of an axis, now; None for what is no number that JSON has."""
-    fields = host.devices[device].fields
-    state = {name: value for name, value in host.state(device).items() if fields[name].is_state}
-    return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
+    fields = desk.describe().devices[device].fields
+    return {
+        name: value for name, value in desk.ask(OURS, "state", device, {}).items() if fields[name].is_state
+    }
 
 
 class StateText:
@@ -81,23 +82,20 @@ class StateText:
         return text.encode()
 
 
-class _Stream:
-    """Samples of one axis to one key while somebody listens there."""
+class _Told:
+    """Something that is told while somebody listens to one of the keys."""
 
-    def __init__(
-        self, publisher: zenoh.Publisher, begin: Callable[[], Samples], made: Callable[[bytes], bytes]
-    ) -> None:
-        self._publisher = publisher
+    def __init__(self, publishers: Sequence[zenoh.Publisher], begin: Callable[[], Watch]) -> None:
+        self._publishers = publishers
         self._begin = begin
-        self._made = made
-        self._samples: Samples | None = None
+        self._watch: Watch | None = None
         self._is_refused = False
-        self.lost = 0
+        self._lost_before = 0
 
     def look(self) -> None:
         """Begin, or end."""
-        is_wanted = is_heard(self._publisher)
-        if is_wanted and self._samples is None:
+        is_wanted = any(is_heard(publisher) for publisher in self._publishers)
+        if is_wanted and self._watch is None:
             self._try()
         elif not is_wanted:
             self._is_refused = False
@@ -106,56 +104,33 @@ class _Stream:
     def _try(self) -> None:
         """Try again: other watchers may have gone since."""
         try:
-            self._samples = self._begin()
+            self._watch = self._begin()
         except VerbRefused as refusal:
             if not self._is_refused:
-                log.warning("zenoh: %s is not told: %s", self._publisher.key_expr, refusal)
+                log.warning("zenoh: %s is not told: %s", self._publishers[0].key_expr, refusal)
             self._is_refused = True
 
     @property
     def is_on(self) -> bool:
-        return self._samples is not None
+        return self._watch is not None
+
+    @property
+    def lost(self) -> int:
+        """Samples that found no room in the core's ring, in watches that have ended."""
+        return self._lost_before
 
     def flush(self) -> None:
-        if self._samples is not None:
-            for packed in self._samples.take():
-                self._publisher.put(self._made(packed))
+        if self._watch is not None:
+            self._watch.take()
 
     def _end(self) -> None:
-        if self._samples is not None:
-            self.lost += self._samples.lost
-            self._samples.close()
-            self._samples = None
+        if self._watch is not None:
+            self._lost_before += self._watch.lost
+            self._watch.close()
+            self._watch = None
 
     def close(self) -> None:
         self._end()
-        undeclare(self._publisher)
-
-
-class _Watch:
-    """Something that is told as it happens, while somebody listens to one of the keys."""
-
-    def __init__(
-        self, publishers: Sequence[zenoh.Publisher], begin: Callable[[], Callable[[], None]]
-    ) -> None:
-        self._publishers = publishers
-        self._begin = begin
-        self._stop: Callable[[], None] | None = None
-
-    def look(self) -> None:
-        is_wanted = any(is_heard(publisher) for publisher in self._publishers)
-        if is_wanted and self._stop is None:
-            self._stop = self._begin()
-        elif not is_wanted:
-            self.end()
-
-    def end(self) -> None:
-        if self._stop is not None:
-            self._stop()
-            self._stop = None
-
-    def close(self) -> None:
-        self.end()
         for publisher in self._publishers:
             undeclare(publisher)
 
@@ -163,35 +138,37 @@ class _Watch:
 class Publications:
     """All of a bench's."""
 
-    def __init__(self, session: zenoh.Session, host: BridgeHost, options: Options) -> None:
+    def __init__(self, session: zenoh.Session, desk: Desk, options: Options) -> None:
         self._session = session
-        self._host = host
+        self._desk = desk
+        self._here = desk.describe()
         self._options = options
-        self._prefix = prefix(host.bench)
+        self._prefix = prefix(self._here.bench)
         self.rejections = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._states: dict[str, _Stream] = {}
-        self._packed: dict[str, _Stream] = {}
-        self._ports: dict[str, _Watch] = {}
-        self._segments = [self._packets(name) for name in host.segments]
+        self._states: dict[str, _Told] = {}
+        self._packed: dict[str, _Told] = {}
+        self._ports: dict[str, _Told] = {}
+        self._segments = [self._packets(name) for name in self._here.segments]
         self._lost_before = 0
-        self._begin(host.devices)
+        self._begin(self._here.devices)
         slow = {"sim/clock": self.clock, "sim/health": self.health}
         self._slow = [(self._publisher(key, SCHEMAS[key]), content) for key, content in slow.items()]
-        for name in host.segments:
+        for name in self._here.segments:
             publisher = self._publisher(f"segment/{name}/stats", "hil.stats.v1")
             self._slow.append((publisher, partial(self.stats, name)))
-        self._end_runs = host.on_run(self._tell_run)
+        self._runs = desk.watch(OURS, Watched.RUNS, "", self._tell_run)
         self._rejected = self._publisher("sim/rejected", "hil.error.v1")
 
     def _begin(self, devices: Collection[str]) -> None:
         """Whatever these devices tell: their axes and their ports; at the first time the taps' ports too."""
-        host = self._host
+        there = self._here.devices
         for name in devices:
-            if name in host.devices and not host.devices[name].is_real:
+            if name in there and not there[name].is_real:
                 self._states[name] = self._state(name)
                 self._packed[name] = self._packed_state(name)
-        self._ports |= {name: self._bytes(name) for name in host.ports if name not in self._ports}
+        ports = self._desk.describe().ports
+        self._ports |= {name: self._bytes(name) for name in ports if name not in self._ports}
 
     def devices_changed(self, names: Collection[str]) -> None:
         """These were added, taken away or exchanged."""
@@ -205,7 +182,7 @@ class Publications:
         self._begin(names)
 
     @property
-    def _demand(self) -> list[_Stream | _Watch]:
+    def _demand(self) -> list[_Told]:
         return [
             *self._states.values(),
             *self._packed.values(),
@@ -233,11 +210,11 @@ class Publications:
         key = f"{self._prefix}/run/{progress['run']}/state"
         kind = zenoh.Encoding.APPLICATION_JSON.with_schema("hil.run.v1")
         self._session.put(
-            key, dumped(progress, self._host), encoding=kind, allowed_destination=zenoh.Locality.REMOTE
+            key, dumped(progress, self._here.clock), encoding=kind, allowed_destination=zenoh.Locality.REMOTE
         )
 
     async def stop(self) -> None:
-        self._end_runs()
+        self._runs.close()
         for task in self._tasks:
             task.cancel()
             with suppress(asyncio.CancelledError):
@@ -256,16 +233,18 @@ class Publications:
     # ---- contents ----
 
     def clock(self) -> bytes:
-        return dumped({}, self._host)
+        return dumped({}, self._here.clock)
 
     def health(self) -> bytes:
-        return dumped({"rejected": self.rejections} | dict(self._host.health()), self._host)
+        health = self._desk.ask(OURS, "health", "", {})
+        return dumped({"rejected": self.rejections} | health, self._here.clock)
 
     def stats(self, segment: str) -> bytes:
-        return dumped(self._host.segment_stats(segment), self._host)
+        segments = self._desk.ask(OURS, "segments", "", {})
+        return dumped(next(row for row in segments if row["segment"] == segment), self._here.clock)
 
     def state_now(self, device: str) -> bytes:
-        return dumped(short_state(self._host, device), self._host)
+        return dumped(short_state(self._desk, device), self._here.clock)
 
     # ---- who tells ----
 
@@ -278,24 +257,29 @@ class Publications:
             allowed_destination=zenoh.Locality.REMOTE,
         )
 
-    def _state(self, name: str) -> _Stream:
+    def _state(self, name: str) -> _Told:
         publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
-        interval_ns = _interval_ns(self._options.state_hz)
-        fields = self._host.devices[name].fields.values()
-        text, wall_ns = StateText([field for field in fields if field.is_state]), self._host.wall_ns
+        fields = self._here.devices[name].fields.values()
+        text, wall_ns = StateText([field for field in fields if field.is_state]), self._here.clock.wall_ns
         at_ns = Struct("<q").unpack_from
-        return _Stream(
+        return self._samples(
+            name,
             publisher,
-            partial(self._host.sample, name, interval_ns),
-            lambda packed: text.of(packed, wall_ns(at_ns(packed)[0])),
+            self._options.state_hz,
+            lambda packed: publisher.put(text.of(packed, wall_ns(at_ns(packed)[0]))),
         )
 
-    def _packed_state(self, name: str) -> _Stream:
+    def _packed_state(self, name: str) -> _Told:
         publisher = self._publisher(f"axis/{name}/state/packed", "hil.snapshot.v1", is_json=False)
-        interval_ns = _interval_ns(self._options.packed_hz)
-        return _Stream(publisher, partial(self._host.sample, name, interval_ns), lambda packed: packed)
+        return self._samples(name, publisher, self._options.packed_hz, publisher.put)
 
-    def _packets(self, name: str) -> _Watch:
+    def _samples(
+        self, name: str, publisher: zenoh.Publisher, rate_hz: float, put: Callable[[bytes], object]
+    ) -> _Told:
+        watch, interval_ns = self._desk.watch, _interval_ns(rate_hz)
+        return _Told([publisher], partial(watch, OURS, Watched.SAMPLES, name, put, interval_ns=interval_ns))
+
+    def _packets(self, name: str) -> _Told:
         publisher = self._publisher(f"segment/{name}/packets", "hil.packet.v1")
 
         def tell(event: SegmentEvent) -> None:
@@ -305,20 +289,21 @@ class Publications:
                 "about": event.about,
                 "is_damaged": event.is_damaged,
             }
-            publisher.put(dumped(content, self._host))
+            publisher.put(dumped(content, self._here.clock))
 
-        return _Watch([publisher], lambda: self._host.on_packets(name, tell))
+        return _Told([publisher], partial(self._desk.watch, OURS, Watched.PACKETS, name, tell))
 
-    def _bytes(self, name: str) -> _Watch:
+    def _bytes(self, name: str) -> _Told:
         publishers = {
             "board": self._publisher(f"port/{name}/rx", "hil.port.v1", is_json=False),
             "client": self._publisher(f"port/{name}/tx", "hil.port.v1", is_json=False),
         }
 
         def tell(towards: str, data: bytes) -> None:
-            publishers[towards].put(data, attachment=dumped({}, self._host))
+            publishers[towards].put(data, attachment=dumped({}, self._here.clock))
 
-        return _Watch(list(publishers.values()), lambda: self._host.on_bytes(name, tell))
+        watch = partial(self._desk.watch, OURS, Watched.BYTES, name, tell)
+        return _Told(list(publishers.values()), watch)
 
     # ---- when ----
 
@@ -328,7 +313,7 @@ class Publications:
                 each.look()
             await asyncio.sleep(LOOK_S)
 
-    async def _pump(self, streams: Mapping[str, _Stream], interval_s: float) -> None:
+    async def _pump(self, streams: Mapping[str, _Told], interval_s: float) -> None:
         while True:
             on = [stream for stream in streams.values() if stream.is_on]
             for stream in on:

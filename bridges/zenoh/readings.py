@@ -1,21 +1,20 @@
 """What can be read under keys, and the answers to queries of one key or of many."""
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import zenoh
 
-from bridges.zenoh.documents import dumped
+from bridges.zenoh.documents import OURS, dumped
+from bridges.zenoh.inbox import SLICE
 from bridges.zenoh.keys import SCHEMAS, prefix
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.sender import Sender
-from hil.vocab.bridges import BridgeHost
-from hil.vocab.verbs import VerbRefused, described
+from hil.vocab.bridges import Desk
+from hil.vocab.verbs import VerbRefused
 
-SLICE = 32
-"""Requests that are handled before others have their turn: some milliseconds."""
 WIDE = 100
 """Queries of more keys than a slice that wait for each other."""
 WIDE_ANSWERS = 200
@@ -35,16 +34,17 @@ class Readings:
 
     def __init__(
         self,
-        host: BridgeHost,
+        desk: Desk,
         publications: Publications,
         sender: Sender,
         work: Callable[[Coroutine[Any, Any, None]], None],
     ) -> None:
-        self._host = host
+        self._desk = desk
+        self._here = desk.describe()
         self._publications = publications
         self._sender = sender
         self._work = work
-        self._prefix = prefix(host.bench)
+        self._prefix = prefix(self._here.bench)
         self._wide = asyncio.Lock()
         self._wide_waiting = 0
         self._encodings = {
@@ -54,24 +54,24 @@ class Readings:
         self.refresh()
 
     def refresh(self) -> None:
-        """The host's devices are others."""
+        """The bench's devices are others."""
         self._readers = self._readable()
 
     def _readable(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
         """Schema and content by key."""
-        host, told = self._host, self._publications
+        desk, here, told = self._desk, self._here, self._publications
         readers: dict[str, tuple[str, Callable[[], bytes]]] = {
             "sim/clock": (SCHEMAS["sim/clock"], told.clock),
             "sim/health": (SCHEMAS["sim/health"], told.health),
             "layout": (SCHEMAS["layout"], self._layout),
         }
-        for name in host.segments:
+        for name in here.segments:
             readers[f"segment/{name}/stats"] = (SCHEMAS["segment/<name>/stats"], partial(told.stats, name))
-        for name, device in host.devices.items():
+        for name, device in here.devices.items():
             readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
             if device.is_real:
                 continue
-            packed = partial(host.packed, name)
+            packed = partial(desk.ask, OURS, "packed", name, {})
             readers[f"axis/{name}/state/packed"] = (SCHEMAS["axis/<device>/state/packed"], packed)
             readers[f"axis/{name}/state"] = (SCHEMAS["axis/<device>/state"], partial(told.state_now, name))
             for field in device.fields.values():
@@ -117,32 +117,41 @@ class Readings:
         if name in self._readers:
             schema, content = self._readers[name]
             self._sender.reply(query, name, content(), self._encodings[schema])
-        elif progress := self._host.run_progress(name.split("/")[3]):
-            text = dumped(progress, self._host)
+        elif progress := self._runs(name.split("/")[3]):
+            text = dumped(progress[0], self._here.clock)
             self._sender.reply(query, name, text, self._encodings["hil.run.v1"])
 
     def _matching(self, key: str) -> Iterable[str]:
         if "*" not in key:
             match key.removeprefix(self._prefix + "/").split("/"):
-                case ["run", name, "state"] if self._host.run_progress(name) is not None:
+                case ["run", name, "state"] if self._runs(name):
                     return [key]
             return [key] if key in self._readers else []
-        runs = [f"{self._prefix}/run/{name}/state" for name in self._host.run_names()]
         wanted = zenoh.KeyExpr(key)
+        runs: list[str] = []
+        if wanted.intersects(zenoh.KeyExpr(f"{self._prefix}/run/*/state")):
+            runs = [f"{self._prefix}/run/{progress['run']}/state" for progress in self._runs("")]
         return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
 
+    def _runs(self, name: str) -> Sequence[Mapping[str, Any]]:
+        """The progress of one, none if there is none; of all with an empty name."""
+        try:
+            found: Sequence[Mapping[str, Any]] = self._desk.ask(OURS, "runs", name, {})
+        except VerbRefused:
+            return []
+        return found
+
     def _verbs(self, name: str) -> bytes:
-        device = self._host.devices[name]
-        return dumped(
-            {"device": name, "profile": device.profile, "verbs": described(device.verbs)}, self._host
-        )
+        verbs = self._desk.ask(OURS, "verbs", name, {})
+        profile = self._here.devices[name].profile
+        return dumped({"device": name, "profile": profile, "verbs": verbs}, self._here.clock)
 
     def _parameter(self, device: str, name: str) -> bytes:
-        return dumped({name: self._host.state(device)[name]}, self._host)
+        return dumped({name: self._desk.ask(OURS, "state", device, {})[name]}, self._here.clock)
 
     def _layout(self) -> bytes:
         fields: dict[str, dict[str, Any]] = {}
-        for device in self._host.devices.values():
+        for device in self._here.devices.values():
             for f in device.fields.values():
                 row = {
                     "name": f.name,
@@ -153,4 +162,4 @@ class Readings:
                 }
                 fields[f.name] = row
         ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
-        return dumped({"fields": ordered}, self._host)
+        return dumped({"fields": ordered}, self._here.clock)

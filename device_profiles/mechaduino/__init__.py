@@ -3,6 +3,4 @@
 ``profile.yaml`` describes the board, its motor and encoder. ``firmware.py`` is its program, with
 ``encoder.py``, ``lookup_table.py``, ``calibration.py`` (which makes the table), ``routines.py`` and
 ``menus.py``; ``serial_usb.py`` prints and waits, ``text.py`` has what is printed.
-
-May import ``hil.vocab``, ``hil.wire`` and ``hil.firmware``.
 """

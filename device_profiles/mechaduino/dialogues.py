@@ -7,9 +7,11 @@ board prints what it took, with two decimals. Its angle cannot be read while it 
 import re
 from typing import Any, ClassVar, Literal
 
+from hil.firmware.listening import wait_until
+from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
-from hil.vocab.path import DEG_PER_S, Path, PathPiece, at, length_ns, to_rest
-from hil.vocab.terminal_axis import How, wait_until
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
+from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 _NUMBER = rb"(-?\d+\.\d\d)\r\n"

@@ -1,7 +1,7 @@
 """Mechaduino firmware 0.1.5, written as the board's own setup() and loop().
 
 What each letter does and when it prints is the behaviour of the public firmware, checked against its
-output; the control interrupt itself runs in the core (``native/control/mechaduino.c``).
+output; the control interrupt itself runs in the core (``hil/core/native/control/mechaduino.c``).
 """
 
 import math

@@ -4,8 +4,9 @@ and motions that the firmware itself does not know: the core moves the set-point
 from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
+from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
 from hil.vocab.parameters import Parameter
-from hil.vocab.path import DEG_PER_S, Path, PathPiece, at, length_ns, to_rest, trapezoid
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 

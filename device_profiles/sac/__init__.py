@@ -5,6 +5,4 @@ lines, ``network.py`` packets, and ``command_line.py`` executes both, with ``mov
 and ``system_commands.py``. ``typed_text.py`` parses numbers and attributes; ``session.py`` and
 ``parameters.py`` hold what the board knows, ``memory.py`` and ``eeprom.py`` keep it, ``screens.py`` draws.
 The pulses are made in the core (``native/motion``).
-
-May import ``hil.vocab``, ``hil.wire`` and ``hil.firmware``.
 """

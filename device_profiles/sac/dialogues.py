@@ -4,8 +4,9 @@ from typing import ClassVar, Literal
 
 from device_profiles.sac.companion import Terminal, number_on, stands_still
 from device_profiles.sac.verbs import one_shot
+from hil.firmware.listening import wait_until
 from hil.vocab.dialogue import Dialogue, DialogueError, Refusal, Send
-from hil.vocab.terminal_axis import How, wait_until
+from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANSWER_NS = 800 * NS_PER_MS

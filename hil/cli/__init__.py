@@ -1,6 +1,10 @@
 """The command ``hil``: each command, what it draws, its completion, its man page and the reference.
 
 Belongs here: what a user types and reads. ``entry.py`` is where the program begins, ``cli.py`` has the
-commands or says where they are, ``ask.py`` what those share that ask a running bench. May import every other
-room, but does so when a command runs: each starts quickly. No other room imports it.
+commands or says where they are, ``ask.py`` what those share that ask a running bench. A command imports other
+rooms when it runs: each starts quickly. No other room imports this one.
+
+May import: hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.firmware, hil.host, hil.live,
+hil.net, hil.operations, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, rich,
+serial, typer.
 """

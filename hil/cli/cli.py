@@ -77,11 +77,12 @@ def serve(
     import os
 
     from hil.cli.started import started
-    from hil.daemon import Daemon, StartError
+    from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.open_files import allow_many
     from hil.host.paths import log_file, runtime_base, state_base
+    from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
     notifier = Notifier(os.environ, os.getpid())
@@ -104,7 +105,7 @@ def serve(
     allow_many()
     try:
         try:
-            asyncio.run(daemon.run(lambda daemon: started(daemon, writer)))
+            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
         finally:
             writer.close()
     except StartError as error:
@@ -256,12 +257,12 @@ def pin(
 @app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is none
 def set_field(
     device: DeviceName,
-    field: Annotated[str, typer.Argument(help="load_torque_Nm, diaagc or errfl.")],
+    field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],
     value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """Set the load on a shaft or an encoder register."""
+    """Set the load on a shaft, an encoder register or a gain."""
     ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
 
 

@@ -252,7 +252,7 @@ def _check_output(output: Path | None) -> None:
 
 def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> None:
     from hil.host.new_file import write_file
-    from hil.telemetry import picture, terminal
+    from hil.telemetry import picture, text_plot
 
     if not recording.rows:
         raise fail("hil: no sample came")
@@ -270,6 +270,6 @@ def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> N
             raise fail(f"hil: {output}: {error.strerror}") from None
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 160)
-        typer.echo(terminal.draw({"": recording}, width, colour=sys.stdout.isatty(), title=title))
+        typer.echo(text_plot.draw({"": recording}, width, colour=sys.stdout.isatty(), title=title))
     if notes:
         typer.echo(notes)

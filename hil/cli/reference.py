@@ -10,11 +10,12 @@ from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.compose import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
-from hil.operations.control_verbs import CONTROL_VERSION, VERBS
+from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
-from hil.runs.reference import run_reference
-from hil.sim.settable import SURROUNDINGS
+from hil.operations.table import OPERATIONS
+from hil.runs.run_reference import run_reference
+from hil.sim.settable import SETTABLE
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 
@@ -76,15 +77,22 @@ def _cell(text: str) -> str:
 
 
 def _verbs() -> str:
+    """The operations that can be asked for in JSON."""
     rows = [
         f"## Control socket (version {CONTROL_VERSION})\n",
         "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
         'is a request, `{"verb": "reset", "device": "m1"}`; one line is its answer,',
-        '`{"ok": true, "result": ...}` or `{"ok": false, "error": "..."}`.\n',
-        "| verb | arguments | what it does |",
-        "|---|---|---|",
+        '`{"ok": true, "result": ...}` or `{"ok": false, "error": "...", "code": "..."}` (see Codes of',
+        "refusals). Whoever can open the socket may do all, users of bridges what their role allows.\n",
+        "| verb | of | parameters | role | what it does |",
+        "|---|---|---|---|---|",
     ]
-    rows += [f"| `{name}` | {', '.join(v.arguments) or '-'} | {v.meaning} |" for name, v in VERBS.items()]
+    for operation in OPERATIONS.values():
+        if operation.answer is not None:
+            of = f"`{argument}`" if (argument := operation.target.argument) else "-"
+            taken = "<br>".join(f"`{p.name}`: {_cell(p.described())}" for p in operation.parameters)
+            cells = (f"`{operation.name}`", of, taken or "-", operation.role.name.lower(), operation.about)
+            rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)
 
 
@@ -149,7 +157,7 @@ def _fields() -> str:
     rows = ["## Fields of an axis\n", "A snapshot has them all, in this order.\n"]
     rows += ["| field | type | unit | settable | meaning |", "|---|---|---|---|---|"]
     for field in FIELDS.values():
-        settable = "`hil set`" if field.name in SURROUNDINGS else "by firmware" if field.writable else ""
+        settable = "`hil set`" if field.name in SETTABLE else "by firmware" if field.writable else ""
         meaning = _cell(field.meaning)
         rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
     return "\n".join(rows)

@@ -4,34 +4,33 @@ import os
 import sys
 
 from hil import __version__
-from hil.daemon import Daemon
+from hil.daemon import Serving
 from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
 
 
-def started(daemon: Daemon, writer: LogWriter) -> None:
+def started(serving: Serving, writer: LogWriter) -> None:
     """Say it, after what is in the log already. Without a standard output nobody is told."""
     try:
         fd = sys.stdout.fileno()
     except (OSError, ValueError):
         return
-    text = "\n".join(_lines(daemon, is_journal(sys.stdout, os.environ)))
+    text = "\n".join(_lines(serving, is_journal(sys.stdout, os.environ)))
     writer.write(fd, text + "\n")
 
 
-def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
-    lines: list[str] = []
-    lines.append(
-        f"hil {__version__}  bench {daemon.config.bench}  {daemon.grant.line() if daemon.grant else ''}"
-    )
+def _lines(serving: Serving, for_journal: bool) -> list[str]:
+    config, catalogue = serving.live.configured.config, serving.live.configured.catalogue
+    lines = [f"hil {__version__}  bench {config.bench}  {serving.grant.line()}"]
     if for_journal:  # nobody types from there
-        for name, address in daemon.addresses():
+        for name, address in serving.live.places.addresses():
             lines.append(f"{name} at {address}")
         return lines
-    for name, session in daemon.sessions.items():
-        address, device = session.port.address, daemon.config.devices[session.device.name]
-        profile = daemon.catalogue.profiles[device.profile]
-        if name != session.device.name:
+    for name, session in serving.live.places.uarts().items():
+        address, twin = session.port.address, session.end.device.name
+        device = config.devices[twin]
+        profile = catalogue.profiles[device.profile]
+        if name != twin:
             lines.append(f"  {name} at {address}, {profile.network_baud} baud, packets")
             continue
         baud = device.baud or 115200
@@ -45,12 +44,12 @@ def _lines(daemon: Daemon, for_journal: bool) -> list[str]:
         lines.append(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
-    for name, tap in daemon.tap_sessions.items():
-        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.tap.baud_now} baud")
-    for name, real in daemon.real.items():
-        away = "" if real.board.stats().clients else " (away, tried again each second)"
-        lines.append(f"\n{name}: the board at {real.board.address}{away}, through {real.client.address}")
-    for kind, bridge in daemon.bridges.items():
+    for name, tap in serving.live.places.taps().items():
+        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.baud_now} baud")
+    for name, real in serving.live.places.boards().items():
+        away = "" if real.end.line.stats().clients else " (away, tried again each second)"
+        lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")
+    for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
         doors = ", ".join([*status["listen"], *status["connect"]])
         lines.append(f"\n{kind}: {status['root']} at {doors}")

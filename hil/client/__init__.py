@@ -1,7 +1,9 @@
 """A client of a bench over zenoh, for scripts in other processes and on other hosts.
 
 ``connect`` is for asyncio, ``connect_sync`` for everything else; both give a bench whose ``axis(name)`` has
-the verbs as methods. Imports ``hil.vocab`` and zenoh, nothing else of the project.
+the verbs as methods.
+
+May import: hil.net, hil.vocab, hil.wire, the standard library, zenoh.
 """
 
 from hil.client.asynchronous import AsyncAxis, AsyncBench, connect

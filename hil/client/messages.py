@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hil.vocab.json_text import JsonError, read_json
+from hil.wire.json_text import JsonError, read_json
 
 VERSION = 1
 _HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")

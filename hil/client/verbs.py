@@ -1,11 +1,35 @@
+# mypy: disable-error-code="empty-body"
 """The verbs of devices as methods, for both kinds of client. Units and limits: ``hil axis DEVICE``."""
 
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from typing import Any, Generic, Literal, TypeVar
 
 MOTION_S = 600.0
 """How long ``wait=True`` waits."""
 Answer_co = TypeVar("Answer_co", covariant=True)
 Stop = Literal["grace", "prejudice"]
+Direction = Literal["cw", "ccw"]
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _verb(method: Method) -> Method:
+    """The method asks for the verb of its name with what it was given; None stands for what was not."""
+    signature = inspect.signature(method)
+    more = [name for name, each in signature.parameters.items() if each.kind is each.VAR_KEYWORD]
+
+    @wraps(method)
+    def ask(self: "AxisVerbs[Any]", *values: Any, **named: Any) -> Any:
+        bound = signature.bind(self, *values, **named)
+        bound.apply_defaults()
+        _, *given = bound.arguments.items()
+        parameters = {name: value for name, value in given if name not in more and value is not None}
+        for name in more:
+            parameters |= bound.arguments[name]
+        return self.do(method.__name__, wait=parameters.pop("wait", False), **parameters)
+
+    return ask  # type: ignore[return-value]
 
 
 class AxisVerbs(Generic[Answer_co]):
@@ -15,33 +39,24 @@ class AxisVerbs(Generic[Answer_co]):
         """Carry out a verb by its name; ``wait``: until the motion that it begins has ended."""
         raise NotImplementedError
 
-    def _do(self, verb: str, wait: bool = False, /, **given: Any) -> Answer_co:
-        return self.do(verb, wait=wait, **{name: value for name, value in given.items() if value is not None})
+    @_verb
+    def position(self, position_deg: float) -> Answer_co: ...
+    @_verb
+    def velocity(self, velocity_rpm: float) -> Answer_co: ...
+    @_verb
+    def torque(self, effort_count: float) -> Answer_co: ...
+    @_verb
+    def mode(self, mode: Literal["position", "velocity", "torque", "hybrid"]) -> Answer_co: ...
+    @_verb
+    def enable(self) -> Answer_co: ...
+    @_verb
+    def disable(self) -> Answer_co: ...
+    @_verb
+    def gains(self, **gains: float) -> Answer_co: ...
+    @_verb
+    def calibrate(self) -> Answer_co: ...
 
-    def position(self, position_deg: float) -> Answer_co:
-        return self._do("position", position_deg=position_deg)
-
-    def velocity(self, velocity_rpm: float) -> Answer_co:
-        return self._do("velocity", velocity_rpm=velocity_rpm)
-
-    def torque(self, effort_count: float) -> Answer_co:
-        return self._do("torque", effort_count=effort_count)
-
-    def mode(self, mode: Literal["position", "velocity", "torque", "hybrid"]) -> Answer_co:
-        return self._do("mode", mode=mode)
-
-    def enable(self) -> Answer_co:
-        return self._do("enable")
-
-    def disable(self) -> Answer_co:
-        return self._do("disable")
-
-    def gains(self, **gains: float) -> Answer_co:
-        return self._do("gains", False, **gains)
-
-    def calibrate(self) -> Answer_co:
-        return self._do("calibrate")
-
+    @_verb
     def move_abs(
         self,
         position_deg: float,
@@ -53,16 +68,8 @@ class AxisVerbs(Generic[Answer_co]):
         wait: bool = False,
     ) -> Answer_co:
         """``acceleration_rpm_per_s`` is a Mechaduino's, ``acceleration`` and ``deceleration`` are a SAC's."""
-        return self._do(
-            "move_abs",
-            wait,
-            position_deg=position_deg,
-            velocity_rpm=velocity_rpm,
-            acceleration_rpm_per_s=acceleration_rpm_per_s,
-            acceleration=acceleration,
-            deceleration=deceleration,
-        )
 
+    @_verb
     def move_rel(
         self,
         angle_deg: float,
@@ -74,46 +81,29 @@ class AxisVerbs(Generic[Answer_co]):
         wait: bool = False,
     ) -> Answer_co:
         """As ``move_abs``."""
-        return self._do(
-            "move_rel",
-            wait,
-            angle_deg=angle_deg,
-            velocity_rpm=velocity_rpm,
-            acceleration_rpm_per_s=acceleration_rpm_per_s,
-            acceleration=acceleration,
-            deceleration=deceleration,
-        )
 
-    def stop(self, how: Stop = "grace", *, wait: bool = False) -> Answer_co:
-        return self._do("stop", wait, how=how)
-
-    def pulses(self, count: int, rate_Hz: float | None = None, direction: str | None = None) -> Answer_co:
-        return self._do("pulses", count=count, rate_Hz=rate_Hz, direction=direction)
-
+    @_verb
+    def stop(self, how: Stop = "grace", *, wait: bool = False) -> Answer_co: ...
+    @_verb
+    def pulses(self, count: int, rate_Hz: float | None = None, direction: str | None = None) -> Answer_co: ...
+    @_verb
     def queue(
         self, position: int, steps: int, velocity_rpm: int | None = None, **attributes: float
-    ) -> Answer_co:
-        said = {"position": position, "steps": steps, "velocity_rpm": velocity_rpm, **attributes}
-        return self._do("queue", False, **said)
+    ) -> Answer_co: ...
+    @_verb
+    def loop(self, first: int, last: int, passes: int = 1, *, wait: bool = False) -> Answer_co: ...
+    @_verb
+    def sync(self) -> Answer_co: ...
+    @_verb
+    def run(self, position: int, *, wait: bool = False) -> Answer_co: ...
+    @_verb
+    def pulse(self, direction: Direction = "cw") -> Answer_co: ...
+    @_verb
+    def pin(self, pin: str, level: int) -> Answer_co: ...
 
-    def loop(self, first: int, last: int, passes: int = 1, *, wait: bool = False) -> Answer_co:
-        return self._do("loop", wait, first=first, last=last, passes=passes)
-
-    def sync(self) -> Answer_co:
-        return self._do("sync")
-
-    def run(self, position: int, *, wait: bool = False) -> Answer_co:
-        return self._do("run", wait, position=position)
-
-    def pulse(self, direction: Literal["cw", "ccw"] = "cw") -> Answer_co:
-        return self._do("pulse", direction=direction)
-
-    def pin(self, pin: str, level: int) -> Answer_co:
-        return self._do("pin", pin=pin, level=level)
-
+    @_verb
     def type(self, text: str) -> Answer_co:
         r"""At the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
-        return self._do("type", text=text)
 
-    def reset(self) -> Answer_co:
-        return self._do("reset")
+    @_verb
+    def reset(self) -> Answer_co: ...

@@ -1,13 +1,20 @@
 """Builds a bench from a configuration, for the daemon and for the test kit alike.
 
-Finds profiles and ports by their folder's name. May import every room of the core but ``hil.testing``
-and ``hil.daemon``; imports the sibling packages only by a name that a configuration gives.
+Finds profiles, ports and bridges by their folder's name, which a configuration gives, and imports them by
+that name alone.
+
+May import: hil.config, hil.core, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire, the standard library,
+pydantic.
 """
 
 from hil.compose.build import (
+    LOOKUP_SECTION,
     TableFileError,
     axis_seed,
     bench_runtime,
+    empty_bench,
+    join_devices,
+    joined_devices,
     load_firmware,
     make_device,
     start_sections,
@@ -25,12 +32,16 @@ from hil.compose.find import (
 from hil.host.regular_file import NotRegularError, read_regular, read_text
 
 __all__ = [
+    "LOOKUP_SECTION",
     "NotRegularError",
     "TableFileError",
     "axis_seed",
     "bench_runtime",
     "bridge_reference",
+    "empty_bench",
     "find_catalogue",
+    "join_devices",
+    "joined_devices",
     "load_dialogues",
     "load_firmware",
     "load_terminal_axis",

@@ -6,15 +6,17 @@ from importlib import import_module
 from pathlib import Path
 
 from hil.compose.find import PROFILES, load_verbs, make_segment
-from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo
+from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, SegmentConfig
 from hil.core import Core
 from hil.host.regular_file import read_regular
-from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device, Store
+from hil.sim.around import VIRTUAL, Around
+from hil.sim.bench import BenchRuntime, Store
+from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.setpoints import TimeOut
+from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
-from hil.vocab.firmware import Board, Firmware
+from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 
 LEAST_AXES = 8
 TABLE_LEN = 16384
@@ -85,36 +87,30 @@ def make_device(
     config: DeviceConfig,
     profile: ProfileInfo,
     sections: Mapping[str, bytes],
-    store: Store,
     seed: int,
-    partner: str | None = None,
-) -> tuple[Group, Device]:
+    group: Group,
+) -> Device:
     """Open an axis and make the device, which ``bench.add`` puts into its group. ``seed``: where the axis's
-    randomness starts. ``partner``: a device that wires join it with."""
-    plan = config.axis_plan(profile, seed)
+    randomness starts."""
     verbs = load_verbs(profile.name)
     time_out = None
     if (stream := config.setpoints) and verbs.starve:
         after_ns = round(stream.timeout_ms * 1e6)
         time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, verbs.starve)
-    group, axis = bench.join_group(partner, plan) if partner else bench.open_group(plan)
-    device = Device(
-        name,
-        profile.name,
-        axis,
-        load_firmware(profile),
-        baud=config.baud,
-        network_baud=profile.network_baud,
+    network = {NETWORK: profile.network_baud} if profile.network_baud is not None else {}
+    spec = DeviceSpec(
+        name=name,
+        profile=profile.name,
+        firmware=load_firmware(profile),
+        bauds={MAIN: config.baud} | network,
         nvm=sections,
         power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
         facts={"lookup_address": config.flash.address},
-        store=store,
-        sent=bench.sent,
         verbs=verbs.table,
         time_out=time_out,
         follow=verbs.follow,
     )
-    return group, device
+    return bench.make(spec, config.axis_plan(profile, seed), group)
 
 
 def axis_seed(config: BenchConfig, index: int) -> int:
@@ -138,39 +134,53 @@ def bench_runtime(
     catalogue: Catalogue,
     memories: Mapping[str, Mapping[str, bytes]],
     store: Store,
+    around: Around = VIRTUAL,
 ) -> BenchRuntime:
-    """All twins of a configuration at simulated time 0, none of which has run yet.
+    """All twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
+    device's non-volatile sections; ``store`` keeps what they write."""
+    bench, joined = empty_bench(config, store, around), joined_devices(config)
+    for index, (name, device) in enumerate(config.twins.items()):
+        profile, memory = catalogue.profiles[device.profile], memories.get(name, {})
+        seed = axis_seed(config, index)
+        group = bench.roster.group_of(joined[name]) if name in joined else bench.open_group()
+        bench.add(group, make_device(bench, name, device, profile, memory, seed, group))
+    join_devices(bench, config)
+    return bench
 
-    ``memories`` has each device's non-volatile sections. The core has room for twice the devices, and for
-    ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations.
-    """
+
+def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> BenchRuntime:
+    """A bench without devices. The core has room for twice those of the configuration, and for
+    ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations."""
     room = max(2 * len(config.devices), LEAST_AXES)
-    bench = BenchRuntime(config.bench, Core(room + len(config.segments)))
+    return BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
+
+
+def joined_devices(config: BenchConfig) -> dict[str, str]:
+    """For each twin that shares the time of others, the first of them."""
     joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
     joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
-    joined = partners(config.twins, joints)
-    for index, (name, device) in enumerate(config.twins.items()):
-        profile = catalogue.profiles[device.profile]
-        memory, seed = memories.get(name, {}), axis_seed(config, index)
-        bench.add(*make_device(bench, name, device, profile, memory, store, seed, joined.get(name)))
+    return partners(config.twins, joints)
+
+
+def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
+    """Wires and segments between devices that are in the bench, and in one group where they are joined."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.output, wire.input
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
     for segment_name, wire_config in config.segments.items():
-        group = bench.group_for(name for name, _ in wire_config.uarts())
-        segment = make_segment(group)
-        bench.add_segment(segment_name, segment, group)
-        for name, uart in wire_config.uarts():
-            bench.join_segment(segment, bench.devices[name], uart)
-        for tap_name, tap in wire_config.taps.items():
-            made = Tap(
-                f"{segment_name}.{tap_name}",
-                segment,
-                wire_config.baud,
-                only_listens=tap.listen,
-                is_real=tap.real,
-            )
-            bench.add_tap(made, group)
-            segment.set_echo(made.name, tap.echo)
-    return bench
+        _add_segment(bench, segment_name, wire_config)
+
+
+def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig) -> None:
+    uarts = config.uarts()
+    group = bench.roster.group_of(uarts[0][0]) if uarts else bench.open_group()
+    segment = make_segment(group)
+    bench.roster.add_segment(name, segment, group)
+    for device, uart in uarts:
+        bench.devices[device].uarts[uart].join(segment, f"{device}.{uart}")
+    for tap_name, tap in config.taps.items():
+        label = f"{name}.{tap_name}"
+        made = Tap(label, segment, group, config.baud, only_listens=tap.listen, is_real=tap.real)
+        bench.roster.add_tap(made, group)
+        segment.set_echo(label, tap.echo)

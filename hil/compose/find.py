@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
-from hil.vocab.bridges import Bridge, BridgeHost
+from hil.core import Core
+from hil.vocab.axis_plan import AxisPlan
+from hil.vocab.bridges import Bridge, Desk
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment
@@ -64,12 +66,24 @@ def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> 
         folder.name: _profile((folder / "profile.yaml").read_text(), folder)
         for folder in _folders(PROFILES, "profile.yaml")
     }
-    return Catalogue(profiles, _Kinds(PORTS, "port", extra_ports or {}), _Kinds(BRIDGES, "bridge", {}))
+    ports, bridges = _Kinds(PORTS, "port", extra_ports or {}), _Kinds(BRIDGES, "bridge", {})
+    return Catalogue(profiles, ports, bridges, _refused_motors)
 
 
-def make_bridge(kind: str, options: BaseModel, host: BridgeHost) -> Bridge:
+def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
+    """Tried in a core of their own: how stiff a motor may be is the integrator's to say."""
+    core, refused = Core(len(plans) or 1), {}
+    for name, plan in plans.items():
+        try:
+            core.open_axis(core.native.group_open(0), plan)
+        except ValueError as error:
+            refused[name] = str(error)
+    return refused
+
+
+def make_bridge(kind: str, options: BaseModel, desk: Desk) -> Bridge:
     """The bridge that a configuration describes, not yet open."""
-    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, host)
+    bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, desk)
     return bridge
 
 

@@ -2,9 +2,10 @@
 not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
+from hil.firmware.set_point_paths import length_ns
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.faults import place_of
+from hil.sim.given_fault import fault_of
 from hil.sim.inputs import (
     Bytes,
     Clear,
@@ -20,8 +21,8 @@ from hil.sim.inputs import (
     Stopped,
     bursts_problem,
 )
-from hil.vocab.faults import Fault, FaultRefused, fault_of
-from hil.vocab.path import Path, length_ns
+from hil.vocab.faults import Fault, FaultRefused
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
 
@@ -51,7 +52,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     active = bench.faults.active
     if isinstance(given, Clear):
         known = active.get(given.number)
-        if place_of(bench, target) is None or (known and known.target != target):
+        if bench.roster.place(target) is None or (known and known.target != target):
             return f"fault {given.number} is not on {target[:_SHOWN]!r}"
         return None
     if given.number in active:
@@ -63,7 +64,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     if fault.parameters.keys() != parameters.keys():
         return f"parameters of {given.kind} are {', '.join(fault.parameters)}, all of them"
     try:
-        bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters))
+        bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters), with_others=False)
     except FaultRefused as refusal:
         return str(refusal)
     return None

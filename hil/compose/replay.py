@@ -1,8 +1,10 @@
 """Runs an input log again on the virtual clock, and compares with what the devices sent then."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from itertools import count, zip_longest
 from pathlib import Path
 
@@ -13,13 +15,15 @@ from hil.compose.find import find_catalogue
 from hil.compose.foreign import input_problem
 from hil.config import from_dict
 from hil.host.regular_file import open_regular
+from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
-from hil.sim.inputs import Clear, Inject, InputLogError, Logged, Stopped
+from hil.sim.inputs import InputLogError, Logged, Stopped
 from hil.sim.stops import LoggedStops
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.verbs import VerbRefused
 
 LONGEST_LINE_BYTES = 64 * 1024 * 1024
 """The header of the largest bench, 512 boards with their tables, has two thirds of it."""
@@ -40,8 +44,8 @@ class Replayed:
 
     logged: InputLog
     runtime: BenchRuntime
-    sent: dict[str, list[Sent]] = field(default_factory=dict)
-    stops: dict[str, LoggedStops] = field(default_factory=dict)
+    sent: dict[str, list[Sent]]
+    stops: LoggedStops
     """Of devices that a daemon's guard stopped."""
 
     def difference(self) -> str | None:
@@ -52,8 +56,8 @@ class Replayed:
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
                 if was != now and not (was is None and self.logged.cut):
                     return f"{name}, piece {index}: logged {_shown(was, now)}, now {_shown(now, was)}"
-            for stopped in self.stops[name].left.values():
-                return f"{name}: logged as stopped ({stopped.reason}), now not"
+        for (name, _), stopped in self.stops.left.items():
+            return f"{name}: logged as stopped ({stopped.reason}), now not"
         return None
 
     def summary(self) -> str:
@@ -78,8 +82,10 @@ def _shown(sent: Sent | None, other: Sent | None) -> str:
 class _LoggedStore:
     """Answers nothing by itself: the log has the answers."""
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        return
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
+        return None
 
 
 def replay(log: str | Path | Iterable[str]) -> Replayed:
@@ -113,13 +119,23 @@ def replay_log(read: InputLog) -> Replayed:
         InputLogError, ConfigError: as ``replay``.
     """
     catalogue = find_catalogue({"memory": MemoryOptions})
-    runtime = bench_runtime(from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore())
-    replayed = Replayed(read, runtime, {name: [] for name in runtime.devices})
-    missing = Counter(runtime.group_of(sent.device) for sent in read.sent if sent.device in runtime.devices)
+    stops = LoggedStops(
+        {
+            (logged.device, logged.input.turn): logged.input
+            for logged in read.inputs
+            if isinstance(logged.input, Stopped)
+        }
+    )
+    runtime = bench_runtime(
+        from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore(), Around(guard=stops)
+    )
+    replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
+    groups = {name: runtime.roster.group_of(name) for name in runtime.devices}
+    missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)
     ends: dict[Group, SimTimeNs] = {}
 
     def heard(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
-        group = runtime.group_of(device.name)
+        group = groups[device.name]
         if group.now_ns <= ends.get(group, FOREVER):
             replayed.sent[device.name].append(sent_now(device, port, at_ns, data))
             missing[group] -= 1
@@ -127,44 +143,34 @@ def replay_log(read: InputLog) -> Replayed:
                 ends[group] = group.now_ns
 
     going_on = False
-    runtime.listeners.append(heard)
-    for name, device in runtime.devices.items():
-        replayed.stops[name] = device.guard = LoggedStops(
-            {
-                logged.input.turn: logged.input
-                for logged in read.inputs
-                if logged.device == name and isinstance(logged.input, Stopped)
-            }
-        )
+    for device in runtime.devices.values():
+        for port, uart in device.uarts.items():
+            uart.listeners.append(partial(heard, device, port))
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):
             said = problem if problem.isprintable() else repr(problem)
             remedy = f"replay it with what wrote it, {read.program}"
             raise InputLogError(f"{read.where(index)}: {said[:LONGEST_PROBLEM]}; {remedy}")
         if isinstance(logged.input, Stopped):
-            runtime.take_to(runtime.devices[logged.device], logged.at_ns)
-        elif isinstance(logged.input, Inject | Clear):
-            runtime.give_fault(logged.device, logged.input, logged.at_ns)
-        elif logged.device in runtime.taps:
-            runtime.give_tap_at(runtime.taps[logged.device], logged.input, logged.at_ns)
-        else:
-            runtime.give_at(runtime.devices[logged.device], logged.input, logged.at_ns)
+            runtime.roster.group_of(logged.device).advance(logged.at_ns)
+            continue
+        with suppress(VerbRefused):  # as it was then
+            runtime.take(logged.device, logged.input, logged.at_ns)
     # What was sent is logged with its time on the line, which a paced line reaches later than its group: the
     # run ended when the last piece was printed, and not when its last byte would have been on the line.
     going_on = True
     ends |= {group: group.now_ns for group, count in missing.items() if count <= 0}
-    for name, device in runtime.devices.items():
+    for name, group in groups.items():
         last_ns = max((sent.at_ns for sent in read.sent if sent.device == name), default=SimTimeNs(0))
-        if runtime.group_of(name) not in ends:
-            runtime.take_to(device, last_ns)
+        if group not in ends:
+            group.advance(last_ns)
     return replayed
 
 
 def _problem(runtime: BenchRuntime, logged: Logged) -> str | None:
     if problem := input_problem(runtime, logged.device, logged.input):
         return problem
-    at = logged.device if logged.device in runtime.taps else logged.device.partition(".")[0]
-    reached_ns = runtime.group_of(at).now_ns
+    reached_ns = runtime.roster.group_of(logged.device).now_ns
     if logged.at_ns < reached_ns:
         return f"time goes back: {logged.at_ns} ns, and {logged.device} was at {reached_ns} ns already"
     return None

@@ -2,8 +2,11 @@
 
 Belongs here: the configuration's model, its checks, its JSON Schema and reference, and the
 difference between two configurations. Pure: the caller reads the files and finds the profiles and
-ports (``Catalogue``). May import ``hil.vocab``, PyYAML and pydantic; never a device, a port or a
-file system.
+ports (``Catalogue``), and which motors the core refuses. Of hil.sim and hil.wire it takes rules without
+state, so that a fault, a load or an address is refused here with a running bench's words.
+
+May import: hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
+pydantic_core, yaml.
 """
 
 from hil.config.catalogue import (
@@ -15,9 +18,9 @@ from hil.config.catalogue import (
 )
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, WireConfig
+from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig
 from hil.config.problem import ConfigError, Problem
-from hil.config.reference import reference
+from hil.config.reference_page import reference
 from hil.config.schema import schema
 
 __all__ = [
@@ -32,7 +35,7 @@ __all__ = [
     "PortConfig",
     "Problem",
     "ProfileInfo",
-    "WireConfig",
+    "SegmentConfig",
     "diff",
     "from_dict",
     "parse",

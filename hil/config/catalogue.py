@@ -1,6 +1,6 @@
 """What a configuration may name: profiles with their parameters, and kinds of ports."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hil.config.document import Finding
 from hil.config.explain import findings_of, suggestion
 from hil.config.yaml_text import document_from_yaml
-from hil.core import AXIS_PARAMETERS, FULL_PARAMETERS
+from hil.vocab.axis_plan import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,10 @@ class ProfileInfo:
     """When the board answers after its power-up."""
 
 
+def _none_refused(plans: Mapping[str, AxisPlan]) -> Mapping[str, str]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Catalogue:
     """All that exists. ``ports`` has the options model of each kind of port."""
@@ -93,6 +97,8 @@ class Catalogue:
     ports: Mapping[str, type[BaseModel]]
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """As ``ports``."""
+    refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = _none_refused
+    """Those of the axes, by device, that the core would not open, and why: a message, a colon, a remedy."""
 
 
 class _Text(BaseModel):

@@ -17,10 +17,10 @@ from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.explain import NAME_PATTERN, suggestion
-from hil.config.load import LoadConfig
-from hil.core import AxisPlan, Load
+from hil.config.shaft_load import LoadConfig
+from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.vocab.ports import SERIAL_FORMS, is_serial_url
+from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 BUILT_IN_TABLES = ("stored", "identity", "empty")
 _TABLE_FILE_PATTERN = "[./]"
@@ -48,7 +48,7 @@ def _table(value: str) -> str:
 
 
 def _serial_url(value: Any) -> Any:
-    if isinstance(value, str) and not is_serial_url(value):
+    if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
 

@@ -2,12 +2,21 @@
 
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from fractions import Fraction
-from typing import Literal, NamedTuple
 
 from hil.core._native import NativeCore
 from hil.core.fields import INDEX, SERVO, STEPPER, Snapshot
+from hil.vocab.axis_plan import (
+    AXIS_PARAMETERS,
+    CLOCK_OUT,
+    CLOCK_OUT_HZ,
+    FULL_PARAMETERS,
+    OUTPUTS,
+    PINS,
+    STEPPER_PINS,
+    AxisPlan,
+)
 from hil.vocab.firmware import CoreEvent
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
@@ -20,44 +29,6 @@ FAULTS = (
 """HIL_FAULT_* of ``native/types.h``, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
 """Names of ``hil_event_kind`` in ``native/types.h``."""
-
-PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
-"""Inputs of a servo: the board's names, and what the step/dir interface uses them for."""
-STEPPER_PINS = {"sync": 0, "Estop": 1, "RST": 2, "EnA": 3, "EnB": 4}
-"""Inputs of a stepper's controller."""
-OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3": 6}
-"""Its outputs."""
-CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
-"""A stepper controller's clock output and its input for one: frequencies and not edges."""
-
-MAX_WIRES = 16
-"""From one board's outputs; ``STEPPER_WIRES`` in ``native/stepper.h``."""
-
-
-class Pins(NamedTuple):
-    """A kind of board's pins by name; two names of one number are the same pin."""
-
-    inputs: Mapping[str, int]
-    outputs: Mapping[str, int]
-
-
-AXIS_PINS = {"mechaduino": Pins(PINS, {}), "sac": Pins(STEPPER_PINS, OUTPUTS)}
-"""The pins that wires can join, by law."""
-
-_MOTOR = (
-    "inertia_kg_m2",
-    "viscous_Nm_s_per_rad",
-    "torque_constant_Nm_per_A",
-    "start_deg",
-    "load_torque_Nm",
-    "rotor_teeth",
-)
-AXIS_PARAMETERS = {
-    "mechaduino": (*_MOTOR, "sense_resistor_ohm"),
-    "sac": (*_MOTOR, "phase_current_A", "driver"),
-}
-"""What a profile has to say about its motor, driver and load, by the law that it names: the Mechaduino's
-closed loop, or the SAC's motion engine."""
 
 (
     _ENQUEUE,
@@ -76,22 +47,7 @@ closed loop, or the SAC's motion engine."""
     _REPORT,
 ) = range(14)  # hil_motion_call
 
-FULL_SCALE_V = 0.33
-"""Of the Mechaduino's current command, at the driver's sense resistor: 3.3 V / 10."""
 SEED_MASK = (1 << 64) - 1
-
-FULL_PARAMETERS = (
-    "phase_resistance_ohm",
-    "phase_inductance_H",
-    "supply_V",
-    "detent_torque_Nm",
-    "coulomb_torque_Nm",
-    "full_step_error_pct",
-    "encoder_eccentricity_deg",
-    "encoder_nonlinearity_deg",
-    "encoder_noise_counts",
-)
-"""What it has to say besides for the full plant."""
 
 
 def bucket_edges_ns(bucket: int) -> tuple[int, int]:
@@ -108,42 +64,6 @@ def octaves(histogram: Sequence[int]) -> list[int]:
     for bucket, count in enumerate(histogram):
         joined[bucket_edges_ns(bucket)[0].bit_length()] += count
     return joined
-
-
-@dataclass(frozen=True)
-class Load:
-    """What the shaft of a full plant turns; the parts add up. ``native/types.h``: hil_load."""
-
-    inertia_kg_m2: float = 0.0
-    torque_Nm: float = 0.0
-    stiffness_Nm_per_rad: float = 0.0
-    pendulum_Nm: float = 0.0
-    """Weight times length."""
-    centre_deg: float = 0.0
-    """Where spring and pendulum rest."""
-    min_deg: float = 0.0
-    max_deg: float = 0.0
-    end_stops: bool = False
-    """Whether min_deg and max_deg mean anything."""
-
-
-@dataclass(frozen=True)
-class AxisPlan:
-    """What an axis is opened with: the plant, its numbers by ``AXIS_PARAMETERS`` and
-    ``FULL_PARAMETERS``, its load, and where its randomness starts."""
-
-    parameters: Mapping[str, float]
-    plant: Literal["simple", "full"] = "simple"
-    load: Load = Load()
-    seed: int = 0
-    law: str = "mechaduino"
-
-    @property
-    def holding_Nm(self) -> float:
-        """The motor's largest torque, without that of its magnets."""
-        of = self.parameters
-        most_A = of["phase_current_A"] if self.law == "sac" else FULL_SCALE_V / of["sense_resistor_ohm"]
-        return of["torque_constant_Nm_per_A"] * most_A
 
 
 def entry_of(values: Mapping[str, int]) -> MotionEntry:

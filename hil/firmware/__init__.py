@@ -1,7 +1,7 @@
-"""What a profile's firmware is written against: the serial interface's receive buffer, the Arduino
-print and parse formats, and the file format of a board's non-volatile memory.
+"""What a profile is written against: the serial interface's receive buffer, the Arduino print and parse
+formats, the file format of a board's non-volatile memory, paths of set-points, steps of dialogues.
 
 Everything here is pure: bytes and simulated time come in as arguments or as answers to a ``yield``.
-Imports hil.vocab and hil.wire; never asyncio, socket, serial, os, time, threading or random, and no
-profile, port or other room of the project.
+
+May import: hil.vocab, hil.wire, the pure standard library.
 """

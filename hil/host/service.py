@@ -3,34 +3,27 @@
 import asyncio
 import os
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from hil.host.notify import Heartbeat, Notifier, Throttle
 
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
-
 STATUS_S = 1.0
 """Between two looks at the line that ``systemctl status`` shows."""
-_NAMED = 5
 
 
 class Service:
-    """Of one daemon. All of it runs in the event loop, so that a loop that hangs pings no more."""
+    """Tells a service manager how the bench does. ``line``: the bench in one line; ``ticks``: wakes of the
+    core. All of it runs in the event loop, so that a loop that hangs pings no more."""
 
-    def __init__(self, daemon: "Daemon", notifier: Notifier) -> None:
-        self._daemon = daemon
+    def __init__(self, notifier: Notifier, line: Callable[[], str], ticks: Callable[[], int]) -> None:
         self._notifier = notifier
+        self._line = line
+        self._ticks = ticks
         self._heartbeat = Heartbeat()
         self._throttle = Throttle(round(STATUS_S * 1e9))
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self.trouble = ""
         """What the last reload was refused for, in short."""
-
-    @property
-    def is_watched(self) -> bool:
-        """A service manager started this daemon."""
-        return bool(self._notifier)
 
     def start(self) -> None:
         """Everything serves."""
@@ -57,19 +50,22 @@ class Service:
             timer.cancel()
         self._notifier.stopping()
 
+    def _text(self) -> str:
+        return self._line() + (f"; reload refused: {self.trouble}" if self.trouble else "")
+
     def _say_ready(self) -> None:
-        text = status_line(self._daemon, self.trouble)
+        text = self._text()
         self._throttle.due(text, time.monotonic_ns())
         self._notifier.ready(text)
 
     def _tell(self) -> None:
-        text = status_line(self._daemon, self.trouble)
+        text = self._text()
         if self._throttle.due(text, time.monotonic_ns()):
             self._notifier.status(text)
         self._timers["status"] = asyncio.get_running_loop().call_later(STATUS_S, self._tell)
 
     def _ping(self) -> None:
-        if self._heartbeat.beats(self._daemon.bench.core.native.rt_stats()["ticks"]):
+        if self._heartbeat.beats(self._ticks()):
             self._notifier.ping()
         elif self._heartbeat.has_stopped:
             self._notifier.trigger()
@@ -83,32 +79,3 @@ def has_terminal() -> bool:
     except OSError:
         return False
     return True
-
-
-def status_line(daemon: "Daemon", trouble: str) -> str:
-    """The bench in one line: devices and those that have failed, clients, real time, missed ticks."""
-    failed = [name for name, device in daemon.bench.devices.items() if device.failed]
-    failed += [name for name, session in daemon.sessions.items() if session.port_failure]
-    ports = [session.port for session in daemon.sessions.values()]
-    ports += [session.port for session in daemon.tap_sessions.values()]
-    ports += [real.client for real in daemon.real.values()]
-    clients = sum(port.stats().clients for port in ports)
-    missed = daemon.bench.core.native.rt_stats()["missed"]
-    parts = [
-        f"bench {daemon.config.bench}",
-        _counted(len(daemon.config.devices), "device")
-        + (f", {len(failed)} failed ({_names(failed)})" if failed else ""),
-        _counted(clients, "client"),
-        f"real time {daemon.grant.state if daemon.grant else 'starting'}"
-        + (f" (no {' and no '.join(daemon.grant.missing)})" if daemon.grant and daemon.grant.missing else ""),
-        _counted(missed, "missed tick"),
-    ]
-    return "; ".join(parts + ([f"reload refused: {trouble}"] if trouble else []))
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
-def _names(names: list[str]) -> str:
-    return ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")

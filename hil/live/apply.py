@@ -1,34 +1,32 @@
-"""A reload: the bench becomes what the configuration says now, and what did not change goes on.
+"""Makes the bench what a plan says: at the start all of it, at a reload what has changed.
 
-``plan.py`` says what is to be done. Then everything that can fail is done beside the running bench: new
-boards and ports are made, memories read. If something fails, it is all taken away again, and nothing has
-changed. Then the new takes the old's place in one step, which cannot fail; at last what has gone is closed.
+First everything that can fail is done beside what runs (``Stage``). If something fails, it is all taken away
+again, and nothing has changed. Then the new takes the old's place in one step, which cannot fail; at last
+what has gone is closed.
 """
 
 import asyncio
-import errno
 import logging
-from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from hil.compose import axis_seed, make_device, make_port, serial_port_config, start_sections
-from hil.config import ConfigError, DeviceConfig, PortConfig
-from hil.live.joint import Session
-from hil.live.pass_through import PassThrough
-from hil.live.reload_plan import Plan, ReloadRefused, make_plan, problems_of
-from hil.live.store import StoreError, belongs_to
-from hil.sim.device import Device
-from hil.sim.group import Group
-from hil.vocab.bridges import BridgeError
+from hil.compose import join_devices
+from hil.live.bench_plan import Plan
+from hil.live.board_end import BoardEnd
+from hil.live.changes import Changed, Changes
+from hil.live.commits import Commits
+from hil.live.configured import Configured
+from hil.live.fault_registry import FaultRegistry
+from hil.live.holds import Holds
+from hil.live.joint import Joint
+from hil.live.lines import Lines
+from hil.live.places import Places
+from hil.live.refusals import Refused
+from hil.live.sim_ends import TapEnd, UartEnd
+from hil.live.staging import Stage, Staged
+from hil.live.store import NvmStore, StoreError
+from hil.sim.bench import BenchRuntime
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import Port, PortError, PortHost, port_label
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
+from hil.vocab.ports import Port, port_label
 
 log = logging.getLogger("hil")
 
@@ -37,360 +35,174 @@ COMMIT_S = 5.0
 _POLL_S = 0.01
 
 
-@dataclass
-class Staged:
-    """What is made beside the running bench. ``ports``: those that are open already, and new."""
+class Apply:
+    """Of one bench. ``notes``: for the operator, by device, about its start."""
 
-    twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
-    sessions: dict[str, Session] = field(default_factory=dict)
-    real: dict[str, PassThrough] = field(default_factory=dict)
-    boards: dict[str, Port] = field(default_factory=dict)
-    memories: dict[str, tuple[int, dict[str, bytes], str | None]] = field(default_factory=dict)
-    """Of twins that do not go on with their own: commits counted, sections, and a note for the operator."""
-    unfit: dict[str, str] = field(default_factory=dict)
-    """Of twins whose file on disk is another board's: why it is kept aside."""
-    seeds: dict[str, int] = field(default_factory=dict)
-    ports: list[Port] = field(default_factory=list)
+    def __init__(
+        self,
+        bench: BenchRuntime,
+        configured: Configured,
+        stage: Stage,
+        places: Places,
+        lines: Lines,
+        files: NvmStore,
+        commits: Commits,
+        faults: FaultRegistry,
+        holds: Holds,
+        changes: Changes,
+        notes: dict[str, str],
+    ) -> None:
+        self._bench = bench
+        self._configured = configured
+        self._stage = stage
+        self._places = places
+        self._lines = lines
+        self._files = files
+        self._commits = commits
+        self._faults = faults
+        self._holds = holds
+        self._changes = changes
+        self._notes = notes
 
-
-class Reloader:
-    """Of one daemon, one reload at a time."""
-
-    def __init__(self, daemon: "Daemon") -> None:
-        self._daemon = daemon
-        self._lock = asyncio.Lock()
-        self._requested: set[asyncio.Task[None]] = set()
-        self._seeds = {name: n for n, name in enumerate(daemon.config.twins)}
-        """Which of the bench's seeds a twin's axis has."""
-        self.is_open = False
-        """The bench serves, and can be reloaded."""
-
-    def request(self) -> None:
-        """Somebody wants a reload and no answer: SIGHUP."""
-        task = asyncio.get_running_loop().create_task(self._quietly())
-        self._requested.add(task)
-        task.add_done_callback(self._requested.discard)
-
-    async def _quietly(self) -> None:
-        with suppress(ConfigError, ReloadRefused):  # the log has it
-            await self.reload()
-
-    async def close(self) -> None:
-        """The daemon ends: a reload that has begun is finished, none begins any more."""
-        self.is_open = False
-        async with self._lock:
-            pass
-
-    async def reload(self) -> dict[str, Any]:
-        """Names of devices that were kept, restarted, added and removed.
+    async def carry_out(self, plan: Plan) -> None:
+        """Do what the plan says.
 
         Raises:
-            ConfigError: the file has problems; nothing has changed.
-            ReloadRefused: it cannot be done; nothing has changed.
+            Refused: it cannot be had; nothing has changed.
         """
-        async with self._lock:
-            if not self.is_open:
-                raise ReloadRefused("the daemon is starting or ending")
-            trouble = ""
-            self._daemon.service.reloading()
-            try:
-                return await self._reload()
-            except (ConfigError, ReloadRefused) as error:
-                trouble = problems_of(error)
-                log.error("reload refused, nothing has changed:\n%s", error)
-                raise
-            except Exception:  # ours: who asked may not be there to see it
-                log.exception("the reload failed")
-                raise
-            finally:
-                self._daemon.service.reloaded(trouble)
-
-    async def _reload(self) -> dict[str, Any]:
-        daemon = self._daemon
-        if daemon.config_file is None:
-            raise ReloadRefused("this bench has no configuration file")
-        plan = await asyncio.to_thread(
-            make_plan, daemon.config_file, daemon.config_folder, daemon.catalogue, daemon.config
-        )
-        if plan.named("add", "remove", "restart"):
-            self._check(plan)
-            await self._carry_out(plan)
-        words = {"keep": "kept", "restart": "restarted", "add": "added", "remove": "removed"}
-        done = {word: plan.named(action) for action, word in words.items()}
-        names = [
-            f"{word} {', '.join(done[word])}" for word in ("removed", "restarted", "added") if done[word]
-        ]
-        log.info("reloaded: %s", "; ".join([*names, f"{len(done['kept'])} went on"]))
-        return done
-
-    def _check(self, plan: Plan) -> None:
-        """What only the running bench knows."""
-        daemon = self._daemon
-        problems = self._in_use(plan)
-        if daemon.bench.log:
-            problems.append("the run is being logged (--log), and a log holds one bench from its start")
-        core = daemon.bench.core.native
-        needed = sum(plan.has_twin(name) for name in plan.named("add", "restart"))
-        if needed > (free := core.max_axes - len(daemon.bench.devices)):
-            problems.append(
-                f"{needed} boards begin, and the core has room for {free} beside those that run: change fewer"
-                " at a time, or restart the daemon"
-            )
-        if problems:
-            raise ReloadRefused("\n".join(problems))
-
-    def _in_use(self, plan: Plan) -> list[str]:
-        """Devices that somebody needs as they are."""
-        daemon, leaving = self._daemon, plan.named("remove", "restart")
-        taken = daemon.runs.taken()
-        runs = {name: taken[name] for name in leaving if name in taken}
-        real = {name: daemon.real[name] for name in leaving if name in daemon.real}
-        talking = [name for name, board in real.items() if board.is_talking or board.is_held]
-        return [f"{name} is in run {run}: wait for its end, or cancel it" for name, run in runs.items()] + [
-            f"{name} is in a dialogue with its board: wait for its end" for name in talking
-        ]
-
-    async def _carry_out(self, plan: Plan) -> None:
         staged = Staged()
         try:
-            await self._stage(plan, staged)
+            await self._stage.prepare(plan, staged)
             await self._until_stored(plan)
-            if problems := self._in_use(plan):
-                raise ReloadRefused("\n".join(problems))
-            self._keep_aside(staged)
+            if problems := self._holds.problems(plan.named("remove", "restart")):
+                raise Refused("\n".join(problems))
+            asides = self._keep_aside(plan)
         except BaseException:
-            for port in staged.ports:
-                await port.close()
-            for group, _ in staged.twins.values():
-                self._daemon.bench.discard(group)
+            await self._stage.put_away(staged)
             raise
-        ports = self._swap(plan, staged)
-        for port in ports:
+        gone = self._swap(plan, staged, asides)
+        for port in gone:
             await port.close()
-        for name, board in staged.boards.items():
-            await board.open(self._daemon.real[name].to_client)
-        changed = plan.named("remove", "restart", "add")
-        for kind, bridge in self._daemon.bridges.items():
-            try:
-                await bridge.devices_changed(changed)
-            except BridgeError as error:
-                log.error("%s: it does not know of all devices: %s", kind, error)
-
-    # ---- beside the running bench ----
-
-    async def _stage(self, plan: Plan, staged: Staged) -> None:
-        problems = []
-        for name in plan.named("restart", "add"):
-            try:
-                await (self._stage_twin if plan.has_twin(name) else self._stage_real)(plan, staged, name)
-            except (PortError, StoreError, MemoryError) as error:
-                problems.append(str(error))
-        if problems:
-            raise ReloadRefused("\n".join(problems))
-
-    async def _stage_twin(self, plan: Plan, staged: Staged, name: str) -> None:
-        daemon, config = self._daemon, plan.config.devices[name]
-        profile = daemon.catalogue.profiles[config.profile]
-        staged.seeds[name] = self._seed_index(plan, staged, name)
-        seed = axis_seed(plan.config, staged.seeds[name])
-        made = make_device(daemon.bench, name, config, profile, {}, daemon.store, seed)
-        staged.twins[name] = made
-        device = made[1]
-        daemon.adopt(device)
-        for uart, port_config in ((MAIN, config.port), (NETWORK, config.network)):
-            label = port_label(name, uart)
-            if port_config is None or self._keeps_port(plan, name, uart):
-                continue
-            port = make_port(port_config, daemon.port_context(label))
-            session = Session(daemon.bench, device, port, daemon.lines, uart=uart)
-            session.vacate()
-            await self._open(port, session, port_config, label)
-            staged.ports.append(port)
-            staged.sessions[label] = session
-        old = daemon.config.twins.get(name)
-        if old is None:
-            loaded = await asyncio.to_thread(daemon.files.look, name, config.profile)
-            content = loaded.content
-            staged.memories[name] = content.counter, dict(content.sections), loaded.note
-            if loaded.unfit:
-                staged.unfit[name] = loaded.unfit
-        elif old.profile != config.profile:  # whose board may still write it
-            staged.memories[name] = 0, {}, None
-            staged.unfit[name] = belongs_to(old.profile, config.profile)
-
-    def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
-        """A twin keeps its number, a new one gets the first that is free."""
-        if name in self._seeds:
-            return self._seeds[name]
-        taken = {n for other, n in self._seeds.items() if plan.has_twin(other)}
-        taken |= set(staged.seeds.values())
-        return next(n for n in range(len(taken) + 1) if n not in taken)
-
-    def _keeps_port(self, plan: Plan, name: str, uart: str) -> bool:
-        """Whether a changed twin's port stays as it is, with its clients."""
-        old = self._daemon.config.twins.get(name)
-        return old is not None and _ports(old)[uart] == _ports(plan.config.devices[name])[uart]
-
-    async def _stage_real(self, plan: Plan, staged: Staged, name: str) -> None:
-        config, old = plan.config.devices[name], self._daemon.config.real.get(name)
-        context = self._daemon.port_context(name)
-        staged.boards[name] = board = make_port(serial_port_config(config), context)
-        if old is None or old.port != config.port:
-            staged.real[name] = real = PassThrough(name, make_port(config.port, context), board)
-            await self._open(real.client, real.to_board, config.port, name)
-            staged.ports.append(real.client)
-
-    async def _open(self, port: Port, host: PortHost, config: PortConfig, label: str) -> None:
-        """Open a port beside those that run, and if one of them is in its way, say so.
-
-        Raises:
-            PortError: it cannot be opened.
-        """
-        try:
-            await port.open(host)
-        except PortError as error:
-            if getattr(error.__cause__, "errno", None) != errno.EADDRINUSE:
-                raise
-            end = f":{getattr(config.options, 'port', None)}"
-            addresses = self._daemon.addresses()
-            holders = [name for name, address in addresses if "://" in address and address.endswith(end)]
-            if not holders:
-                raise
-            holder = f"{label} itself" if label in holders else holders[0]
-            raise PortError(
-                f"{error}; {holder} has this number, and a reload opens new ports before it closes old ones:"
-                " take another number, or restart the daemon"
-            ) from error
+        for name, line in staged.lines.items():
+            await line.open(self._places.boards()[name].end.from_board)
+        await self._changes.tell_afterwards(_changed(plan))
 
     async def _until_stored(self, plan: Plan) -> None:
         """A board whose memory is being written has to know what became of it."""
-        bench, loop = self._daemon.bench, asyncio.get_running_loop()
-        twins = [bench.devices[name] for name in plan.named("remove", "restart") if name in bench.devices]
+        devices, loop = self._bench.devices, asyncio.get_running_loop()
+        twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
         until_s = loop.time() + COMMIT_S
         while writing := [device.name for device in twins if device.is_committing]:
             if loop.time() > until_s:
-                raise ReloadRefused(f"{', '.join(writing)}: the memory is still being written; try again")
+                raise Refused(f"{', '.join(writing)}: the memory is still being written; try again")
             await asyncio.sleep(_POLL_S)
 
-    # ---- in one step ----
-
-    def _keep_aside(self, staged: Staged) -> None:
-        """Put away the files of other boards; all of them, or none.
+    def _keep_aside(self, plan: Plan) -> dict[str, str]:
+        """Put away the files of other boards; all of them, or none. Answers the notes about it, by device.
 
         Not in a thread: between the old board's last commit and its end nothing else may come.
 
         Raises:
-            ReloadRefused: one cannot be put away.
+            Refused: one cannot be put away.
         """
-        files, done = self._daemon.files, []
+        kept = {}
         try:
-            for name, reason in staged.unfit.items():
-                kept = files.keep_aside(name, reason)
-                if kept:
-                    done.append(kept)
-                    counter, sections, _ = staged.memories[name]
-                    staged.memories[name] = counter, sections, kept.note
+            for name, memory in plan.memories.items():
+                if memory.unfit and (aside := self._files.keep_aside(name, memory.unfit)):
+                    kept[name] = aside
         except StoreError as error:
-            for kept in done:
-                files.put_back(kept)
-            raise ReloadRefused(str(error)) from error
+            for aside in kept.values():
+                self._files.put_back(aside)
+            raise Refused(str(error)) from error
+        return {name: aside.note for name, aside in kept.items()}
 
-    def _swap(self, plan: Plan, staged: Staged) -> list[Port]:
+    # ---- in one step ----
+
+    def _swap(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
         """Put the new in the old's place; the ports that have gone, still open."""
-        daemon = self._daemon
+        own = {name: dict(device.nvm) for name, device in self._bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
-        memories = {
-            name: dict(daemon.bench.devices[name].nvm)
-            for name in plan.named("restart")
-            if name in daemon.bench.devices
-        }
         for name in plan.named("remove", "restart"):
             gone += self._take_away(plan, staged, name)
-        daemon.config = plan.config
-        self._seeds = {n: i for n, i in (self._seeds | staged.seeds).items() if plan.has_twin(n)}
+        self._configured.config = plan.config
+        self._stage.done(plan, staged)
         for name, (group, device) in staged.twins.items():
-            if name in staged.memories:
-                counter, memories[name], note = staged.memories[name]
-                daemon.store.begin(name, counter)
-                if note:
-                    daemon.notes[name] = note
+            stored = own.get(name, {})
+            if memory := plan.memories.get(name):
+                stored = dict(memory.sections)
+                self._commits.begin(name, memory.counter)
+                if note := asides.get(name, memory.note):
+                    self._notes[name] = note
                     log.warning("%s: %s", name, note)
-            config = plan.config.devices[name]
-            device.nvm.update(_memory(config, memories[name], plan.tables[name]))
-            daemon.bench.add(group, device)
-            self._occupy(staged, name, device)
-            daemon.bench.set_going(device)
-            self._inject(plan, name)
-        for name, board in staged.boards.items():
-            if name in staged.real:
-                daemon.real[name] = staged.real[name]
-            else:
-                gone.append(daemon.real[name].board)
-                daemon.real[name].exchange_board(board)
-            self._inject(plan, name)
-        daemon.host.refresh(plan.named("restart", "add"))
-        for name in staged.twins:
-            daemon.watches.sampler.exchanged(name)
+            device.nvm.update(plan.sections(name, stored))
+            self._bench.add(group, device)
+        if plan.is_start:
+            join_devices(self._bench, plan.config)
+        self._occupy(plan, staged)
+        if not plan.is_start:  # then all are set going together
+            for _, device in staged.twins.values():
+                self._bench.set_going(device)
+        self._inject(plan)
+        self._changes.tell_at_once(_changed(plan))
         return gone
 
     def _take_away(self, plan: Plan, staged: Staged, name: str) -> list[Port]:
         """What leaves of a device; ports that the new one goes on with are only vacated."""
-        daemon = self._daemon
         gone: list[Port] = []
-        daemon.faults.forget(name)
-        daemon.runs.real.forget(name)
-        if name in daemon.real:
-            if name in staged.boards and name not in staged.real:
-                return []  # another board at the same port
-            real = daemon.real.pop(name)
-            if name in staged.real:
-                staged.real[name].taps = real.taps
-            return [real.client, real.board]
-        daemon.bench.remove(name)
-        daemon.notes.pop(name, None)  # of the start that ends here
-        if not plan.has_twin(name):
-            daemon.watches.sampler.gone(name)
-            daemon.store.failures.pop(name, None)
-        for uart in (MAIN, NETWORK):
-            label = port_label(name, uart)
-            session = daemon.sessions.get(label)
-            if session is None:
+        self._faults.forget(name)
+        boards, uarts = self._places.boards(), self._places.uarts()
+        if name in boards:
+            gone.append(boards[name].end.line)
+        else:
+            self._bench.remove(name)
+            self._notes.pop(name, None)  # of the start that ends here
+            if not plan.has_twin(name):
+                self._commits.failures.pop(name, None)
+        for joint in self._places.of_device(name):
+            joint.vacate()
+            uart = NETWORK if joint.label == port_label(name, NETWORK) else MAIN
+            if self._stage.keeps_port(plan, name, uart):
                 continue
-            session.vacate()
-            if plan.has_twin(name) and self._keeps_port(plan, name, uart):
-                continue
-            gone.append(daemon.sessions.pop(label).port)
-            if label in staged.sessions:
-                staged.sessions[label].taps = session.taps
+            gone.append(joint.port)
+            (boards if name in boards else uarts).pop(joint.label)
+            if joint.label in staged.joints:
+                staged.joints[joint.label].listeners = joint.listeners
         return gone
 
-    def _occupy(self, staged: Staged, name: str, device: Device) -> None:
-        daemon = self._daemon
-        native_usb = daemon.catalogue.profiles[device.profile].usb == "native"
-        for uart in device.uarts:
-            label = port_label(name, uart)
-            if label in staged.sessions:
-                daemon.sessions[label] = staged.sessions[label]
-            if label in daemon.sessions:
-                daemon.sessions[label].occupy(device, native_usb=native_usb)
+    def _occupy(self, plan: Plan, staged: Staged) -> None:
+        """Put what begins behind its ports."""
+        uarts, taps, boards = self._places.uarts(), self._places.taps(), self._places.boards()
+        profiles = self._configured.catalogue.profiles
+        for name, (_, device) in staged.twins.items():
+            native_usb = profiles[device.profile].usb == "native"
+            for uart in device.uarts:
+                label = port_label(name, uart)
+                joint: Joint[UartEnd] | None = staged.joints.get(label) or uarts.get(label)
+                if joint:
+                    end = UartEnd(self._bench, self._lines, joint, device, uart, native_usb=native_usb)
+                    uarts[label] = joint
+                    joint.occupy(end)
+        for label in self._bench.taps if plan.is_start else ():
+            taps[label] = staged.joints[label]
+            taps[label].occupy(TapEnd(self._bench, self._lines, taps[label], self._bench.taps[label]))
+        for name, line in staged.lines.items():
+            boards[name] = staged.joints.get(name) or boards[name]
+            boards[name].occupy(BoardEnd(boards[name], line))
 
-    def _inject(self, plan: Plan, name: str) -> None:
+    def _inject(self, plan: Plan) -> None:
+        """Faults of the configuration, on what begins."""
+        begun = {*plan.begun(twins=True), *plan.begun(twins=False)}
         for fault in plan.config.faults:
-            if fault.target.partition(".")[0] == name:
-                try:
-                    self._daemon.faults.inject(fault.fault, fault.target, fault.model_extra or {})
-                except (
-                    FaultRefused
-                ) as error:  # the configuration's check knows all reasons; if not, it is told
-                    log.error("%s: a fault of the configuration is left out: %s", name, error)
+            place = fault.target.partition(".")[0]
+            if place not in begun and not plan.is_start:
+                continue
+            try:
+                self._faults.inject(fault.fault, fault.target, fault.model_extra or {})
+            except FaultRefused as error:  # the configuration's check knows all reasons; if not, it is told
+                if plan.is_start:
+                    raise Refused(f"faults: {error}") from None
+                log.error("%s: a fault of the configuration is left out: %s", place, error)
 
 
-def _ports(config: DeviceConfig) -> dict[str, object]:
-    return {MAIN: config.port, NETWORK: config.network}
-
-
-def _memory(config: DeviceConfig, stored: dict[str, bytes], table: Mapping[str, bytes]) -> dict[str, bytes]:
-    """As ``start_sections``, without looking at a file: ``table`` is what is in it."""
-    if config.flash.table in ("stored", "empty"):
-        return start_sections(config, stored, Path())
-    return stored | dict(table)
+def _changed(plan: Plan) -> Changed:
+    return Changed(*(tuple(plan.named(action)) for action in ("remove", "restart", "add")))

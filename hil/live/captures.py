@@ -4,15 +4,14 @@ import asyncio
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hil import __version__
+from hil.live.clock import WallClock
+from hil.live.places import Places
+from hil.sim.bench import BenchRuntime
 from hil.vocab.ports import Tap
 from hil.vocab.segment import SegmentEvent, SegmentView
 from hil.wire.pcapng import Event, header, record
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """What may wait for a reader; more is lost, which the capture says."""
@@ -54,62 +53,61 @@ class Capture:
 
         return put
 
+    def segment(self, source: int) -> Callable[[SegmentEvent], None]:
+        """For a segment: each burst with its time; what a disturbed line reads as, with errors."""
 
-def open_capture(daemon: "Daemon", sources: Sequence[str]) -> tuple[Capture, Callable[[], None]]:
-    """A capture of ports and segments by their names, and what ends it.
+        def put(event: SegmentEvent) -> None:
+            kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
+            self.put(source, kind, event.data, event.about, event.at_ns)
 
-    Raises:
-        KeyError: there is none of such a name.
-    """
-    homes = {name: _taps(daemon, name) for name in sources if name not in daemon.bench.segments}
-    capture = Capture(sources, daemon.epoch_ns)
-    ends: list[Callable[[], None]] = []
-    for index, name in enumerate(sources):
-        if name in homes:
-            tap = capture.tap(index)
-            homes[name].append(tap)
-            ends.append(partial(homes[name].remove, tap))
-        else:
-            ends.append(_capture_segment(daemon.bench.segments[name], capture, index))
-
-    def end() -> None:
-        for each in ends:
-            each()
-
-    return capture, end
+        return put
 
 
-def _capture_segment(segment: SegmentView, capture: Capture, index: int) -> Callable[[], None]:
-    """Each burst with its time; what a disturbed line reads as, with errors."""
+class Captures:
+    """What passes at places and on segments, for whoever wants to see it."""
 
-    def put(event: SegmentEvent) -> None:
-        kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
-        capture.put(index, kind, event.data, event.about, event.at_ns)
+    def __init__(self, bench: BenchRuntime, places: Places, clock: WallClock) -> None:
+        self._bench = bench
+        self._places = places
+        self._clock = clock
 
-    return watch_segment(segment, put)
+    @property
+    def names(self) -> list[str]:
+        """What can be captured: segments, and places by their labels."""
+        return [*self._bench.segments, *self._places]
 
+    def open(self, sources: Sequence[str]) -> tuple[Capture, Callable[[], None]]:
+        """A capture of places and segments by their names, and what ends it.
 
-def watch_port(daemon: "Daemon", name: str, tap: Tap) -> Callable[[], None]:
-    """Call with all that passes at a port; answers what ends it."""
-    home = _taps(daemon, name)
-    home.append(tap)
-    return partial(home.remove, tap)
+        Raises:
+            KeyError: there is none of such a name.
+        """
+        segments = self._bench.segments
+        for name in sources:
+            if name not in segments and name not in self._places:
+                raise KeyError(name)
+        capture = Capture(sources, self._clock.epoch_ns)
+        ends = [
+            watch_segment(segments[name], capture.segment(index))
+            if name in segments
+            else self.watch(name, capture.tap(index))
+            for index, name in enumerate(sources)
+        ]
+
+        def end() -> None:
+            for each in ends:
+                each()
+
+        return capture, end
+
+    def watch(self, label: str, tap: Tap) -> Callable[[], None]:
+        """Call with all that passes at a place; answers what ends it. Raises KeyError: there is none."""
+        listeners = self._places[label].listeners
+        listeners.append(tap)
+        return partial(listeners.remove, tap)
 
 
 def watch_segment(segment: SegmentView, put: Callable[[SegmentEvent], None]) -> Callable[[], None]:
     """Call with what was on the line, when it is over; answers what ends it."""
     segment.watchers.append(put)
     return partial(segment.watchers.remove, put)
-
-
-def _taps(daemon: "Daemon", name: str) -> list[Tap]:
-    if name in daemon.real:
-        return daemon.real[name].taps
-    if name in daemon.tap_sessions:
-        return daemon.tap_sessions[name].taps
-    return daemon.sessions[name].taps
-
-
-def names(daemon: "Daemon") -> list[str]:
-    """What can be captured."""
-    return [*daemon.bench.segments, *daemon.sessions, *daemon.tap_sessions, *daemon.real]

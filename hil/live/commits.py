@@ -2,33 +2,31 @@
 
 import asyncio
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
-from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import CommitDone
 
 log = logging.getLogger("hil")
 
 
-class DaemonStore:
-    """Boards' memories in files; answers come back as inputs, with the times of their own."""
+class Commits:
+    """Boards' memories in files; answers come back as inputs, with the times of their own. ``begin`` comes
+    before a device's first commit."""
 
-    def __init__(self, files: NvmStore, counters: dict[str, int]) -> None:
+    def __init__(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         self._files = files
-        self._counters = counters
-        self.bench: BenchRuntime | None = None
-        self.loop: asyncio.AbstractEventLoop | None = None
+        self._loop = loop
+        self._counters: dict[str, int] = {}
         self._ends = False
         self.failures: dict[str, str] = {}
+        """Why a device's memory was not written the last time."""
         self.writes = {"ok": 0, "failed": 0}
 
     def begin(self, device: str, counter: int) -> None:
-        """A device that comes later; ``counter``: of the commits that made its file."""
+        """A device begins; ``counter``: of the commits that made its file."""
         self._counters[device] = counter
         self.failures.pop(device, None)
 
@@ -36,33 +34,29 @@ class DaemonStore:
         """Wait for the answers to all commits so far. What they make the boards commit is never answered, as
         when their power goes in the middle of it."""
         self._ends = True
-        assert self.loop is not None
-        await self.loop.run_in_executor(None, self._files.close)
+        await self._loop.run_in_executor(None, self._files.close)
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
         if self._ends:
-            return
+            return None
         self._counters[device.name] = self._counters.get(device.name, 0) + 1
         content = Content(device.profile, self._counters[device.name], dict(sections))
-        loop = self.loop
-        assert loop is not None
-        self._files.commit(
-            device.name, content, lambda ok, why: _call_soon(loop, self._done, device, ok, why)
-        )
 
-    def _done(self, device: Device, durable: bool, why: str) -> None:
+        def done(durable: bool, why: str) -> None:
+            with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
+                self._loop.call_soon_threadsafe(self._done, device.name, durable, why, answered)
+
+        self._files.commit(device.name, content, done)
+        return None
+
+    def _done(self, name: str, durable: bool, why: str, answered: Callable[[bool], bool]) -> None:
         self.writes["ok" if durable else "failed"] += 1
-        if self.bench and self.bench.devices.get(device.name) is not device:
+        if not answered(durable):
             return  # a reload has taken it away
         if durable:
-            self.failures.pop(device.name, None)
+            self.failures.pop(name, None)
         else:
-            self.failures[device.name] = why
-            log.error("%s: its flash was not written: %s; it keeps its old content", device.name, why)
-        if self.bench:
-            self.bench.give(device, CommitDone(durable))
-
-
-def _call_soon(loop: asyncio.AbstractEventLoop, *call: Any) -> None:
-    with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
-        loop.call_soon_threadsafe(*call)
+            self.failures[name] = why
+            log.error("%s: its flash was not written: %s; it keeps its old content", name, why)

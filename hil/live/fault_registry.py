@@ -5,17 +5,18 @@ from dataclasses import asdict
 from typing import Any
 
 from hil.config.explain import suggestion
-from hil.live.pass_through import PassThrough
+from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
-from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused, fault_refusal
+from hil.sim.given_fault import fault_refusal
+from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
 
 
 class FaultRegistry:
-    """``real``: the boards that byte faults can be on, by name."""
+    """Of one bench; ``places``: its real boards, on whose lines byte faults can be."""
 
-    def __init__(self, real: Mapping[str, PassThrough]) -> None:
-        self.bench: BenchRuntime
-        self._real = real
+    def __init__(self, bench: BenchRuntime, places: Places) -> None:
+        self._bench = bench
+        self._boards = places.boards()
         self._active: dict[int, Fault] = {}
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
@@ -27,12 +28,12 @@ class FaultRegistry:
         if kind not in FAULT_KINDS:
             raise FaultRefused(f"there is no fault {kind!r}; {suggestion(kind, FAULT_KINDS)}")
         fault = fault_refusal(kind, target, parameters)
-        if target not in self._real:
-            return self.bench.inject(fault)
+        if target not in self._boards:
+            return self._bench.inject(fault)
         if FAULT_KINDS[kind].target != PORT or fault.number("start_s") or fault.number("for_s"):
             raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
-        number = self.bench.new_fault_number()
-        self._real[target].inject(number, fault)
+        number = self._bench.faults.new_number()
+        self._boards[target].end.inject(number, fault)
         self._active[number] = fault
         return number
 
@@ -43,9 +44,9 @@ class FaultRegistry:
             FaultRefused: there is none of this number.
         """
         if fault := self._active.pop(number, None):
-            self._real[fault.target].clear(number)
+            self._boards[fault.target].end.clear(number)
         else:
-            self.bench.clear_fault(number)
+            self._bench.clear_fault(number)
 
     def forget(self, device: str) -> None:
         """A real board goes, or is exchanged, and what was wrong with its line."""
@@ -54,9 +55,9 @@ class FaultRegistry:
     def listed(self) -> list[dict[str, Any]]:
         """All that are active; those of real lines with how many bytes each has changed."""
         rows: list[dict[str, Any]] = [
-            {"number": number, **asdict(fault)} for number, fault in self.bench.faults.active.items()
+            {"number": number, **asdict(fault)} for number, fault in self._bench.faults.active.items()
         ]
         for number, fault in self._active.items():
-            changed_bytes = self._real[fault.target].changed_bytes(number)
+            changed_bytes = self._boards[fault.target].end.changed_bytes(number)
             rows.append({"number": number, **asdict(fault), "changed_bytes": changed_bytes})
         return rows

@@ -8,6 +8,7 @@ count, and a step costs no system call. Code that Python cannot interrupt ends t
 writes down whose it was.
 """
 
+import logging
 import os
 import resource
 import signal
@@ -15,13 +16,12 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from hil.core._native import Watchdog
-from hil.sim.stops import FirmwareHung
+from hil.sim.stops import FirmwareHung, Guarded
 
-if TYPE_CHECKING:
-    from hil.sim.device import Device
+log = logging.getLogger("hil")
 
 STEP_LIMIT_NS = 200_000_000
 """CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the look-up
@@ -63,22 +63,22 @@ class StepGuard(AbstractContextManager[None]):
         # A bench that is to be faster than real time may be late; a slower one never catches up.
         self._least_ns = limit_ns // PARTS * min(speed, 1.0)
         self._names: dict[str, bytes] = {}
-        self._device: Device | None = None
+        self._device: Guarded | None = None
         self._inside = False
         self._aside = _Aside(self)
         self._struck: FirmwareHung | None = None
         self._steps = 0
         self._bells = 0
         self._waiting = _Waiting(0, 0, 0.0)
-        self._suspect: Device | None = None
+        self._suspect: Guarded | None = None
         self._suspected_at_ns = 0
         self._streak = 0.0
-        self._condemned: Device | None = None
+        self._condemned: Guarded | None = None
         signal.signal(signal.SIGVTALRM, self._ring)
         self._watchdog = Watchdog(signal.SIGVTALRM, os.fsencode(breadcrumb))
         self._watchdog.arm(limit_ns // PARTS, WAIT_LIMIT_NS // PARTS)
 
-    def __call__(self, device: "Device") -> "StepGuard":
+    def __call__(self, device: Guarded) -> "StepGuard":
         self._device = device
         return self
 
@@ -160,7 +160,7 @@ class StepGuard(AbstractContextManager[None]):
         if device is None or (steps == 0 and not self._inside):
             self._suspect = None
             return
-        now_ns = device.uart.now_ns
+        now_ns = device.now_ns
         # Where ports keep the thread busy, a healthy board comes just as far as its CPU time goes: that alone
         # is no fault, unless the bell rang in the board's own work.
         least_ns = self._least_ns if self._inside else self._least_ns / 2
@@ -202,6 +202,13 @@ class _Aside(AbstractContextManager[None]):
         if self._was_inside:
             self._guard._watchdog.resume()
             self._guard._inside = True
+
+
+def note_hung(file: Path, notes: dict[str, str]) -> None:
+    """Tell the operator of the device whose firmware ended the daemon the last time."""
+    if hung := take_breadcrumb(file):
+        notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
+        log.error("%s: %s", hung, notes[hung])
 
 
 def take_breadcrumb(file: Path) -> str | None:

@@ -1,23 +1,51 @@
 """The file of ``hil serve --log``, whose troubles must not become the boards'."""
 
+import asyncio
 import logging
 from io import TextIOWrapper
 from pathlib import Path
+from typing import Any
 
+from hil.config import BenchConfig
+from hil.config.check_device import EMULATED_KEYS
 from hil.host.new_file import begin_file
+from hil.live.refusals import StartError
 
 _log = logging.getLogger("hil")
 
+FLUSH_S = 0.2
+
+
+def as_simulated(config: BenchConfig) -> dict[str, Any]:
+    """A configuration for the log, as a dict that ``hil.config.from_dict`` takes: without ports and real
+    boards, whose bytes are no part of a simulation."""
+    dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
+    for device in dumped["devices"].values():
+        device["port"] = "memory"
+        device["network"] = None
+        if device["at"]:
+            for key in EMULATED_KEYS:
+                device.pop(key)
+    for segment in dumped["segments"].values():
+        for tap in segment["taps"].values():
+            tap["port"] = "memory"
+    return dumped
+
 
 class LogFile:
-    """Text to a file. After an error nothing more is written, and the daemon's log says so, once: what
-    is there up to then can still be replayed."""
+    """Text to a file, which has it within ``FLUSH_S``. After an error nothing more is written, and the
+    daemon's log says so, once: what is there up to then can still be replayed."""
 
-    def __init__(self, path: Path) -> None:
-        """Raises OSError: the file cannot be made."""
+    def __init__(self, path: Path, loop: asyncio.AbstractEventLoop) -> None:
+        """Raises StartError: the file cannot be made."""
         self._path = path
-        self._file = TextIOWrapper(begin_file(path), encoding="utf-8")
+        try:
+            self._file = TextIOWrapper(begin_file(path), encoding="utf-8")
+        except OSError as error:
+            raise StartError(f"log {path}: {error.strerror}") from error
         self._ended = False
+        self._loop = loop
+        self._timer = loop.call_later(FLUSH_S, self._flush_again)
 
     def write(self, text: str) -> None:
         if not self._ended:
@@ -33,7 +61,12 @@ class LogFile:
             except OSError as error:
                 self._end(error)
 
+    def _flush_again(self) -> None:
+        self.flush()
+        self._timer = self._loop.call_later(FLUSH_S, self._flush_again)
+
     def close(self) -> None:
+        self._timer.cancel()
         self.flush()
         try:
             self._file.close()

@@ -6,7 +6,8 @@ import logging
 from collections import deque
 from typing import NamedTuple
 
-from hil.sim.bench import LAG_BUCKETS, BenchRuntime
+from hil.sim.bench import BenchRuntime
+from hil.sim.drive import LAG_BUCKETS
 
 LOOK_S = 0.1
 """Between two looks at the event loop."""

@@ -1,4 +1,8 @@
-"""Listening, admission and limits; and asking: a control socket, a port, which benches run here.
+"""Listening and asking.
 
-Imports ``hil.host`` and ``hil.vocab``. The modules that ask import little: who asks starts quickly.
+``acceptor.py``, ``visitors.py`` and ``limits.py`` let clients in, and only so many; ``unix_door.py`` is the
+control socket's listener, ``tcp_port.py`` a port's. ``control_client.py``, ``benches_here.py`` and
+``port_client.py`` are the side that asks; they import little: who asks starts quickly.
+
+May import: hil.host, hil.vocab, the standard library, pydantic.
 """

@@ -1,57 +1,31 @@
 """Taking clients in at a listening socket. Asyncio's own server would log a hundred errors at a time, without
 end, while no file descriptor is left."""
 
+import asyncio
+import socket
 from collections.abc import Callable
-from typing import Any, Generic, Protocol, TypeVar
-
-from hil.net.limits import Timer
 
 ACCEPT_AGAIN_S = 1.0
 _ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the boards
 
-Connection_co = TypeVar("Connection_co", covariant=True)
 
-
-class Listener(Protocol[Connection_co]):
-    """A socket that listens and does not block."""
-
-    def accept(self) -> tuple[Connection_co, Any]:
-        """The next client, and where it is."""
-
-    def close(self) -> None:
-        """Listen no more."""
-
-
-class Loop(Protocol):
-    """What is needed of an event loop."""
-
-    def add_reader(self, fd: Any, callback: Callable[[], None]) -> None:
-        """Call when there is something to read."""
-
-    def remove_reader(self, fd: Any) -> object:
-        """Do not call any more."""
-
-    def call_later(self, delay: float, callback: Callable[[], None]) -> Timer:
-        """Call in so many seconds."""
-
-
-class Acceptor(Generic[Connection_co]):
+class Acceptor:
     """``take`` gets each client. ``no_file`` is told why none can be accepted now, and answers after how many
     seconds to try again: no file descriptor or memory is left, and the listener stays readable. The listener
     is closed with this."""
 
     def __init__(
         self,
-        listener: Listener[Connection_co],
-        loop: Loop,
-        take: Callable[[Connection_co], None],
+        listener: socket.socket,
+        loop: asyncio.AbstractEventLoop,
+        take: Callable[[socket.socket], None],
         no_file: Callable[[str], float],
     ) -> None:
         self._listener = listener
         self._loop = loop
         self._take = take
         self._no_file = no_file
-        self._timer: Timer | None = None
+        self._timer: asyncio.TimerHandle | None = None
         loop.add_reader(listener, self.accept)
 
     def accept(self) -> None:

@@ -1,4 +1,5 @@
-"""The form of what each verb of the control socket answers, as far as commands read it.
+"""The form of what each operation answers in JSON, as far as commands read it. ``hil.operations.table`` takes
+its forms from here: who asks from a shell waits for this module, and not for what answers.
 
 A form is a type (``float`` takes an int, too; neither is a bool), a value, a list with the form of its items,
 a dict with forms by key (``str``: of all values), or a tuple of forms of which one has to fit. Other keys may
@@ -94,7 +95,11 @@ FORMS: dict[str, Any] = {
     "reset": dict,
     "pin": dict,
     "set": dict,
+    "type": dict,
     "send": dict,
+    "wait": {"interrupted": (True, False)},
+    "health": {"state": str},
+    "state": {str: (float, None)},
     "drive": _AT | {"length_ns": int},
     "watch": {"watch": int, "signals": [str]},
     "samples": {"rows": [[float]], "lost": int},

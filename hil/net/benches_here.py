@@ -1,4 +1,4 @@
-"""Which benches run here, and which of them is meant. Imports little, as ``client.py``."""
+"""Which benches run here, and which of them is meant. Imports little, as ``control_client.py``."""
 
 import os
 import time

@@ -1,4 +1,4 @@
-"""Asking at a control socket (``server.py`` answers). Imports little: completion in a shell waits for it.
+"""Asking at a control socket. Imports little: completion in a shell waits for it.
 
 What comes from a socket is checked before it is believed: who is behind it, how long it is and takes, and
 that it has the form of an answer to what was asked (``answers.py``).
@@ -24,6 +24,11 @@ ANSWER_BYTES = 64 << 20
 
 class ControlError(Exception):
     """A request was refused, or nobody answers: ``str(error)`` says why."""
+
+
+def already_running(bench: str, pid: int) -> str:
+    """Why a bench is not started a second time."""
+    return f"bench {bench} is running already, as process {pid}"
 
 
 def listener(path: Path) -> int:
@@ -97,7 +102,7 @@ def _peer(client: socket.socket) -> tuple[int, int]:
 
 
 def _check_peer(client: socket.socket, path: Path) -> None:
-    """Whoever listens is this user, root, or whose folder it is: for that see ``benches.py``."""
+    """Whoever listens is this user, root, or whose folder it is: for that see ``benches_here.py``."""
     uid = _peer(client)[1]
     if uid not in (0, os.geteuid(), path.parent.stat().st_uid):
         raise PermissionError(f"user {uid} listens there, who has no business in {path.parent}")

@@ -17,13 +17,25 @@ log = logging.getLogger("hil")
 Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[None]]
 
 
-def open_door(path: Path, serve: Serve, line_limit: int) -> Visitors[socket.socket]:
-    """A listening unix socket. ``serve`` is run for each client, and cancelled where it waits when its client
-    has to go.
+def listen_at(path: Path) -> socket.socket:
+    """A listening unix socket; whoever comes waits until ``let_in``.
 
     Raises:
         OSError: the socket cannot be made.
     """
+    listener = socket.socket(socket.AF_UNIX)
+    try:
+        listener.bind(str(path))
+        listener.listen(_BACKLOG)
+    except OSError:
+        listener.close()
+        raise
+    listener.setblocking(False)
+    return listener
+
+
+def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
+    """``serve`` is run for each client, and cancelled where it waits when its client has to go."""
 
     async def stay(connection: socket.socket, visit: Visit) -> None:
         try:
@@ -34,14 +46,6 @@ def open_door(path: Path, serve: Serve, line_limit: int) -> Visitors[socket.sock
         with closing(writer), suppress(ConnectionError):
             await serve(reader, writer, visit)
 
-    listener = socket.socket(socket.AF_UNIX)
-    try:
-        listener.bind(str(path))
-        listener.listen(_BACKLOG)
-    except OSError:
-        listener.close()
-        raise
-    listener.setblocking(False)
     visitors = Visitors("control socket", MAX_CLIENTS, asyncio.get_running_loop(), stay, log.warning)
     visitors.listen(listener)
     return visitors

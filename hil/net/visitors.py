@@ -1,41 +1,14 @@
-"""Who may come in at a listening socket: so many at a time; those who say nothing give way to others."""
+"""Admission control for listening sockets: at most so many clients at a time; idle ones are dropped first."""
 
-from collections.abc import Awaitable, Callable, Coroutine
+import asyncio
+import socket
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
 
-from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor, Listener
-from hil.net.acceptor import Loop as AcceptorLoop
+from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.net.limits import Limit
 
 _GONE_AFTER_S = 0.002  # a client that was let go has closed its file
-
-
-class Closable(Protocol):
-    """A connection."""
-
-    def close(self) -> None:
-        """Hang up."""
-
-
-class Task(Awaitable[None], Protocol):
-    """What an event loop's ``create_task`` answers."""
-
-    def cancel(self) -> object:
-        """End it, at what it waits for."""
-
-    def add_done_callback(self, callback: Callable[[Any], object], /) -> None:
-        """Call when it has ended."""
-
-
-class Loop(AcceptorLoop, Protocol):
-    """What is needed of an event loop."""
-
-    def time(self) -> float:
-        """In seconds."""
-
-    def create_task(self, stay: Coroutine[Any, Any, None]) -> Any:
-        """Answers a ``Task``."""
 
 
 @dataclass(eq=False)
@@ -49,13 +22,10 @@ class Visit:
     has_asked: bool = False
     has_begun: bool = False
     """Its task has the connection."""
-    task: Task | None = None
+    task: asyncio.Task[None] | None = None
 
 
-Connection = TypeVar("Connection", bound=Closable)
-
-
-class Visitors(Generic[Connection]):
+class Visitors:
     """``stay`` serves each one and closes its connection; it is cancelled where it waits when its client has
     to go. ``name`` begins the lines of the log."""
 
@@ -63,8 +33,8 @@ class Visitors(Generic[Connection]):
         self,
         name: str,
         most: int,
-        loop: Loop,
-        stay: Callable[[Connection, Visit], Coroutine[Any, Any, None]],
+        loop: asyncio.AbstractEventLoop,
+        stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]],
         say: Callable[[str], object],
     ) -> None:
         self.turned_away = 0
@@ -74,15 +44,15 @@ class Visitors(Generic[Connection]):
         self._most = most
         self._loop = loop
         self._stay = stay
-        self._acceptors: list[Acceptor[Connection]] = []
-        self._full = Limit(say, loop.call_later)
-        self._no_file = Limit(say, loop.call_later)
+        self._acceptors: list[Acceptor] = []
+        self._full = Limit(say, loop)
+        self._no_file = Limit(say, loop)
 
-    def listen(self, listener: Listener[Connection]) -> None:
+    def listen(self, listener: socket.socket) -> None:
         """Let those in who come here, too."""
         self._acceptors.append(Acceptor(listener, self._loop, self.take, self._wait))
 
-    def take(self, connection: Connection) -> None:
+    def take(self, connection: socket.socket) -> None:
         """Serve it, or hang up."""
         if not self._make_room():
             self.turned_away += 1
@@ -90,8 +60,7 @@ class Visitors(Generic[Connection]):
             return
         visit = Visit(self._loop.time())
         self.visits.add(visit)
-        task: Task = self._loop.create_task(self._begin(connection, visit))
-        visit.task = task
+        visit.task = task = self._loop.create_task(self._begin(connection, visit))
 
         def has_gone(_: object) -> None:
             self.visits.discard(visit)
@@ -100,7 +69,7 @@ class Visitors(Generic[Connection]):
 
         task.add_done_callback(has_gone)
 
-    async def _begin(self, connection: Connection, visit: Visit) -> None:
+    async def _begin(self, connection: socket.socket, visit: Visit) -> None:
         visit.has_begun = True
         await self._stay(connection, visit)
 
@@ -128,7 +97,7 @@ class Visitors(Generic[Connection]):
             gone.task.cancel()
         return True
 
-    def send_away(self) -> list[Task]:
+    def send_away(self) -> list[asyncio.Task[None]]:
         """All who are inside. Answers what ends now."""
         tasks = [visit.task for visit in self.visits if visit.task]
         for task in tasks:

@@ -1,5 +1,9 @@
-"""What may be asked of a bench, and who answers; health and metrics, which are readings of it.
+"""What may be asked of a bench (``table.py``), and the desk that answers (``desk.py``).
 
-The control socket's side that answers is here (``control_socket.py``); the side that asks is
-``hil.net.control_client``. Imports ``hil.live`` and below.
+Each operation is carried out by one of the ``*_operations``, ``looking_on`` and ``reports``, which name the
+parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges
+are: it has the desk and nothing else. The side that asks there is ``hil.net.control_client``.
+
+May import: hil.compose, hil.config, hil.core, hil.firmware, hil.host, hil.live, hil.net, hil.runs, hil.sim,
+hil.telemetry, hil.vocab, hil.wire, the standard library.
 """

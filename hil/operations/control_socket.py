@@ -1,142 +1,168 @@
 """The control socket: what ``hil``'s commands talk to. A unix stream socket of mode 0660.
 
-A request is one line of JSON: ``{"verb": "status"}`` and the verb's own arguments; the answer is one
-line: ``{"ok": true, "result": ...}`` or ``{"ok": false, "error": "..."}``. Verbs: ``VERBS``. Whatever else
-comes gets a refusal, and the connection goes on.
+A request is one line of JSON: ``{"verb": "status"}``, with the target and the parameters of the operation of
+that name; the answer is one line: ``{"ok": true, "result": ...}``, or ``{"ok": false, "error": "...", "code":
+"..."}``. Whatever else comes gets a refusal, and the connection goes on.
 """
 
 import asyncio
 import json
 import logging
 import os
-import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from inspect import isawaitable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hil.live import real_boards
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
-from hil.live.reload_plan import ReloadRefused
-from hil.net.control_client import ControlError, listener
-from hil.net.unix_door import open_door
-from hil.net.visitors import Visit, Visitors
-from hil.operations.control_verbs import VERBS
-from hil.operations.requests import read_request
-from hil.vocab.dialogue import DialogueError
-from hil.vocab.faults import FaultRefused
+from hil.net.control_client import already_running, listener
+from hil.net.unix_door import let_in, listen_at
+from hil.net.visitors import Visit
+from hil.operations.desk import no_operation
+from hil.operations.table import NAME_CHARACTERS
+from hil.vocab.bridges import LOCAL, Desk, Done
+from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
 
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
-
+CONTROL_VERSION = 1
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
-_ARGUMENTS = {name: verb.arguments for name, verb in VERBS.items()}
-REFUSALS = (ControlError, DialogueError, FaultRefused, ReloadRefused, real_boards.NoDialogue, VerbRefused)
+_USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
+"""Nobody here asks twice for what he has asked once."""
+_PROBLEMS = ("bad_run", "bad_config")
+"""Refusals that are answers here: the problems of a text."""
 
 log = logging.getLogger("hil")
+
+
+class SocketRefused(Exception):
+    """The socket cannot be had: ``str(error)`` says why and what to do."""
 
 
 class TooLong:
     """A line that was longer than any request; it was not kept."""
 
 
-class ControlServer:
-    """Answers requests about one daemon."""
+class ClaimedSocket:
+    """The listening socket of a bench, which keeps other daemons away; clients wait until they are served.
 
-    def __init__(self, daemon: "Daemon", path: Path) -> None:
-        self._daemon = daemon
+    Raises:
+        SocketRefused: a daemon of this bench is running, or the socket cannot be made.
+    """
+
+    def __init__(self, path: Path, bench: str) -> None:
         self._path = path
-        self._visitors: Visitors[socket.socket] | None = None
-        self._clients: set[asyncio.StreamWriter] = set()
-        self._is_closed = False
-
-    async def open(self) -> None:
-        """Listen.
-
-        Raises:
-            StartError: a daemon of this bench is running, or the socket cannot be made.
-        """
-        from hil.daemon import StartError
-
         try:
-            if pid := listener(self._path):
-                raise StartError(already_running(self._daemon.config.bench, pid))
-            self._path.unlink(missing_ok=True)
+            if pid := listener(path):
+                raise SocketRefused(already_running(bench, pid))
+            path.unlink(missing_ok=True)
             old = os.umask(0o117)
             try:
-                self._visitors = open_door(self._path, self._client, _LINE_LIMIT)
+                self.listening = listen_at(path)
             finally:
                 os.umask(old)
-            self._inode = self._path.stat().st_ino
+            self._inode = path.stat().st_ino
         except OSError as error:
-            raise StartError(
-                f"control socket {self._path}: {error.strerror or error}; choose another --runtime-dir"
-            ) from error
+            why = error.strerror or error
+            raise SocketRefused(f"control socket {path}: {why}; choose another --runtime-dir") from error
+
+    def release(self) -> None:
+        """Nobody comes in any more; the socket's file goes, unless it is a successor's."""
+        self.listening.close()
+        with suppress(OSError):
+            if self._path.stat().st_ino == self._inode:
+                self._path.unlink()
+
+
+class ControlServer:
+    """Serves those who come to a socket, from its making on."""
+
+    def __init__(self, desk: Desk, claimed: ClaimedSocket) -> None:
+        self._desk = desk
+        self._operations = desk.describe().operations
+        self._is_closed = False
+        self._visitors = let_in(claimed.listening, self._client, _LINE_LIMIT)
 
     async def close(self) -> None:
+        """Send everybody away: what still waits for an answer is not carried out."""
         self._is_closed = True
-        for writer in self._clients:
-            writer.close()
-        if self._visitors:
-            self._visitors.close()
-            with suppress(FileNotFoundError):
-                if self._path.stat().st_ino == self._inode:  # else it is a successor's
-                    self._path.unlink()
+        self._visitors.close()
+        await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
-        self._clients.add(writer)
-        try:
-            while not self._is_closed and (line := await _next_line(reader)):
-                visit.is_busy = visit.has_asked = True
-                answer = await self.answer(line)
-                capture = answer.pop("capture", None)
-                writer.write(json.dumps(answer).encode() + b"\n")
-                if capture:
-                    await writer.drain()
-                    taken, end = capture
-                    await self._capture(taken, end, reader, writer)
-                visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
+        while not self._is_closed and (line := await _next_line(reader)):
+            visit.is_busy = visit.has_asked = True
+            answer = await self.answer(line)
+            capture = answer.pop("capture", None)
+            writer.write(json.dumps(answer).encode() + b"\n")
+            if capture:
                 await writer.drain()
-        finally:
-            self._clients.discard(writer)
-
-    async def _capture(
-        self,
-        capture: Capture,
-        end: Callable[[], None],
-        reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter,
-    ) -> None:
-        """The connection carries a capture until its client leaves."""
-        capture.begin(writer)
-        try:
-            await reader.read(1)
-        finally:
-            end()
+                await _carry(capture, reader, writer)
+            visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
+            await writer.drain()
 
     async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
         """To a request, or to what is none; ``capture`` in it: the connection carries one from now on."""
         name = ""
         try:
             if isinstance(line, TooLong):
-                raise ControlError(f"not a request: longer than {_LINE_LIMIT} bytes")
-            name, arguments = await off_loop(line, read_request, line, _ARGUMENTS)
-            result = VERBS[name].run(self._daemon, **arguments)
-            if name == "capture":
-                return {"ok": True, "result": {}, "capture": result}
-            return {"ok": True, "result": await result if isawaitable(result) else result}
-        except REFUSALS as error:
-            return {"ok": False, "error": str(error)[:_LONGEST_REFUSAL]}
-        except Exception:
-            if not self._daemon.reloader.is_open:
-                return {"ok": False, "error": "the bench has not started yet, or is ending; ask again"}
-            # Ours: this request is lost, all else goes on.
+                raise VerbRefused("bad_request", f"not a request: longer than {_LINE_LIMIT} bytes")
+            name, target, given = await off_loop(line, read_request, line, self._operations)
+            result = self._desk.ask(LOCAL, name, target, _USUAL.get(name, {}) | given)
+            if isawaitable(result):
+                result = await result
+        except VerbRefused as error:
+            if error.code in _PROBLEMS:
+                return {"ok": True, "result": {"problems": str(error)}}
+            return {"ok": False, "error": str(error)[:_LONGEST_REFUSAL], "code": error.code}
+        except Exception:  # ours: this request is lost, all else goes on
             log.exception("control socket: %s could not be carried out", name)
             return {"ok": False, "error": f"{name} met a fault of hil's own; the bench's log says more"}
+        if name == "capture":
+            return {"ok": True, "result": {}, "capture": result}
+        if isinstance(result, Done):
+            result = {"effective_at_ns": result.effective_at_ns, **result.answer}
+        return {"ok": True, "result": result}
+
+
+def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str, str, dict[str, Any]]:
+    """The operation that a request asks for, its target and what is given with it.
+
+    Raises:
+        VerbRefused: it is no such request.
+    """
+    try:
+        request = read_json(line)
+    except JsonError as error:
+        raise VerbRefused("bad_request", f"not a request: {error}; write a line of JSON") from None
+    if not isinstance(request, dict) or not isinstance(name := request.pop("verb", None), str):
+        example = '{"verb": "status"}'
+        raise VerbRefused("bad_request", f"not a request: write an object with a verb, as in {example}")
+    if name not in operations or operations[name].answer is None:
+        raise no_operation(name)
+    if not (argument := operations[name].target.argument):
+        return name, "", request
+    target = request.pop(argument, None)
+    if not isinstance(target, str) or len(target) > NAME_CHARACTERS:
+        raise VerbRefused(
+            "bad_parameter", f"{argument}: write a text of at most {NAME_CHARACTERS} characters"
+        )
+    return name, target, request
+
+
+async def _carry(
+    capture: tuple[Capture, Callable[[], None]], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+) -> None:
+    """A capture goes out until its client leaves."""
+    taken, end = capture
+    taken.begin(writer)
+    try:
+        await reader.read(1)
+    finally:
+        end()
 
 
 async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
@@ -151,8 +177,3 @@ async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
         except asyncio.LimitOverrunError as error:
             is_too_long = True
             await reader.readexactly(max(error.consumed, 1))
-
-
-def already_running(bench: str, pid: int) -> str:
-    """Why a bench is not started a second time."""
-    return f"bench {bench} is running already, as process {pid}"

@@ -5,14 +5,15 @@ import errno
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from hil.host.process import read_process
-from hil.live.joint import Session
-from hil.live.tap_joint import TapSession
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
+from hil.host.real_time import Grant
+from hil.live.commits import Commits
+from hil.live.places import Places
+from hil.live.vitals import Vitals
+from hil.sim.bench import BenchRuntime
 
 MISSED_SHARE = 0.01
 LOOP_LATE_NS = 250_000_000
@@ -59,60 +60,78 @@ class Problem:
         return f"{self.about}: {self.what}; {self.remedy}" if self.about else f"{self.what}; {self.remedy}"
 
 
-def problems(daemon: "Daemon") -> list[Problem]:
-    """All that is wrong now, the bench's own first."""
-    return [*_of_bench(daemon), *_of_devices(daemon), *_of_segments(daemon)]
+class Health:
+    """Of one bench. ``state_dir``: where its memories are; ``is_service``: a service manager started it."""
 
+    def __init__(
+        self,
+        sim: BenchRuntime,
+        places: Places,
+        commits: Commits,
+        vitals: Vitals,
+        grant: Grant,
+        state_dir: Path,
+        *,
+        is_service: bool,
+    ) -> None:
+        self._sim, self._places, self._commits, self._vitals = sim, places, commits, vitals
+        self._grant = grant
+        self._state_dir = state_dir
+        self._is_service = is_service
 
-def line_sessions(daemon: "Daemon") -> Iterator[tuple[str, Session | TapSession]]:
-    """Of twins' ports and of taps, by the names of the ports."""
-    yield from daemon.sessions.items()
-    yield from daemon.tap_sessions.items()
+    def problems(self) -> list[Problem]:
+        """All that is wrong now, the bench's own first."""
+        return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
 
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
+        found = self.problems()
+        return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
 
-def health(daemon: "Daemon") -> dict[str, Any]:
-    """For JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
-    found = problems(daemon)
-    return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
-
-
-def _of_bench(daemon: "Daemon") -> Iterator[Problem]:
-    if daemon.grant:
-        for missing, remedy in zip(daemon.grant.missing, daemon.grant.remedies, strict=True):
+    def _of_bench(self) -> Iterator[Problem]:
+        for missing, remedy in zip(self._grant.missing, self._grant.remedies, strict=True):
             yield Problem("real_time", "", f"no {missing}", remedy)
-    vitals, again = daemon.vitals, "see `hil doctor` and docs/how-to/real-time.md"
-    if (share := vitals.missed_share) > MISSED_SHARE:
-        yield Problem("wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again)
-    if (late_ns := vitals.loop_worst_ns) > LOOP_LATE_NS:
-        what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
-        yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
-    process = read_process()
-    if process.open_fds * 10 > process.max_fds * 9:
-        what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"
-        remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
-        yield Problem("descriptors", "", what, remedy)
+        again = "see `hil doctor` and docs/how-to/real-time.md"
+        if (share := self._vitals.missed_share) > MISSED_SHARE:
+            yield Problem("wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again)
+        if (late_ns := self._vitals.loop_worst_ns) > LOOP_LATE_NS:
+            what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
+            yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
+        process = read_process()
+        if process.open_fds * 10 > process.max_fds * 9:
+            what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"
+            remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
+            yield Problem("descriptors", "", what, remedy)
 
+    def _of_devices(self) -> Iterator[Problem]:
+        for name, device in self._sim.devices.items():
+            if device.failed:
+                again = f"`hil reset {name}` restarts it"
+                remedy = again if device.has_power else "`hil fault clear` ends the fault"
+                yield Problem("device", name, f"stopped: {device.failed}", remedy)
+        for name, why in self._commits.failures.items():
+            remedy = f"it keeps its old content; mend {self._state_dir} and let the board store again"
+            yield Problem("flash", name, f"its flash was not written: {why}", remedy)
 
-def _of_devices(daemon: "Daemon") -> Iterator[Problem]:
-    for name, device in daemon.bench.devices.items():
-        if device.failed:
-            remedy = (
-                f"`hil reset {name}` restarts it" if device.has_power else "`hil fault clear` ends the fault"
-            )
-            yield Problem("device", name, f"stopped: {device.failed}", remedy)
-    for name, why in daemon.store.failures.items():
-        remedy = f"it keeps its old content; mend {daemon.state_dir} and let the board store again"
-        yield Problem("flash", name, f"its flash was not written: {why}", remedy)
-    for name, session in line_sessions(daemon):
-        if session.port_failure:
-            yield Problem("port", name, session.port_failure, "restart the bench")
-    for name, real in daemon.real.items():
-        if away := real.board.stats().away:
-            what = f"{real.board.address}: {real.failures.get('client', away)}"
-            back = _back(away, daemon.service.is_watched)
-            yield Problem("port", name, what, f"{back}; it is tried again each second")
-        if failure := real.failures.get("board"):
-            yield Problem("port", name, failure, "restart the bench")
+    def _of_ports(self) -> Iterator[Problem]:
+        boards = self._places.boards()
+        for name, place in (self._places.uarts() | self._places.taps()).items():
+            if place.failure:
+                yield Problem("port", name, place.failure, "restart the bench")
+        for name, board in boards.items():
+            line = board.end.line
+            if away := line.stats().away:
+                back = _back(away, self._is_service)
+                what = f"{line.address}: {board.end.failure or away}"
+                yield Problem("port", name, what, f"{back}; it is tried again each second")
+            if board.failure:
+                yield Problem("port", name, board.failure, "restart the bench")
+
+    def _of_segments(self) -> Iterator[Problem]:
+        for name, segment in self._sim.segments.items():
+            for address, stations in segment.clashes().items():
+                what = f"two stations have one address {address}: {', '.join(stations)}"
+                yield Problem("segment", name, what, "give each an address of its own")
 
 
 def _back(why: str, is_service: bool) -> str:
@@ -122,10 +141,3 @@ def _back(why: str, is_service: bool) -> str:
             "plug it in, and open adapters to the service: the drop-in adapters.conf, docs/how-to/service.md"
         )
     return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")
-
-
-def _of_segments(daemon: "Daemon") -> Iterator[Problem]:
-    for name, segment in daemon.bench.segments.items():
-        for address, stations in segment.clashes().items():
-            what = f"two stations have one address {address}: {', '.join(stations)}"
-            yield Problem("segment", name, what, "give each an address of its own")

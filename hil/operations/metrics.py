@@ -1,17 +1,24 @@
-"""The table of metrics: what each is called and means, and where in the daemon its values stand."""
+"""The table of metrics: what each is called and means, and where its values stand."""
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from hil import __version__
 from hil.core.core import bucket_edges_ns
 from hil.host.process import Process, read_process
-from hil.operations.health import KINDS, line_sessions, problems
+from hil.live.clock import WallClock
+from hil.live.commits import Commits
+from hil.live.configured import Configured
+from hil.live.fault_registry import FaultRegistry
+from hil.live.places import Places
+from hil.live.runs.queue import RunQueue
+from hil.live.vitals import Vitals
+from hil.operations.health import KINDS, Health
+from hil.sim.bench import BenchRuntime
+from hil.vocab.bridges import Bridge
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
-
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
 
 RUN_STATES = ("queued", "running", "done", "failed", "cancelled")
 FIRST_OCTAVE, LAST_OCTAVE = 10, 30
@@ -20,18 +27,39 @@ FIRST_OCTAVE, LAST_OCTAVE = 10, 30
 Values = Iterable[tuple[tuple[str, ...], Value]]
 
 
-class Scrape:
+@dataclass(frozen=True)
+class Metrics:
+    """Of one bench."""
+
+    sim: BenchRuntime
+    configured: Configured
+    places: Places
+    clock: WallClock
+    commits: Commits
+    faults: FaultRegistry
+    runs: RunQueue
+    bridges: Mapping[str, Bridge]
+    vitals: Vitals
+    health: Health
+
+    def read(self) -> Iterator[Reading]:
+        """All with their values. Each is read in one go: between two of them, a reload may add and remove
+        devices."""
+        scrape = Scrape(self, self.sim.core.native.rt_stats(), read_process())
+        for metric, read in METRICS:
+            yield metric, list(read(scrape))
+
+
+class Scrape(NamedTuple):
     """What one reading needs more than once."""
 
-    def __init__(self, daemon: "Daemon") -> None:
-        self.daemon = daemon
-        self.rt = daemon.bench.core.native.rt_stats()
-        self.process: Process = read_process()
+    of: Metrics
+    rt: Any
+    process: Process
 
     def ports(self) -> dict[str, Port]:
         """By name; a real board's is the one that programs use."""
-        found = {name: session.port for name, session in line_sessions(self.daemon)}
-        return found | {name: real.client for name, real in self.daemon.real.items()}
+        return {place.label: place.port for place in self.of.places.joints()}
 
 
 class Row(NamedTuple):
@@ -39,14 +67,6 @@ class Row(NamedTuple):
 
     metric: Metric
     read: Callable[[Scrape], Values]
-
-
-def readings(daemon: "Daemon") -> Iterator[Reading]:
-    """All metrics with their values. Each is read in one go: between two of them, a reload may add and remove
-    devices."""
-    scrape = Scrape(daemon)
-    for metric, read in METRICS:
-        yield metric, list(read(scrape))
 
 
 def octave_histogram(octaves: Iterable[int], total_ns: int) -> Histogram:
@@ -78,81 +98,80 @@ def _of_ports(read: Callable[[PortStats], int]) -> Callable[[Scrape], Values]:
 
 def _of_segments(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
     def values(s: Scrape) -> Values:
-        now_ns = s.daemon.bench.now_ns
-        for name, segment in s.daemon.bench.segments.items():
+        now_ns = s.of.sim.now_ns
+        for name, segment in s.of.sim.segments.items():
             yield (name,), read(segment.counters(now_ns))
 
     return values
 
 
 def _segment_errors(s: Scrape) -> Values:
-    now_ns = s.daemon.bench.now_ns
-    for name, segment in s.daemon.bench.segments.items():
+    now_ns = s.of.sim.now_ns
+    for name, segment in s.of.sim.segments.items():
         for kind, count in segment.counters(now_ns)["errors"].items():
             yield (name, kind), count
 
 
 def _of_bridges(counter: str) -> Callable[[Scrape], Values]:
-    return lambda s: (((name,), b.status().get(counter, 0)) for name, b in s.daemon.bridges.items())
+    return lambda s: (((name,), b.status().get(counter, 0)) for name, b in s.of.bridges.items())
 
 
 def _problems(s: Scrape) -> Values:
-    found = [problem.kind for problem in problems(s.daemon)]
+    found = [problem.kind for problem in s.of.health.problems()]
     return [((kind,), found.count(kind)) for kind in KINDS]
 
 
 def _granted(s: Scrape) -> Values:
     errnos = {"priority": "fifo_errno", "cpu": "pin_errno", "memory": "lock_errno"}
-    return [((what,), int(not s.rt[errno])) for what, errno in errnos.items()]  # type: ignore[literal-required]
+    return [((what,), int(not s.rt[errno])) for what, errno in errnos.items()]
 
 
 def _runs(s: Scrape) -> Values:
-    found = [progress.state for progress in s.daemon.runs.progress.values()]
+    found = [progress.state for progress in s.of.runs.progress.values()]
     return [((state,), found.count(state)) for state in RUN_STATES]
 
 
 def _overruns(s: Scrape) -> Values:
-    for name, device in s.daemon.bench.devices.items():
+    for name, device in s.of.sim.devices.items():
         for uart, each in device.uarts.items():
             yield (name, uart), each.overrun_bytes
 
 
 def _failed(s: Scrape) -> Values:
-    return (((name,), int(device.failed is not None)) for name, device in s.daemon.bench.devices.items())
+    return (((name,), int(device.failed is not None)) for name, device in s.of.sim.devices.items())
 
 
 def _starved(s: Scrape) -> Values:
-    return (((name,), device.setpoints.starved) for name, device in s.daemon.bench.devices.items())
+    return (((name,), device.setpoints.starved) for name, device in s.of.sim.devices.items())
 
 
 def _port_failed(s: Scrape) -> Values:
-    for name, session in line_sessions(s.daemon):
-        yield (name,), int(session.port_failure is not None)
-    yield from (((name,), int("board" in real.failures)) for name, real in s.daemon.real.items())
+    return (((place.label,), int(place.failure is not None)) for place in s.of.places.joints())
 
 
 def _boards(s: Scrape) -> Values:
-    return (((name,), int(real.board.stats().clients > 0)) for name, real in s.daemon.real.items())
+    for name, place in s.of.places.boards().items():
+        yield (name,), int(place.end.line.stats().clients > 0)
 
 
 def _bench(s: Scrape) -> Values:
-    return [((s.daemon.config.bench, __version__), 1)]
+    return [((s.of.configured.config.bench, __version__), 1)]
 
 
 def _speed(s: Scrape) -> Value:
-    return s.daemon.config.speed
+    return s.of.configured.config.speed
 
 
 def _writes(s: Scrape) -> Values:
-    return [((result,), count) for result, count in s.daemon.store.writes.items()]
+    return [((result,), count) for result, count in s.of.commits.writes.items()]
 
 
 def _faults(s: Scrape) -> Value:
-    return len(s.daemon.faults.listed())
+    return len(s.of.faults.listed())
 
 
 def _began(s: Scrape) -> Value:
-    return s.daemon.epoch_ns / 1e9
+    return s.of.clock.epoch_ns / 1e9
 
 
 def _metric(
@@ -166,14 +185,14 @@ METRICS = (
     _metric("hil_bench_info", "gauge", "always 1; which bench this is, of which version of hil",
             _bench, ("bench", "version")),
     _metric("hil_healthy", "gauge", "1 if nothing is wrong, as `hil status` says",
-            _one(lambda s: int(not problems(s.daemon)))),
+            _one(lambda s: int(not s.of.health.problems()))),
     _metric("hil_problems", "gauge", "what is wrong now, by kind", _problems, ("kind",)),
     _metric("hil_rt_granted", "gauge", "1 if the core has real-time priority, its cpu, locked memory",
             _granted, ("what",)),
     _metric("hil_speed_ratio", "gauge", "simulated seconds in one second, as configured",
             _one(_speed)),
     _metric("hil_simulated_seconds_total", "counter", "simulated time since the start",
-            _one(lambda s: s.daemon.bench.now_ns / 1e9)),
+            _one(lambda s: s.of.sim.now_ns / 1e9)),
     _metric("hil_ticks_total", "counter", "wakes of the core", _one(lambda s: s.rt["ticks"])),
     _metric("hil_missed_ticks_total", "counter", "wakes that came so late that the next was due already",
             _one(lambda s: s.rt["missed"])),
@@ -183,9 +202,9 @@ METRICS = (
     _metric("hil_wake_latency_max_seconds", "gauge", "the longest since the start",
             _one(lambda s: s.rt["longest_latency_ns"] / 1e9)),
     _metric("hil_firmware_lag_seconds", "histogram", "how late firmware ran after it was due",
-            _one(lambda s: octave_histogram(s.daemon.bench.lag, s.daemon.bench.lag_total_ns))),
+            _one(lambda s: octave_histogram(s.of.sim.drive.lag, s.of.sim.drive.lag_total_ns))),
     _metric("hil_loop_lag_seconds", "histogram", "how late the event loop was, looked at ten times a second",
-            _one(lambda s: octave_histogram(s.daemon.vitals.loop_lag, s.daemon.vitals.loop_lag_total_ns))),
+            _one(lambda s: octave_histogram(s.of.vitals.loop_lag, s.of.vitals.loop_lag_total_ns))),
     _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped", _failed, ("device",)),
     _metric("hil_setpoints_starved_total", "counter", "streams of set-points that stayed away", _starved,
             ("device",)),
@@ -227,7 +246,7 @@ METRICS = (
     _metric("hil_runs", "gauge", "runs that are remembered, by state", _runs, ("state",)),
     _metric("hil_faults", "gauge", "faults that are active", _one(_faults)),
     _metric("hil_log_messages_total", "counter", "warnings and errors in the log",
-            lambda s: [((level,), n) for level, n in s.daemon.vitals.messages.items()], ("level",)),
+            lambda s: [((level,), n) for level, n in s.of.vitals.messages.items()], ("level",)),
     _metric("hil_locked_memory_bytes", "gauge", "memory of the process that cannot be paged out",
             _one(lambda s: s.process.locked_bytes)),
     _metric("hil_major_page_faults_total", "counter", "page faults that waited for a disk",

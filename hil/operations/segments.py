@@ -1,26 +1,25 @@
-"""Segments in the daemon's answers."""
+"""Segments in the answers."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
+from hil.live.places import Places
+from hil.sim.bench import BenchRuntime
 
 
-def listed(daemon: "Daemon") -> list[dict[str, Any]]:
-    """Each segment with its stations and counters."""
-    now_ns = daemon.bench.now_ns
+def listed(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
+    """Each segment with its stations, taps and counters."""
+    now_ns = sim.now_ns
     rows = []
-    for name, segment in daemon.bench.segments.items():
+    for name, segment in sim.segments.items():
+        own = {label: tap for label, tap in places.taps().items() if label.startswith(f"{name}.")}
         taps = [
-            {"tap": label, "address": session.port.address, "clients": session.port.stats().clients}
-            for label, session in daemon.tap_sessions.items()
-            if label.startswith(f"{name}.")
+            {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
+            for label, tap in own.items()
         ]
         clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
         notes = [f"two stations have one {clash}" for clash in clashes]
-        for label, session in daemon.tap_sessions.items():
-            if label.startswith(f"{name}."):
-                notes += [session.port_failure] if session.port_failure else []
-                notes += session.tap.notes.values()
+        for tap in own.values():
+            notes += [tap.failure] if tap.failure else []
+            notes += tap.end.tap.notes.values()
         rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
     return rows

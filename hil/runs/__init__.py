@@ -1,32 +1,37 @@
-"""Multi-axis runs: what a document says (``document.py``), the whole motion that follows from it before
-anything moves (``plan.py``), and how that is carried out (``execute.py``).
+"""Multi-axis runs: what a document says (``run_document.py``), the whole motion that follows from it before
+anything moves (``planner.py``), and how that is carried out (``execute.py``, each axis by ``run_axis.py``).
+Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
 
-Imports ``hil.config`` for documents and places, ``hil.core`` for trajectories, ``hil.sim`` for inputs;
-knows no clock: ``hil.daemon`` and ``hil.testing`` drive it.
+May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure standard library, pydantic,
+pydantic_core.
 """
 
-from hil.runs.clock import ClockOffset
-from hil.runs.document import AxisRules, RunDocument, parse_run, run_from_data
-from hil.runs.execute import Baton, Ended, Execution, Progress, RunBench, Soon
-from hil.runs.on_bench import BenchAxes, Named
-from hil.runs.plan import AxisNow, Event, Phrase, Plan, plan_run
+from hil.runs.axes import AxisNow, Refused, Rows, RunBench
+from hil.runs.baton import Soon, Told
+from hil.runs.clock_offset import ClockOffset
+from hil.runs.execute import Execution
+from hil.runs.on_bench import BenchAxes
+from hil.runs.plan import Plan
+from hil.runs.planner import plan_run
+from hil.runs.progress import AxisReport, BenchReport, How, Progress
+from hil.runs.run_document import RunDocument, parse_run, run_from_data
 
 __all__ = [
     "AxisNow",
-    "AxisRules",
-    "Baton",
+    "AxisReport",
     "BenchAxes",
+    "BenchReport",
     "ClockOffset",
-    "Ended",
-    "Event",
     "Execution",
-    "Named",
-    "Phrase",
+    "How",
     "Plan",
     "Progress",
+    "Refused",
+    "Rows",
     "RunBench",
     "RunDocument",
     "Soon",
+    "Told",
     "parse_run",
     "plan_run",
     "run_from_data",

@@ -1,13 +1,13 @@
 """A bench as plans and executions see it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from hil.core.fields import OF_KIND, SERVO
-from hil.runs.execute import ANGLES, TURNS_RPM, Rows, RunBench
-from hil.runs.plan import AxisNow
+from hil.runs.axes import AxisNow, Refused, Rows
+from hil.runs.run_axis import ANGLES, TURNS_RPM
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.sim.inputs import Do, Follow, Input
+from hil.sim.inputs import Do, Input
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.verbs import VerbRefused
 
@@ -17,16 +17,11 @@ LOOP_OFF = "its control loop is off; enable it first"
 
 
 class BenchAxes:
-    """``hil.runs.execute.RunBench`` of a running bench, in real or in virtual time."""
+    """``hil.runs.RunBench`` of a running bench, in real or in virtual time."""
 
     def __init__(self, bench: BenchRuntime, sampler: Sampler) -> None:
         self._bench = bench
         self._sampler = sampler
-        self._refused: dict[str, list[str]] = {}
-        bench.on_refused = self._note
-
-    def _note(self, device: Device, given: Do, refusal: VerbRefused) -> None:
-        self._refused.setdefault(device.name, []).append(f"{given.verb}: {refusal}")
 
     def axes(self) -> dict[str, AxisNow]:
         """All devices, as a plan begins with them."""
@@ -47,12 +42,12 @@ class BenchAxes:
     def now_ns(self) -> int:
         return self._bench.now_ns
 
-    def give(self, axis: str, given: Input) -> None:
-        device = self._bench.devices[axis]
-        self._bench.give(device, given)
-        is_later = isinstance(given, Do) and given.at_ns is not None
-        if isinstance(given, Do | Follow) and not is_later and isinstance(device.answer, VerbRefused):
-            raise device.answer
+    def give(self, axis: str, given: Input, refused: Refused) -> None:
+        def later(refusal: VerbRefused) -> None:
+            assert isinstance(given, Do)
+            refused(f"{given.verb}: {refusal}")
+
+        self._bench.take(axis, given, on_refused=later)
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
         state = self._bench.snapshot(axis)
@@ -61,38 +56,8 @@ class BenchAxes:
     def failure(self, axis: str) -> str | None:
         return self._bench.devices[axis].failed
 
-    def refusals(self, axis: str) -> Sequence[str]:
-        return self._refused.pop(axis, [])
-
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
         return _Rows(self._sampler, self._sampler.subscribe(axis, signals, interval_ns, is_limited=False))
-
-
-class Named:
-    """A ``RunBench`` whose axes a run knows by other names, as ``lathe/m1`` for ``m1``."""
-
-    def __init__(self, bench: RunBench, devices: Mapping[str, str]) -> None:
-        self._bench = bench
-        self._devices = devices
-
-    @property
-    def now_ns(self) -> int:
-        return self._bench.now_ns
-
-    def give(self, axis: str, given: Input) -> None:
-        self._bench.give(self._devices[axis], given)
-
-    def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
-        return self._bench.fields(self._devices[axis], names)
-
-    def failure(self, axis: str) -> str | None:
-        return self._bench.failure(self._devices[axis])
-
-    def refusals(self, axis: str) -> Sequence[str]:
-        return self._bench.refusals(self._devices[axis])
-
-    def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
-        return self._bench.sample(self._devices[axis], signals, interval_ns)
 
 
 class _Rows:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from heapq import heapify, heappop, heappush
 
 from hil.core import Core
-from hil.sim.device import Device
+from hil.sim.device import Answer, Device
 from hil.sim.inputs import Input
 from hil.vocab.time import FOREVER, SimTimeNs
 
@@ -34,11 +34,8 @@ class Group:
 
     def add(self, device: Device) -> None:
         """Its firmware starts now."""
-        index = len(self.devices)
+        self._index[device.axis.id] = len(self.devices)
         self.devices.append(device)
-        self._index[device.axis.id] = index
-        for uart in device.uarts.values():
-            uart.due_changed = lambda: self._note_due(index)
         self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
         heapify(self._due)
 
@@ -79,7 +76,7 @@ class Group:
         heappush(self._timers, (at_ns, self._timer_count, call))
 
     def _note_due(self, index: int) -> None:
-        if len(self.devices) > 1 and (due_ns := self.devices[index].due_ns) < FOREVER:
+        if (due_ns := self.devices[index].due_ns) < FOREVER:
             heappush(self._due, (due_ns, index))
 
     def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
@@ -125,22 +122,30 @@ class Group:
             if (due_ns := device.due_ns) < FOREVER:
                 heappush(due, (due_ns, index))
 
-    def apply(self, device: Device, given: Input) -> None:
-        """An input takes effect now, and the firmware runs on it."""
+    def apply(self, device: Device, given: Input) -> Answer:
+        """An input takes effect now, and the firmware runs on it, also if it is refused. Returns what a verb
+        answers.
+
+        Raises:
+            VerbRefused: as ``Device.apply``.
+        """
         now_ns = self.now_ns
-        device.apply(given, now_ns)
-        device.step(now_ns)
-        self._note_due(self._index[device.axis.id])
+        try:
+            return device.apply(given, now_ns)
+        finally:
+            device.step(now_ns)
+            self.note_due(device)
 
     def note_due(self, device: Device) -> None:
-        """A device has run for another reason than that it was due."""
-        self._note_due(self._index[device.axis.id])
+        """When a device is due may have changed, for another reason than that it was due."""
+        if len(self.devices) > 1:
+            self._note_due(self._index[device.axis.id])
 
     def _interrupts(self) -> None:
         for event in self._core.take_events(self.id):
             index = self._index[event.axis]
             self.devices[index].interrupt(event)
-            self._note_due(index)
+            self.note_due(self.devices[index])
         if self._native.failed(self.id):
             for device in self.devices:
                 if not device.failed:

@@ -9,9 +9,9 @@ from typing import Any, get_type_hints
 
 from hil.sim.inputs import KINDS, Bytes, Do, InputLogError, Logged
 from hil.vocab.firmware import MAIN
-from hil.vocab.json_text import JsonError, read_json
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
+from hil.wire.json_text import JsonError, read_json
 from hil.wire.step_dir import Edges, Train
 
 LATEST_NS = 1 << 62
@@ -111,6 +111,15 @@ _NAMES = {(Do, "at_ns"): "later_ns"}
 """Of fields that the log calls otherwise: an input's own ``at_ns`` is when it took effect."""
 _LEFT_OUT = {(Bytes, "port"): MAIN, (Do, "at_ns"): None}
 """What fields are that do not stand in the log."""
+
+
+def read_field(kind: type, name: str, value: Any) -> Any:
+    """A value from outside for a field of a kind of input.
+
+    Raises:
+        InputLogError: it is not what the field has to be.
+    """
+    return taken({name: value}, name, _READERS[_TYPES[kind][name]])
 
 
 def read_line(line: str | bytes) -> dict[str, Any]:

@@ -109,15 +109,18 @@ class Clear:
     number: int
 
 
+Words = tuple[tuple[str, int | None, str], ...]
+"""What was written: the serial interface, its baud, and the bytes as hexadecimal digits."""
+
+
 @dataclass(frozen=True)
 class Stopped:
     """The device was stopped in one of its turns, counted from its start, for a reason that is no matter of
-    simulated time. ``words``: what it had sent in this turn, each with the serial interface, its baud, and
-    the bytes as hexadecimal digits."""
+    simulated time. ``words``: what it had sent in this turn."""
 
     turn: int
     reason: str
-    words: tuple[tuple[str, int | None, str], ...] = ()
+    words: Words = ()
 
 
 @dataclass(frozen=True)

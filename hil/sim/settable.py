@@ -1,12 +1,8 @@
 """What may be set on an axis from outside, whoever asks: commands, bridges, faults."""
 
-from typing import TYPE_CHECKING
-
 from hil.core.fields import OF_KIND
 from hil.sim.device import Device
-
-if TYPE_CHECKING:
-    from hil.sim.bench import BenchRuntime
+from hil.sim.faults.in_force import Faults
 
 SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that are the world around the board and not the firmware's memory."""
@@ -21,12 +17,12 @@ _RANGES = {
 _FIELD_LIMIT = 1e6
 
 
-def setting_problem(bench: "BenchRuntime", device: Device, name: str, value: object) -> str | None:
+def setting_problem(faults: Faults, device: Device, name: str, value: object) -> str | None:
     """What is wrong with a value for a field of ``SETTABLE``, or None."""
     if name not in OF_KIND[device.axis.kind]:
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == "load_torque_Nm":
-        problem = bench.faults.load_problem(device, value)
+        problem = faults.load_problem(device, value)
         return problem and f"{name}: {problem}"
     low, high = _range(device, name)
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"

@@ -6,7 +6,7 @@ from functools import partial
 
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.segment import HeardCharacter, Segment
-from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import Packet, PacketDecoder
 from hil.wire.serial_line import character_ns, resample
 
@@ -19,10 +19,18 @@ class Tap:
     what the wire says, with its times, until ``take``."""
 
     def __init__(
-        self, name: str, segment: Segment, baud: int, *, only_listens: bool = False, is_real: bool = False
+        self,
+        name: str,
+        segment: Segment,
+        clock: Clock,
+        baud: int,
+        *,
+        only_listens: bool = False,
+        is_real: bool = False,
     ) -> None:
         self.name = name
         self.segment = segment
+        self._clock = clock
         self.baud_now = baud
         self.only_listens = only_listens
         self.is_real = is_real
@@ -35,9 +43,7 @@ class Tap:
         """What a client sent to a tap that only listens."""
         self.heard: deque[tuple[int, int]] = deque()
         """When each character was complete, and the character."""
-        self.at: Callable[[int, Callable[[SimTimeNs], None]], None]
-        """Calls at a simulated time; the bench sets it."""
-        self.fresh: Callable[[], None] = lambda: None
+        self.listeners: list[Callable[[], None]] = []
         """Called when something was heard."""
         self._free_ns = 0
 
@@ -46,7 +52,7 @@ class Tap:
         self.now_ns = now_ns
         if isinstance(given, Play):
             for offset_ns, data in given.bursts:
-                self.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
+                self._clock.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
             return
         if not isinstance(given, Bytes):
             return
@@ -101,11 +107,15 @@ class Tap:
             one_ns = character_ns(1, self.baud_now)
             for sampled in resample(data, baud, self.baud_now):
                 self.heard.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
-        self.fresh()
+        self._tell()
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         self.heard.extend((each.at_ns, each.byte) for each in characters)
-        self.fresh()
+        self._tell()
+
+    def _tell(self) -> None:
+        for listener in self.listeners:
+            listener()
 
     def retract(self, after_ns: SimTimeNs) -> None:
         self.heard = deque(each for each in self.heard if each[0] <= after_ns)

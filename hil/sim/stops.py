@@ -6,12 +6,10 @@ counts as if the firmware had not run in it, but for what it had sent, which sta
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from hil.sim.inputs import Stopped
-
-if TYPE_CHECKING:
-    from hil.sim.device import Device
+from hil.vocab.time import SimTimeNs
 
 _NOTHING = nullcontext()
 
@@ -29,10 +27,22 @@ class StopLogged(FirmwareHung):
         self.stopped = stopped
 
 
+class Guarded(Protocol):
+    """A device as its guard sees it."""
+
+    name: str
+    turns: int
+    """How many turns its firmware has had, with the present one."""
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """How far it has come in simulated time."""
+
+
 class Guard(Protocol):
     """``with guard(device):`` around each turn of its firmware's own code."""
 
-    def __call__(self, device: "Device", /) -> AbstractContextManager[object]: ...
+    def __call__(self, device: Guarded, /) -> AbstractContextManager[object]: ...
 
     def aside(self) -> AbstractContextManager[object]:
         """Work that is not the firmware's, in the middle of a turn or after it."""
@@ -41,22 +51,25 @@ class Guard(Protocol):
 class Unguarded:
     """Nobody watches."""
 
-    def __call__(self, device: "Device", /) -> AbstractContextManager[object]:
+    def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         return _NOTHING
 
     def aside(self) -> AbstractContextManager[object]:
         return _NOTHING
 
 
+UNGUARDED = Unguarded()
+
+
 class LoggedStops(Unguarded):
-    """Stops one device in the turns in which its log says so, before its firmware runs in them."""
+    """Stops devices in the turns in which a log says so, before their firmwares run in them."""
 
-    def __init__(self, stops: Mapping[int, Stopped]) -> None:
+    def __init__(self, stops: Mapping[tuple[str, int], Stopped]) -> None:
         self.left = dict(stops)
-        """Those that have not come yet, by their turns."""
+        """Those that have not come yet, by the devices' names and the turns."""
 
-    def __call__(self, device: "Device", /) -> AbstractContextManager[object]:
-        stopped = self.left.pop(device.turns, None)
+    def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
+        stopped = self.left.pop((device.name, device.turns), None)
         return _Stop(stopped) if stopped else _NOTHING
 
 

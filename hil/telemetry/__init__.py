@@ -1,7 +1,9 @@
 """What comes out of axes while they run: samples for those who watch, series, figures, pictures.
 
 ``sampler.py`` hands samples to any number of watchers; ``recording.py`` is a series; ``step_response.py``
-its figures; ``terminal.py`` and ``picture.py`` draw it. Imports ``hil.vocab`` and ``hil.core``.
+its figures; ``text_plot.py`` and ``picture.py`` draw it.
+
+May import: hil.core, hil.vocab, the standard library, matplotlib, plotext.
 """
 
 from hil.telemetry.recording import DEFAULT_SIGNALS, Recording, check_signals

@@ -1,4 +1,6 @@
-"""The words every other room is written in: NewTypes, frozen dataclasses and Protocols.
+"""The words every other room is written in: NewTypes, frozen dataclasses, Protocols, and tables of them.
 
-Imports nothing of the project and no I/O, clock or randomness of the standard library.
+What does something with them stands elsewhere.
+
+May import: the pure standard library, pathlib.
 """

@@ -1,12 +1,12 @@
-"""Bridges: doors for other protocols, and what they may use of a daemon, all in its event loop."""
+"""Doors of a bench, and the desk that they ask, all in one event loop."""
 
-from collections.abc import Callable, Collection, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from fractions import Fraction
 from typing import Any, Protocol
 
-from hil.vocab.metrics import Reading
-from hil.vocab.segment import SegmentEvent
+from hil.vocab.operation import Operation
 from hil.vocab.verbs import Role, Verb
 
 
@@ -56,121 +56,82 @@ class DeviceInfo:
     fields: Mapping[str, AxisField]
 
 
-class Samples(Protocol):
-    """Samples of axes at exact multiples of an interval, in the binary layout."""
+class Watched(Enum):
+    """What can be watched, and what its watcher is called with."""
+
+    SAMPLES = "an axis at exact multiples of an interval: its fields in the binary layout, ``bytes``"
+    PACKETS = "what was on a segment: a ``SegmentEvent``"
+    BYTES = 'what passes at a port: whom it is for, "board" or "client", and the bytes'
+    RUNS = "runs whose progress changes: the progress, a mapping"
+
+
+class Watch(Protocol):
+    """Something that is watched."""
 
     @property
     def lost(self) -> int:
-        """How many found no room since the beginning."""
+        """How many samples found no room since the beginning."""
 
-    def take(self) -> Sequence[bytes]:
-        """Those since the last call, in time's order."""
+    def take(self) -> None:
+        """Call now with the samples that wait, in time's order; all else comes as it happens."""
 
     def close(self) -> None:
         """No more."""
 
 
-class BridgeHost(Protocol):
-    """The daemon."""
-
-    @property
-    def bench(self) -> str: ...
-    @property
-    def devices(self) -> Mapping[str, DeviceInfo]: ...
-    @property
-    def segments(self) -> Sequence[str]: ...
-    @property
-    def ports(self) -> Sequence[str]: ...
+class BenchClock(Protocol):
+    """Simulated time, and the wall's in nanoseconds since 1970."""
 
     def times_ns(self) -> tuple[int, int]:
-        """Simulated time, and the wall's since 1970, now."""
+        """Both, now."""
 
     def wall_ns(self, sim_ns: int) -> int:
-        """The wall's time since 1970 at a simulated one."""
+        """The wall's at a simulated time."""
 
-    async def wait_until_done(self, device: str, done: Done, at_most_s: float) -> str | None:
-        """Until what a verb began has ended: "ended", or "interrupted" if by something else; None: not
-        within so many seconds of simulated time."""
 
-    def packed(self, device: str) -> bytes:
-        """All fields of an axis in the binary layout, now."""
+@dataclass(frozen=True)
+class Description:
+    """What a bench is. ``devices`` and ``segments`` are those of the moment at which they are looked at;
+    ``ports``: names of what bytes pass at, now."""
 
-    def do_now(self, source: Source, device: str, verb: str, given: Mapping[str, object]) -> Done | None:
-        """As ``do``, for a twin; None for a real board, whose answer takes its time."""
+    bench: str
+    clock: BenchClock
+    devices: Mapping[str, DeviceInfo]
+    segments: Collection[str]
+    ports: Sequence[str]
+    operations: Mapping[str, Operation]
 
-    def state(self, device: str) -> Mapping[str, float]:
-        """All fields of an axis, now. Raises VerbRefused: a real board."""
 
-    def sample(self, device: str, interval_ns: int | Fraction) -> Samples:
-        """Sample an axis from now on, at the multiples of the interval, rounded down to whole nanoseconds.
+class Desk(Protocol):
+    """All that a door has of a bench. Everything is refused with ``VerbRefused``."""
 
-        Raises:
-            VerbRefused: a real board, or such an interval, or so much, cannot be watched.
-        """
-
-    def do(
-        self, source: Source, device: str, verb: str, given: Mapping[str, object]
-    ) -> Coroutine[Any, Any, Done]:
-        """Carry out a verb.
+    def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
+        """Carry an operation of the table out: its answer, or where the table says that it takes time maybe a
+        coroutine of it. What takes effect at a time answers ``Done``. ``target``: a name, or empty for the
+        bench.
 
         Raises:
-            VerbRefused: it was not.
+            VerbRefused: it was not carried out; a coroutine raises it when it is awaited.
         """
 
-    def set_field(self, source: Source, device: str, name: str, value: object) -> Done:
-        """Set a settable field of an axis.
+    def watch(
+        self,
+        source: Source,
+        what: Watched,
+        target: str,
+        call: Callable[..., object],
+        *,
+        interval_ns: int | Fraction = 0,
+    ) -> Watch:
+        """Call with what happens from now on. ``interval_ns``: of samples, at whose multiples they are taken,
+        rounded down to whole nanoseconds.
 
         Raises:
-            VerbRefused: there is none, or not this value.
+            VerbRefused: there is no such thing, or it, or so much, cannot be watched.
         """
 
-    def fault(self, source: Source, target: str, given: Mapping[str, object]) -> Mapping[str, Any]:
-        """Begin a fault (``fault`` and its parameters), or end one (``clear``: its number, or all).
-
-        Raises:
-            VerbRefused: there is no such fault, or it cannot be there.
-        """
-
-    def submit_run(
-        self, source: Source, text: str
-    ) -> Mapping[str, Any] | Coroutine[Any, Any, Mapping[str, Any]]:
-        """Submit a multi-axis run; its progress, to be awaited where axes of other benches take part.
-
-        Raises:
-            VerbRefused: it cannot be done, or not now, or not by this source; with all problems.
-        """
-
-    def part_of_run(
-        self, source: Source, name: str, given: Mapping[str, Any]
-    ) -> Coroutine[Any, Any, Mapping[str, Any]]:
-        """What another bench, which leads a run, asks of this one's part of it. Raises VerbRefused."""
-
-    def run_progress(self, name: str) -> Mapping[str, Any] | None:
-        """How a run does; None: there is none of this name."""
-
-    def run_names(self) -> Sequence[str]:
-        """Those that are remembered, in the order of their submission."""
-
-    def cancel_run(self, source: Source, name: str, how: object) -> Mapping[str, Any]:
-        """End a run with "grace" or "prejudice"; its progress. Raises VerbRefused."""
-
-    def on_run(self, call: Callable[[Mapping[str, Any]], None]) -> Callable[[], None]:
-        """Call with a run's progress when it changes; answers what ends it."""
-
-    def segment_stats(self, segment: str) -> Mapping[str, Any]:
-        """Its counters, as ``status`` has them."""
-
-    def health(self) -> Mapping[str, Any]:
-        """``state`` (ok or degraded) and its ``problems``, ticks, missed wakes, devices that have failed."""
-
-    def metrics(self) -> Iterator[Reading]:
-        """All metrics with their values, each metric read when its turn comes; others may run in between."""
-
-    def on_packets(self, segment: str, call: Callable[[SegmentEvent], None]) -> Callable[[], None]:
-        """Call with what was on the line; answers what ends it."""
-
-    def on_bytes(self, port: str, call: Callable[[str, bytes], None]) -> Callable[[], None]:
-        """Call with what passes at a port, and whom it is for, "board" or "client"; answers what ends it."""
+    def describe(self) -> Description:
+        """What there is."""
 
 
 class Bridge(Protocol):

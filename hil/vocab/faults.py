@@ -7,8 +7,7 @@ A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from hil.vocab.loads import LOAD_LIMITS
-from hil.vocab.parameters import Parameter, filled
+from hil.vocab.parameters import Parameter
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
@@ -22,6 +21,12 @@ TARGETS = {
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
 }
+
+
+MOST_LOADS = 10
+"""A load of twice what a motor holds drags it along; ten times leaves room for knocks. More is a wrong unit:
+Ncm are a hundred, mNm a thousand times too much."""
+LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
 
 
 @dataclass(frozen=True)
@@ -200,25 +205,3 @@ class Fault:
 
 class FaultRefused(Exception):
     """A fault cannot be: ``str(error)`` says why."""
-
-
-def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault | None, dict[str, str]]:
-    """The fault with its kind's defaults filled in, or what is wrong, by the name of the parameter (the
-    kind's own name under "fault")."""
-    known = FAULT_KINDS.get(kind)
-    if known is None:
-        return None, {"fault": f"kinds are {', '.join(FAULT_KINDS)}"}
-    parameters, problems = filled(kind, (*known.parameters, *TIMING), given)
-    return (None, problems) if problems else (Fault(kind, target, parameters), {})
-
-
-def fault_refusal(kind: str, target: str, given: Mapping[str, object]) -> Fault:
-    """As ``fault_of``.
-
-    Raises:
-        FaultRefused: with all problems.
-    """
-    fault, problems = fault_of(kind, target, given)
-    if fault is None:
-        raise FaultRefused("; ".join(f"{name}: {problem}" for name, problem in problems.items()))
-    return fault

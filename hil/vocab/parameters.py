@@ -1,7 +1,15 @@
 """A parameter of a fault or a verb: what it means, its unit, its limits; and the check of what was given."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+
+class Form(NamedTuple):
+    """What a value looks like that is no number, word or text."""
+
+    about: str
+    fits: Callable[[Any], bool]
 
 
 @dataclass(frozen=True)
@@ -25,9 +33,13 @@ class Parameter:
     limits: str = ""
     """Not empty: what to write, where the target says how much it takes. Beyond ``minimum`` and ``maximum``
     none does."""
+    form: Form | None = None
+    """A value of this form instead of a number."""
 
     def problem(self, value: object) -> str | None:
         """What is wrong with a value, or None."""
+        if self.form:
+            return None if self.form.fits(value) else f"write {self.form.about}"
         if self.choices:
             return None if value in self.choices else f"write {' or '.join(self.choices)}"
         if self.is_text:
@@ -51,12 +63,16 @@ class Parameter:
         values = " or ".join(self.choices) or self._range
         if self.is_text:
             values = f"text, at most {self.maximum:g} characters"
+        if self.form:
+            values = self.form.about
         unit = f"{', in' if self.limits else ''} {self.unit}" if self.unit else ""
         default = "needed" if self.default is None else f"default {self.default}"
-        return f"{self.about}, {values}{unit}, {'may be left out' if self.is_optional else default}"
+        if self.is_optional or self.default == "" or self.default is False:
+            default = "may be left out"
+        return f"{self.about}, {values}{unit}, {default}"
 
 
-Values = dict[str, float | str]
+Values = dict[str, Any]
 
 
 def filled(
@@ -76,6 +92,6 @@ def filled(
                 problems[name] = f"this one is missing: {parameter.about}"
         elif problem := parameter.problem(value):
             problems[name] = problem
-        elif isinstance(value, int | float | str):
+        else:
             values[name] = value
     return values, problems

@@ -17,19 +17,6 @@ def port_label(device: str, key: str) -> str:
     return f"{device}.{key}" if key == NETWORK else device
 
 
-SERIAL_URLS = ("socket://", "rfc2217://")
-SERIAL_FORMS = "write a path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port"
-
-
-def is_serial_url(text: str) -> bool:
-    """Whether this can name a real serial port: a device node's path, or a URL of ``SERIAL_URLS``."""
-    kind = next((kind for kind in SERIAL_URLS if text.startswith(kind)), None)
-    if kind is None:
-        return text.startswith("/") and "\0" not in text
-    host, colon, number = text.removeprefix(kind).partition("?")[0].rpartition(":")
-    return bool(host and colon) and number.isdigit() and 0 < int(number) < 65536
-
-
 Tap = Callable[[str, bytes], None]
 """Is told what passes at a port: whereto, "board" or "client", and the bytes."""
 

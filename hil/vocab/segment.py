@@ -73,14 +73,15 @@ class SegmentView(Protocol):
 class Segment(SegmentView, Protocol):
     """A wire with stations, each under its name. Only what happens in the time of its group calls these."""
 
-    busy: set[str]
-    """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
-
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
 
     def set_address(self, station: str, address: int | None) -> None:
         """From now on only packets to this address and to all concern the station; None: everything."""
+
+    def set_polling(self, station: str, is_polling: bool) -> None:
+        """Whether a station's firmware takes bytes as they come. While it does not, each counts for its
+        buffer, and the station is told of those for others too."""
 
     def set_echo(self, station: str, has_echo: bool) -> None:
         """Whether a station hears what it sends."""

@@ -4,10 +4,9 @@
 ``TerminalStepper``. Times are those of the clock that answers ``Listen``.
 """
 
-from collections.abc import Generator
-from typing import Any, ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
-from hil.vocab.dialogue import Dialogue, Heard, Listen, Step
+from hil.vocab.dialogue import Dialogue
 from hil.vocab.path import Path
 
 How = Literal["grace", "prejudice"]
@@ -50,11 +49,3 @@ class TerminalStepper(TerminalAxis, Protocol):
         Raises:
             DialogueError: it did not take its command before the start, or does not come to its end.
         """
-
-
-def wait_until(at_ns: int) -> Generator[Step, Any, int]:
-    """Until this time; what comes meanwhile is not kept. Answers the time."""
-    heard: Heard = yield Listen(0)
-    while heard.at_ns < at_ns:
-        heard = yield Listen(at_ns - heard.at_ns)
-    return heard.at_ns

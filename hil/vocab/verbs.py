@@ -51,15 +51,24 @@ class Verb:
         Raises:
             VerbRefused: what was given does not do; with all problems.
         """
-        values, problems = filled(self.name, self.parameters, given)
-        if problems:
-            text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
-            raise VerbRefused("bad_parameter", text)
-        return values
+        return checked(self.name, self.parameters, given)
+
+
+def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, object]) -> Values:
+    """What was given with the defaults filled in.
+
+    Raises:
+        VerbRefused: it does not do; with all problems.
+    """
+    values, problems = filled(what, parameters, given)
+    if problems:
+        text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
+        raise VerbRefused("bad_parameter", text)
+    return values
 
 
 class VerbRefused(Exception):
-    """A verb cannot be carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
+    """A request is not carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)
@@ -68,8 +77,9 @@ class VerbRefused(Exception):
 
 CODES = {
     "bad_request": "the payload is no JSON object, or is too large",
-    "no_device": "there is no such device",
-    "no_verb": "the device has no such verb",
+    "no_device": "there is no such device, or it has no such serial interface",
+    "no_place": "there is no such port, tap or segment",
+    "no_verb": "there is no such verb, or the device has none",
     "no_parameter": "the axis has no such parameter, or it cannot be set",
     "bad_parameter": "a parameter is missing, unknown, of the wrong type or out of its limits",
     "not_now": "the board is not in a state for it",
@@ -78,6 +88,7 @@ CODES = {
     "failed": "the device's firmware has stopped",
     "no_run": "there is no such run",
     "bad_run": "a run cannot be done as it is written; the text lists all problems with line and column",
+    "bad_config": "the configuration has problems; the text lists them all with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
 
@@ -100,7 +111,7 @@ COMMON = (
         "drive an input",
         (
             Parameter("pin", "its name", maximum=16, is_text=True),
-            Parameter("level", "0 or 1", is_whole=True),
+            Parameter("level", "low or high", is_whole=True, limits="0 or 1"),
         ),
     ),
 )

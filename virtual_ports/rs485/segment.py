@@ -54,11 +54,6 @@ class Segment:
 
     # ---- stations ----
 
-    @property
-    def busy(self) -> set[str]:
-        """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
-        return self.stations.busy
-
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
         self.stations.join(Station(station, receiver))

@@ -8,7 +8,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from hil.net.traffic import Traffic
-from hil.vocab.ports import SERIAL_FORMS, Port, PortContext, PortHost, PortStats, is_serial_url
+from hil.vocab.ports import Port, PortContext, PortHost, PortStats
+from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 log = logging.getLogger("hil")
 
@@ -18,7 +19,7 @@ AGAIN_S = 1.0
 
 def usable_url(value: Any) -> Any:
     """As pydantic wants it: the value, or why it is no serial port."""
-    if isinstance(value, str) and not is_serial_url(value):
+    if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
 

@@ -12,8 +12,9 @@ from functools import cache
 import pytest
 
 from hil.compose import find_catalogue
-from hil.core import AxisPlan, Core, Load, Snapshot
+from hil.core import Core, Snapshot
 from hil.testing import Bench, ConfigError
+from hil.vocab.axis_plan import AxisPlan, Load
 
 PROFILE = find_catalogue().profiles["mechaduino"]
 FULL = {name: parameter.default("full") for name, parameter in PROFILE.axis.items()}

@@ -130,8 +130,8 @@ def test_a_change_that_cannot_be_stored_reads_back_as_before(
 ) -> None:
     sac.say("$CL20")
 
-    def fails(store: MemoryStore, device: Device, sections: object) -> None:
-        device.commit_done(False)
+    def fails(store: MemoryStore, device: Device, sections: object, answered: object) -> bool:
+        return False
 
     monkeypatch.setattr(MemoryStore, "commit", fails)
     sac.say("$CL30")

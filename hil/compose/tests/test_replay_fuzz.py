@@ -20,7 +20,9 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
+from hil.sim.around import Around
 from hil.sim.bench import BenchRuntime
+from hil.sim.given_fault import fault_refusal
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.sim.inputs import (
     Bytes,
@@ -34,7 +36,6 @@ from hil.sim.inputs import (
     SetField,
 )
 from hil.testing.bench import MemoryStore
-from hil.vocab.faults import fault_refusal
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.step_dir import generate
@@ -69,10 +70,9 @@ def written() -> str:
     """A log with inputs of all kinds."""
     config = from_dict(CONFIG, catalogue())
     memories = {name: start_sections(config.devices[name], {}, Path()) for name in config.devices}
-    runtime: BenchRuntime = bench_runtime(config, catalogue(), memories, MemoryStore())
     text = io.StringIO()
-    runtime.log = InputLogWriter(text, "hil test", CONFIG, memories)
-    runtime.listeners.append(runtime.log.sent)
+    around = Around(log=InputLogWriter(text, "hil test", CONFIG, memories))
+    runtime: BenchRuntime = bench_runtime(config, catalogue(), memories, MemoryStore(), around)
     m1, s1, tap = runtime.devices["m1"], runtime.devices["s1"], runtime.taps["bus0.t"]
     at_ms = 4600.0
 
@@ -103,8 +103,8 @@ def written() -> str:
         fault("node_babble", "s2.network", every_ms=5, bytes=3),
         fault("byte_drop", "s1.network", rate=0.5),
     ]
-    runtime.give_tap(tap, Bytes(b"\x02hello\x03\0"))
-    runtime.give_tap(tap, Play(((0, "02"), (3_000_000, "0304"))))
+    runtime.give(tap, Bytes(b"\x02hello\x03\0"))
+    runtime.give(tap, Play(((0, "02"), (3_000_000, "0304"))))
     later(10)
     for number in numbers:
         if number in runtime.faults.active:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hil.core import AxisPlan, Core
+from hil.core import Core
+from hil.vocab.axis_plan import AxisPlan
 
 PARAMETERS = {
     "inertia_kg_m2": 5.4e-6,

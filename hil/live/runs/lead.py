@@ -1,37 +1,32 @@
 """A run that spans benches, on the one that leads it: who takes part, when each phrase begins, who is gone.
 
 Each phrase begins when all benches have ended the one before, at a wall time that all are told beforehand,
-each by its own clock. Clocks are compared with every question (``hil.runs.clock``).
+each by its own clock. Clocks are compared with every question (``hil.runs.clock_offset``).
 """
 
 import asyncio
 import logging
 import secrets
 from collections.abc import Coroutine, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import Any
 
 from hil.config.document import Document, Finding
-from hil.live.runs.names import device_names, other_benches
-from hil.live.runs.part import LOST_S, Given, stood_still
-from hil.runs import AxisNow, ClockOffset, Execution, Plan, Progress, RunDocument
-from hil.runs.execute import AxisReport, BenchReport, How
-from hil.vocab.benches import BenchDoor, BenchGone
+from hil.live.clock import WallClock
+from hil.live.configured import Configured
+from hil.live.runs.axis_names import device_names, other_benches
+from hil.live.runs.other_benches import ANSWER_S, LOOKS, LOST_S, Member, OtherBenches, stood_still
+from hil.runs import AxisNow, AxisReport, BenchReport, Execution, How, Plan, Progress, RunDocument, Told
+from hil.vocab.benches import BenchGone
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import VerbRefused
 
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
-
 log = logging.getLogger("hil")
 
-LOOKS = 8
-"""Questions in a row that compare two clocks at the beginning."""
 LEAD_WALL_NS = 500_000_000
 """Between the telling of a start and the start. Who has not answered after ``ANSWER_S`` ends the run, and 0.2
 s are left to stop those who have."""
 BEAT_S = 0.1
-ANSWER_S = 0.3
 CLOCK_ERROR_NS = 20_000_000
 """A run does not start on clocks that are known worse: 40 ms there and back."""
 JOIN_S = 5.0
@@ -39,50 +34,26 @@ JOIN_S = 5.0
 POLL_S = 0.01
 
 
-@dataclass
-class _Member:
-    bench: str
-    names: Mapping[str, str]
-    clock: ClockOffset = field(default_factory=ClockOffset)
-    joined: bool = False
-    heard_s: float = 0.0
-    report: Mapping[str, Any] = field(default_factory=dict)
-    gone: str | None = None
-
-    @property
-    def progress(self) -> Mapping[str, Any]:
-        return self.report.get("progress") or {}
-
-    @property
-    def state(self) -> str:
-        return "gone" if self.gone else str(self.progress.get("state", "queued"))
-
-    @property
-    def is_over(self) -> bool:
-        return self.state not in ("queued", "running")
-
-
-def the_door(daemon: "Daemon") -> BenchDoor | None:
-    """The bridge that reaches other benches."""
-    return next((bridge for bridge in daemon.bridges.values() if isinstance(bridge, BenchDoor)), None)
-
-
 class Together:
     """One run."""
 
-    def __init__(self, daemon: "Daemon", source: Source, run: RunDocument) -> None:
-        self._daemon = daemon
+    def __init__(
+        self, configured: Configured, wall: WallClock, others: OtherBenches, source: Source, run: RunDocument
+    ) -> None:
+        self._config = configured.config
+        self._wall = wall
+        self._others = others
         self._source = source
         self._run = run
         self._token = secrets.token_hex(8)
-        here = daemon.config.bench
-        self._members = [_Member(b, device_names(run, here, b)) for b in other_benches(run, here)]
+        here = self._config.bench
+        self._members = [Member(b, device_names(run, here, b)) for b in other_benches(run, here)]
         self._tasks: list[asyncio.Task[None]] = []
         self._told_end: How | None = None
         self._looked_s = 0.0
         self._execution: Execution | None = None
         self._progress = Progress(run.run)
-        self.baton = Given()
+        self.baton = Told()
 
     # ---- before it moves ----
 
@@ -97,10 +68,7 @@ class Together:
         findings = []
         for member, found in zip(self._members, looked, strict=True):
             if isinstance(found, BenchGone | VerbRefused):
-                first = next(iter(member.names))
-                is_gone = isinstance(found, BenchGone)
-                remedy = "see `hil benches` for those that are joined" if is_gone else "leave it out"
-                findings.append(Finding(("axes", first), str(found), remedy, at_key=True))
+                findings.append(_refusal(member, found))
             elif isinstance(found, BaseException):
                 raise found
             else:
@@ -109,11 +77,11 @@ class Together:
             raise document.error(findings)
         return axes
 
-    async def _look(self, member: _Member) -> dict[str, AxisNow]:
+    async def _look(self, member: Member) -> dict[str, AxisNow]:
         for _ in range(LOOKS):
             await self._ask(member, {"do": "clock"})
         answer = await self._ask(member, {"do": "look"})
-        here, there = self._daemon.config.speed, answer["speed"]
+        here, there = self._config.speed, answer["speed"]
         if there != here:
             raise VerbRefused(
                 "cannot", f"the time of bench {member.bench} goes {there:g} times the wall's, here {here:g}"
@@ -127,16 +95,10 @@ class Together:
             BenchGone, VerbRefused: one does not take part.
         """
         axes = {name: asdict(plan.axes[name]) for name in plan.run.axes}
-        given = {
-            "do": "join",
-            "leader": self._daemon.config.bench,
-            "document": text,
-            "axes": axes,
-            "digest": plan.digest(),
-        }
+        given = {"do": "join", "leader": self._config.bench, "document": text, "digest": plan.digest()}
         for member in self._members:
             member.joined = True  # it may be, even if it does not say so
-            await self._ask(member, given, JOIN_S)
+            await self._ask(member, given | {"axes": axes}, JOIN_S)
             if member.clock.error_ns > CLOCK_ERROR_NS:
                 error_ms, most_ms = member.clock.error_ns / 1e6, CLOCK_ERROR_NS / 1e6
                 why = f"the clock of {member.bench} is known to {error_ms:.0f} ms, {most_ms:.0f} are allowed"
@@ -159,7 +121,7 @@ class Together:
         whole.why = own.why
         whole.axes |= own.axes
         for member in self._members:
-            self._notice(member)
+            _notice(member, self._execution, self._run.on_fault)
             whole.axes |= _axes_of(member, self._execution.plan)
             clock = member.clock
             whole.benches[member.bench] = BenchReport(
@@ -187,10 +149,8 @@ class Together:
         own, whole = self._execution.progress, self._progress
         whole.state, whole.why, whole.ended_at_ns = own.state, own.why, own.ended_at_ns
         if own.state == "done" and (undone := [m for m in self._members if m.state != "done"]):
-            whole.state, whole.why = (
-                "failed",
-                undone[0].gone or f"{undone[0].bench}: {undone[0].progress['why']}",
-            )
+            first = undone[0]
+            whole.state, whole.why = "failed", first.gone or f"{first.bench}: {first.progress['why']}"
 
     async def release(self) -> None:
         """It does not begin: the others' axes are free again."""
@@ -212,24 +172,24 @@ class Together:
                 m.report.get("reached", -1) < phrase for m in self._members
             ):
                 await asyncio.sleep(POLL_S)
-            start_ns = self._daemon.host.times_ns()[1] + LEAD_WALL_NS
+            start_ns = self._wall.times_ns()[1] + LEAD_WALL_NS
             try:
                 await asyncio.gather(*(self._go(member, phrase, start_ns) for member in self._members))
             except (BenchGone, VerbRefused) as error:
                 execution.stop(self._run.on_fault, f"not all could be told when to begin: {error}", "failed")
                 return
-            late_ns = self._daemon.host.times_ns()[1] - start_ns
+            late_ns = self._wall.times_ns()[1] - start_ns
             if late_ns >= 0:
                 why = f"the start was {late_ns / 1e6:.0f} ms ago when all had been told"
                 execution.stop(self._run.on_fault, why, "failed")
                 return
-            self.baton.starts_ns[phrase] = self._daemon.host.sim_ns(start_ns)
+            self.baton.starts_ns[phrase] = self._wall.sim_ns(start_ns)
 
-    async def _go(self, member: _Member, phrase: int, start_ns: int) -> None:
+    async def _go(self, member: Member, phrase: int, start_ns: int) -> None:
         there_ns = start_ns + member.clock.offset_ns
         member.report = await self._ask(member, {"do": "go", "phrase": phrase, "start_wall_ns": there_ns})
 
-    async def _stop(self, member: _Member, told: Mapping[str, Any]) -> None:
+    async def _stop(self, member: Member, told: Mapping[str, Any]) -> None:
         while not member.is_over and told["how"] == self._told_end:
             try:
                 member.report = await self._ask(member, told)
@@ -237,7 +197,7 @@ class Together:
             except (BenchGone, VerbRefused):
                 await asyncio.sleep(BEAT_S)
 
-    async def _beats(self, member: _Member) -> None:
+    async def _beats(self, member: Member) -> None:
         loop = asyncio.get_running_loop()
         member.heard_s = loop.time()
         while not member.is_over:
@@ -252,21 +212,11 @@ class Together:
                     log.warning("run %s: %s", self._run.run, member.gone)
             await asyncio.sleep(BEAT_S)
 
-    def _notice(self, member: _Member) -> None:
-        """A part that ends before its end ends the run."""
-        if self._execution is None or self._execution.ended:
-            return
-        how = self._run.on_fault
-        if member.gone:
-            self._execution.stop(how, member.gone, "failed")
-        elif ending := member.report.get("ending"):
-            self._execution.stop(how, f"{member.bench}: {ending['why']}", ending["state"])
-
     async def _ask(
-        self, member: _Member, given: Mapping[str, Any], timeout_s: float = ANSWER_S
+        self, member: Member, given: Mapping[str, Any], timeout_s: float = ANSWER_S
     ) -> Mapping[str, Any]:
         given = {**given, "token": self._token}
-        return await _ask(self._daemon, self._source, member, self._run.run, given, timeout_s)
+        return await self._others.ask(self._source, member, self._run.run, given, timeout_s)
 
     def _start(self, doing: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(doing)
@@ -281,36 +231,23 @@ class Together:
             self._execution.stop(self._run.on_fault, "an error of hil; its log has more", "failed")
 
 
-async def _ask(
-    daemon: "Daemon", source: Source, member: _Member, run: str, given: Mapping[str, Any], timeout_s: float
-) -> Mapping[str, Any]:
-    door = the_door(daemon)
-    if door is None:
-        why = f"{member.bench}: this bench is joined to no other; it needs `bridges: {{zenoh: ...}}`"
-        raise BenchGone(why)
-    answered = await door.ask_bench(source, member.bench, f"run/{run}/part", given, timeout_s)
-    member.clock.add(answered.asked_ns, int(answered.content["wall_ns"]), answered.heard_ns)
-    return answered.content
+def _refusal(member: Member, why: BenchGone | VerbRefused) -> Finding:
+    is_gone = isinstance(why, BenchGone)
+    remedy = "see `hil benches` for those that are joined" if is_gone else "leave it out"
+    return Finding(("axes", next(iter(member.names))), str(why), remedy, at_key=True)
 
 
-async def joined_benches(daemon: "Daemon", source: Source) -> list[dict[str, Any]]:
-    """Those that can be in a run with this one, with their clocks; what is in the way in ``why``."""
-    door = the_door(daemon)
-    rows = []
-    for name in await door.benches() if door else ():
-        member, row = _Member(name, {}), {"bench": name, "version": None, "speed": None, "why": None}
-        try:
-            for _ in range(LOOKS + 1):
-                told = await _ask(daemon, source, member, "none", {"do": "clock"}, ANSWER_S)
-            row |= {"version": told["version"], "speed": told["speed"]}
-        except (BenchGone, VerbRefused) as error:
-            row["why"] = str(error)
-        clock = member.clock
-        rows.append(row | {"clock_offset_ns": clock.offset_ns, "clock_error_ns": clock.error_ns})
-    return rows
+def _notice(member: Member, execution: Execution, how: How) -> None:
+    """A part that ends before its end ends the run."""
+    if execution.ended:
+        return
+    if member.gone:
+        execution.stop(how, member.gone, "failed")
+    elif ending := member.report.get("ending"):
+        execution.stop(how, f"{member.bench}: {ending['why']}", ending["state"])
 
 
-def _axes_of(member: _Member, plan: Plan) -> dict[str, AxisReport]:
+def _axes_of(member: Member, plan: Plan) -> dict[str, AxisReport]:
     told = member.progress.get("axes") or {}
     reports = {}
     for axis in member.names:

@@ -8,41 +8,26 @@ part whose leader says nothing for ``LOST_S`` stops as the run's ``on_fault`` sa
 
 import asyncio
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from hil import __version__
 from hil.config import ConfigError
+from hil.live.clock import WallClock
+from hil.live.configured import Configured
+from hil.live.holds import Holds
 from hil.live.off_loop import off_loop
-from hil.live.runs.names import device_names
-from hil.runs import AxisNow, Execution, Named, RunDocument, parse_run, plan_run
+from hil.live.runs.axis_names import device_names
+from hil.live.runs.other_benches import LOST_S, stood_still
+from hil.live.runs.queue import RunQueue
+from hil.live.runs.real_axes import AllAxes
+from hil.runs import AxisNow, Execution, RunDocument, Told, parse_run, plan_run
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
 
-if TYPE_CHECKING:
-    from hil.daemon import Daemon
-    from hil.live.runs.queue import Runs
-
-LOST_S = 1.0
-"""Who says nothing for so long is gone: ten beats."""
 FAR_NS = 10_000_000_000
 """No start is so far ahead."""
 _SAME_DEG = 1e-9
-
-
-def stood_still(for_s: float) -> str:
-    """Why a part ends whose own bench was not running."""
-    return f"this bench stood still for {for_s:.1f} s"
-
-
-class Given:
-    """A ``hil.runs.Baton`` that is told."""
-
-    def __init__(self) -> None:
-        self.starts_ns: dict[int, int] = {}
-
-    def start_ns(self, phrase: int) -> int | None:
-        return self.starts_ns.get(phrase)
 
 
 @dataclass
@@ -50,18 +35,23 @@ class _Part:
     token: str
     leader: str
     execution: Execution
-    baton: Given
+    baton: Told
     heard_s: float
     looked_s: float
 
 
-@dataclass
 class Parts:
-    """Of one daemon."""
+    """Answers benches that lead; ``queue`` carries the parts out."""
 
-    daemon: "Daemon"
-    runs: "Runs"
-    _parts: dict[str, _Part] = field(default_factory=dict)
+    def __init__(
+        self, queue: RunQueue, axes: AllAxes, configured: Configured, wall: WallClock, holds: Holds
+    ) -> None:
+        self._queue = queue
+        self._holds = holds
+        self._axes = axes
+        self._configured = configured
+        self._wall = wall
+        self._parts: dict[str, _Part] = {}
 
     async def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """What the bench that leads run ``name`` asks.
@@ -74,7 +64,7 @@ class Parts:
         try:
             match given:
                 case {"do": "clock"}:
-                    return {"speed": self.daemon.config.speed, "version": __version__}
+                    return {"speed": self._configured.config.speed, "version": __version__}
                 case {"do": "look"}:
                     return self._look()
                 case {"do": "join", "leader": str(leader), "token": str(token), "document": str(text)}:
@@ -98,21 +88,21 @@ class Parts:
         raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
 
     def _look(self) -> dict[str, Any]:
-        taken = self.runs.taken()
-        axes = self.runs.axes.axes()
+        taken = self._holds.taken()
+        axes = self._axes.axes()
         for device, run in taken.items():
             if device in axes:
                 axes[device] = replace(axes[device], why_not=f"it is in the run {run}")
         return {
             "axes": {name: asdict(axis) for name, axis in axes.items()},
-            "speed": self.daemon.config.speed,
+            "speed": self._configured.config.speed,
         }
 
     async def _join(
         self, source: Source, name: str, leader: str, token: str, text: str, told: Any, digest: Any
     ) -> dict[str, Any]:
         self._refuse_name(name)
-        here = self.daemon.config.bench
+        here = self._configured.config.bench
         try:
             run, document = await off_loop(text, parse_run, text, "<run>")
             if run.run != name:
@@ -126,23 +116,23 @@ class Parts:
             raise VerbRefused("cannot", f"it plans this run otherwise; hil is {__version__} here")
         self._refuse_name(name)
         self._mine(names, told)  # they may have been taken meanwhile
-        baton = Given()
-        execution = Execution(plan, Named(self.runs.axes, names), baton, set(names))
+        baton = Told()
+        execution = Execution(plan, self._axes, baton, names)
         now_s = asyncio.get_running_loop().time()
         part = _Part(token, leader, execution, baton, now_s, now_s)
-        self._parts = {each: p for each, p in self._parts.items() if each in self.runs.progress} | {
+        self._parts = {each: p for each, p in self._parts.items() if each in self._queue.progress} | {
             name: part
         }
-        self.runs.hold(source, text, names, execution, self._watch(part, run))
+        self._queue.hold(source, text, names, execution, self._watch(part, run))
         return {"phrases": len(plan.phrases)}
 
     def _refuse_name(self, name: str) -> None:
-        if self.runs.is_under_way(name):
+        if self._queue.is_under_way(name):
             raise VerbRefused("not_now", f"this bench has a run {name!r} already; give it another name")
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
         """This bench's axes as they are now, which is as they were told."""
-        taken, axes = self.runs.taken(), self.runs.axes.axes()
+        taken, axes = self._holds.taken(), self._axes.axes()
         for axis, device in names.items():
             if device in taken:
                 raise VerbRefused("not_now", f"{axis} is in the run {taken[device]}")
@@ -166,10 +156,10 @@ class Parts:
             return self._report(part)  # which tells the leader why
         if phrase != execution.reached or phrase in part.baton.starts_ns:
             raise VerbRefused("not_now", f"phrase {phrase} does not begin now")
-        late_ns = self.daemon.host.times_ns()[1] - start_wall_ns
+        late_ns = self._wall.times_ns()[1] - start_wall_ns
         if not -FAR_NS < late_ns < 0:
             raise VerbRefused("not_now", f"the start was {late_ns / 1e6:.1f} ms ago when it was told")
-        start_ns = self.daemon.host.sim_ns(start_wall_ns)
+        start_ns = self._wall.sim_ns(start_wall_ns)
         part.baton.starts_ns[phrase] = start_ns
         return self._report(part)
 

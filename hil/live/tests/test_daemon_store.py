@@ -6,8 +6,9 @@ from pathlib import Path
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
-from hil.live.commits import DaemonStore
+from hil.live.commits import Commits
 from hil.live.store import NvmStore
+from hil.sim.around import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes
@@ -31,17 +32,15 @@ def test_a_board_that_stores_again_and_again_is_not_stopped_by_the_end(tmp_path:
 async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
     """A SAC whose answer to one commit makes it begin the next at once, after the end has begun."""
     files, memories = NvmStore(folder), {"s0": dict[str, bytes]()}
-    store = DaemonStore(files, {})
+    store = Commits(files, asyncio.get_running_loop())
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict(CONFIG, catalogue)
-    bench = bench_runtime(config, catalogue, memories, store)
-    store.bench, store.loop = bench, asyncio.get_running_loop()
-    device = bench.devices["s0"]
+    dumped = config.model_dump(mode="json", by_alias=True)
+    dumped["devices"]["s0"] |= {"port": "memory", "network": None}
     with log.open("w") as file:
-        dumped = config.model_dump(mode="json", by_alias=True)
-        dumped["devices"]["s0"] |= {"port": "memory", "network": None}
-        bench.log = InputLogWriter(file, "hil test", dumped, memories)
-        bench.listeners.append(bench.log.sent)
+        around = Around(log=InputLogWriter(file, "hil test", dumped, memories))
+        bench = bench_runtime(config, catalogue, memories, store, around)
+        device = bench.devices["s0"]
         bench.advance(READY_NS)
         bench.give(device, Bytes(b"qs\ry" * 400))
         while not device.is_committing:
@@ -51,5 +50,4 @@ async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
         while not device.is_committing:
             bench.advance(SimTimeNs(bench.now_ns + STEP_NS))
             assert bench.now_ns < while_ending + 10 * READY_NS
-        bench.log = None
     return device

@@ -15,7 +15,7 @@ def condemned_after(tmp_path: Path, advance_ns: int, is_inside: bool, bells: int
     """How many bells it takes, when the board comes so far in simulated time between two of them."""
     guard: Any = StepGuard(tmp_path / "hung")
     try:
-        board: Any = SimpleNamespace(name="m1", uart=SimpleNamespace(now_ns=0))
+        board: Any = SimpleNamespace(name="m1", now_ns=0)
         guard(board)
         for number in range(bells):
             guard._steps, guard._inside = 50, is_inside
@@ -25,7 +25,7 @@ def condemned_after(tmp_path: Path, advance_ns: int, is_inside: bool, bells: int
                 return number
             if guard._condemned is board:
                 return number
-            board.uart.now_ns += advance_ns
+            board.now_ns += advance_ns
         return None
     finally:
         guard._inside = False

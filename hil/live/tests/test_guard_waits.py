@@ -12,7 +12,7 @@ import pytest
 
 from hil.live.guard import FirmwareHung, StepGuard
 
-BOARD: Any = SimpleNamespace(name="m1", uart=SimpleNamespace(now_ns=0))
+BOARD: Any = SimpleNamespace(name="m1", now_ns=0)
 
 
 @pytest.fixture

@@ -6,7 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from hil.live.pass_through import PassThrough
+from hil.live.board_end import BoardEnd
+from hil.live.joint import Joint
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Send
 from hil.vocab.ports import Port
 from hil.vocab.time import NS_PER_MS
@@ -33,6 +34,12 @@ class BoardPort:
         """Nothing was held."""
 
 
+def at_board(board: BoardPort) -> BoardEnd:
+    joint = Joint[BoardEnd]("m1", cast(Port, BoardPort()))
+    joint.occupy(BoardEnd(joint, cast(Port, board)))
+    return joint.end
+
+
 def chatter() -> Dialogue[None]:
     """Says something each time that the board does."""
     while True:
@@ -46,10 +53,10 @@ def test_a_dialogue_that_is_broken_off_while_the_board_answers_ends(turns: int) 
 
     async def said_after() -> bytes:
         board = BoardPort()
-        through = PassThrough("m1", cast(Port, BoardPort()), cast(Port, board))
+        through = at_board(board)
         talk = asyncio.create_task(through.talk(chatter()))
         await asyncio.sleep(0.001)
-        through.heard(b"a")
+        through.from_board.received(b"a")
         for _ in range(turns):
             await asyncio.sleep(0)
         talk.cancel()
@@ -57,7 +64,7 @@ def test_a_dialogue_that_is_broken_off_while_the_board_answers_ends(turns: int) 
         for _ in range(20):
             await asyncio.sleep(0)
         assert talk.cancelled()
-        assert not through.is_talking
+        assert not through.is_busy
         return bytes(board.written[said:])
 
     assert asyncio.run(said_after()) == b""
@@ -73,10 +80,10 @@ def test_a_look_that_waits_for_nothing_answers_the_time_now() -> None:
         return [now, later]
 
     async def heard() -> list[Heard]:
-        through = PassThrough("m1", cast(Port, BoardPort()), cast(Port, BoardPort()))
+        through = at_board(BoardPort())
         talk = asyncio.create_task(through.talk(dialogue()))
         await asyncio.sleep(0)
-        through.heard(b"late")
+        through.from_board.received(b"late")
         return await talk
 
     now, later = asyncio.run(heard())

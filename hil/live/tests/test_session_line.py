@@ -1,42 +1,66 @@
 """A port joined to a device over a paced line, and devices whose firmware is broken."""
 
-from collections.abc import Callable
+import asyncio
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 from session_bench import Bench, Echo, MemoryPort
 
-from hil.live.joint import BACKLOG_HOLD_BYTES, Lines, Session
+from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
+from hil.live.lines import Lines
+from hil.live.sim_ends import UartEnd
+from hil.sim.around import Around
+from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
 
 
-def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Session, MemoryPort]:
+@pytest.fixture(autouse=True)
+def loop() -> Iterator[asyncio.AbstractEventLoop]:
+    """One that never runs: the tests say when what is due soon is due."""
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
+    yield loop
+    asyncio.set_event_loop(None)
+    loop.close()
+
+
+def lines_of(bench: Bench) -> Lines:
+    return Lines(asyncio.get_event_loop(), lambda: bench.runtime.now_ns)
+
+
+def joined(bench: Bench, device: Device, port: MemoryPort, *, native_usb: bool = False) -> Joint[UartEnd]:
+    joint = Joint[UartEnd](device.name, port)
+    joint.occupy(UartEnd(bench.runtime, lines_of(bench), joint, device, native_usb=native_usb))
+    port.resumed = 0
+    return joint
+
+
+def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Joint[UartEnd], MemoryPort]:
     bench = Bench()
     device = bench.add("m1", Echo, device_baud)
     port = MemoryPort(client_baud)
-    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
-    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
-    return bench, session, port
+    return bench, joined(bench, device, port), port
 
 
 def test_a_character_takes_its_time_each_way() -> None:
     # "abc" at 9600 baud: character n is complete at n * 10 / 9600 s; each is sent back from there.
-    bench, session, port = paced(9600, 9600)
-    session.received(b"abc")
+    bench, joint, port = paced(9600, 9600)
+    joint.received(b"abc")
     end = [n * 10 * 10**9 // 9600 for n in range(5)]
     bench.until(end[3] - 1)
     assert [(at_ns, data) for _, at_ns, data in bench.heard] == [(end[1], b"a"), (end[2], b"b")]
     bench.until(end[3])
-    session.flush()
+    joint.end.flush()
     heard_ns = [at_ns + end[1] for at_ns in end[1:4]]
-    assert session.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
+    assert joint.end.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
     assert port.got == b""
-    assert session.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
+    assert joint.end.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
     assert port.got == b"a"
-    assert session.release(SimTimeNs(heard_ns[2])) == FOREVER
+    assert joint.end.release(SimTimeNs(heard_ns[2])) == FOREVER
     assert port.got == b"abc"
 
 
@@ -44,13 +68,13 @@ def test_a_character_takes_its_time_each_way() -> None:
 def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> None:
     # What the device reads is what its line model makes of the client's signal; its answer to each byte
     # is a signal of its own as soon as it is complete, joined to the one before if there is no gap.
-    bench, session, port = paced(device_baud, client_baud)
-    session.received(b"m\r")
+    bench, joint, port = paced(device_baud, client_baud)
+    joint.received(b"m\r")
     bench.until(10**9)
     read = [sampled.byte for sampled in resample(b"m\r", client_baud, device_baud)]
     assert b"".join(data for _, _, data in bench.heard) == bytes(read)
-    session.flush()
-    session.release(FOREVER)
+    joint.end.flush()
+    joint.end.release(FOREVER)
     pieces: list[bytes] = []
     ends: list[int] = []
     for _, at_ns, data in bench.heard:
@@ -64,18 +88,18 @@ def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> Non
 
 
 def test_m_and_cr_at_half_the_rate_are_the_known_bytes() -> None:
-    bench, session, _ = paced(38400, 19200)
-    session.received(b"m\r")
+    bench, joint, _ = paced(38400, 19200)
+    joint.received(b"m\r")
     bench.until(10**9)
     assert b"".join(data for _, _, data in bench.heard).hex(" ") == "e6 9e e6 80"
 
 
 def test_a_client_without_a_baud_has_the_devices() -> None:
-    bench, session, port = paced(9600, None)
-    session.received(b"x")
+    bench, joint, port = paced(9600, None)
+    joint.received(b"x")
     bench.until(10**9)
-    session.flush()
-    session.release(FOREVER)
+    joint.end.flush()
+    joint.end.release(FOREVER)
     assert port.got == b"x"
 
 
@@ -83,20 +107,20 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort()
-    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
-    assert session.room() > 0
+    joint = joined(bench, device, port)
+    assert joint.room() > 0
     port.unread = BACKLOG_HOLD_BYTES + 1
-    assert session.room() == 0
-    session.refresh()
+    assert joint.room() == 0
+    joint.refresh()
     assert port.resumed == 0
     port.unread = 0
-    session.drained()
+    joint.drained()
     assert port.resumed == 1
-    session.drained()
+    joint.drained()
     assert port.resumed == 1
 
 
-class Counted(Session):
+class Counted(UartEnd):
     """How often it is looked at."""
 
     released = 0
@@ -113,26 +137,27 @@ class Counted(Session):
 
 def test_only_lines_that_hold_something_are_looked_at() -> None:
     bench = Bench()
-    lines = Lines(lambda: None, lambda call: call())
-    devices = [bench.add(f"m{i}", Echo, 9600) for i in range(3)]
-    sessions = [Counted(bench.runtime, device, MemoryPort(9600), lines) for device in devices]
+    lines = lines_of(bench)
+    joints = [Joint[Counted](f"m{i}", MemoryPort(9600)) for i in range(3)]
+    for joint in joints:
+        joint.occupy(Counted(bench.runtime, lines, joint, bench.add(joint.label, Echo, 9600)))
     assert lines.release(SimTimeNs(0)) == FOREVER
-    sessions[1].send(SimTimeNs(0), b"ab")
+    joints[1].end.send(SimTimeNs(0), b"ab")
     lines.flush()
     first_ns = character_ns(1, 9600)
     assert lines.release(SimTimeNs(first_ns)) == character_ns(2, 9600)
     assert lines.release(SimTimeNs(2 * first_ns + 1)) == FOREVER
     assert lines.release(FOREVER) == FOREVER
-    assert [each.released for each in sessions] == [0, 2, 0]
-    port = sessions[2].port
+    assert [each.end.released for each in joints] == [0, 3, 0]  # once when it was put on its line
+    port = joints[2].port
     assert isinstance(port, MemoryPort)
-    port.unread = BACKLOG_HOLD_BYTES + 1
-    assert sessions[2].room() == 0
+    port.unread, port.resumed = BACKLOG_HOLD_BYTES + 1, 0
+    assert joints[2].room() == 0
     lines.refresh()
     port.unread = 0
     lines.refresh()
     lines.refresh()
-    assert [each.refreshed for each in sessions] == [0, 0, 2]
+    assert [each.end.refreshed for each in joints] == [0, 0, 2]
     assert port.resumed == 1
 
 
@@ -140,9 +165,8 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort(9600)  # a USB client's baud means nothing
-    session = Session(bench.runtime, device, port, Lines(lambda: None, lambda call: call()))
-    bench.runtime.listeners.append(lambda device, port, at_ns, data: session.send(at_ns, data))
-    session.received(b"hello")
+    joint = joined(bench, device, port)
+    joint.received(b"hello")
     assert port.got == b"hello"
 
 
@@ -169,11 +193,9 @@ def test_the_touch_resets_a_board_with_native_usb(
 ) -> None:
     bench = Bench()
     device = bench.add("m1", Greeter, device_baud)
-    session = Session(
-        bench.runtime, device, MemoryPort(), Lines(lambda: None, lambda call: call()), native_usb=native_usb
-    )
+    joint = joined(bench, device, MemoryPort(), native_usb=native_usb)
     bench.until(1_000_000)
-    session.client_left(client_baud)
+    joint.client_left(client_baud)
     bench.until(2_000_000)
     assert [data for _, _, data in bench.heard] == [b"up"] * starts
 
@@ -232,10 +254,9 @@ def returns() -> Main:
 )
 def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
     firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
-    bench = Bench()
-    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     told: list[str | None] = []
-    broken.on_failed = lambda device: told.append(device.failed)
+    bench = Bench(Around(on_failed=lambda device: told.append(device.failed)))
+    broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     bench.until(1000)
     bench.runtime.give(broken, Bytes(b"a!b"))
     assert broken.failed is not None

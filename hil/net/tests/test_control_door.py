@@ -4,7 +4,7 @@ import asyncio
 import socket
 from pathlib import Path
 
-from hil.net.unix_door import open_door
+from hil.net.unix_door import let_in, listen_at
 from hil.net.visitors import Visit
 
 
@@ -14,7 +14,7 @@ async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visi
 
 def test_who_is_let_go_before_anybody_served_it_is_not_kept_waiting(tmp_path: Path) -> None:
     async def let_go() -> bytes:
-        visitors = open_door(tmp_path / "control.sock", serve, 1000)
+        visitors = let_in(listen_at(tmp_path / "control.sock"), serve, 1000)
         ours, client = socket.socketpair()
         with client:
             client.setblocking(False)

@@ -29,7 +29,7 @@ class Clock:
 
 def test_a_limit_is_said_once_and_then_with_a_count() -> None:
     clock, said = Clock(), list[str]()
-    limit = Limit(said.append, clock.call_later)
+    limit = Limit(said.append, clock)
     for _ in range(1000):
         limit.reached("full")
     assert said == ["full"]
@@ -48,7 +48,7 @@ def test_a_limit_is_said_once_and_then_with_a_count() -> None:
 
 def test_a_closed_limit_says_nothing_more() -> None:
     clock, said = Clock(), list[str]()
-    limit = Limit(said.append, clock.call_later)
+    limit = Limit(said.append, clock)
     limit.reached("full")
     limit.reached("full")
     limit.close()

@@ -76,9 +76,7 @@ class House:
         self.loop = FakeLoop()
         self.said: list[str] = []
         self.visits: dict[FakeConnection, Visit] = {}
-        self.visitors: Visitors[FakeConnection] = Visitors(
-            "house", MOST, self.loop, self._stay, self.said.append
-        )
+        self.visitors = Visitors("house", MOST, self.loop, self._stay, self.said.append)
 
     async def _stay(self, connection: FakeConnection, visit: Visit) -> None:
         self.visits[connection] = visit

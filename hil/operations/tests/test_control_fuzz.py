@@ -18,13 +18,14 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import parse
-from hil.daemon import CONTROL_SOCKET, Daemon
-from hil.net.control_client import ControlError
-from hil.operations.control_socket import ControlServer
-from hil.operations.control_verbs import VERBS
-from hil.operations.requests import read_request
+from hil.daemon import Daemon, Serving
+from hil.host.paths import CONTROL_SOCKET
+from hil.operations.control_socket import ClaimedSocket, ControlServer
+from hil.operations.table import OPERATIONS
 from hil.sim.inputs import MAX_BURSTS
+from hil.vocab.bridges import LOCAL
 from hil.vocab.faults import FAULT_KINDS
+from hil.vocab.verbs import CODES, VerbRefused
 from hil.wire.step_dir import MAX_ROWS, generate
 
 CASES = int(os.environ.get("HIL_FUZZ", "3000"))
@@ -41,6 +42,11 @@ BENCH = {
     },
     "segments": {"bus0": {"stations": ["s1", "s2"], "taps": {"t": {"port": "pty"}}}},
 }
+ASKED = [
+    operation
+    for operation in OPERATIONS.values()
+    if operation.answer is not None and operation.name not in ("stop", "reload", "wait")
+]
 EXTREMES: tuple[Any, ...] = (
     *(None, True, False, 0, 1, -1, 2, 1.5, -0.0, 1e308, 5e-324, 2**31, 2**53, 2**62, 2**63 - 1, 2**64 - 1),
     *(-(2**63), "", " ", "m1", "\0", "\x1b[2J", "\uffff", "💥", "x" * 300, "../..", "%s", "{}", "all"),
@@ -85,7 +91,9 @@ class Grammar:
                 return chance.sample(NAMES, chance.randrange(3))
             case "pin":
                 return chance.choice(["D0", "D1", "step", "enable", "sync", "Estop", "RST", "EnA"])
-            case "level" | "check":
+            case "on":
+                return chance.choice(["", *NAMES])
+            case "level" | "check" | "anew":
                 return chance.randrange(2) if argument == "level" else chance.random() < 0.5
             case "field":
                 return chance.choice(["load_torque_Nm", "diaagc", "errfl", "r", "at_ns"])
@@ -141,10 +149,10 @@ class Grammar:
 
     def request(self) -> bytes:
         chance = self.chance
-        verb = chance.choice([name for name in VERBS if name not in ("stop", "reload")])
-        request: dict[str, Any] = {"verb": verb}
-        for argument in VERBS[verb].arguments:
-            request[argument] = self.value(verb, argument)
+        operation = chance.choice(ASKED)
+        request: dict[str, Any] = {"verb": operation.name}
+        for argument in operation.arguments:
+            request[argument] = self.value(operation.name, argument)
         while chance.random() < 0.4:
             self.spoil(request)
         line = json.dumps(request, ensure_ascii=chance.random() < 0.5).encode()
@@ -192,7 +200,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float)
 
 
-def in_a_daemon(folder: Path, use: Callable[[Daemon], Awaitable[None]]) -> None:
+def in_a_daemon(folder: Path, use: Callable[[Serving], Awaitable[None]]) -> None:
     """Run what is awaited with a daemon that has started."""
 
     async def main() -> None:
@@ -200,13 +208,12 @@ def in_a_daemon(folder: Path, use: Callable[[Daemon], Awaitable[None]]) -> None:
         daemon = Daemon(
             config, config_folder=folder, runtime_base=folder / "run", state_base=folder / "state"
         )
-        started = asyncio.Event()
-        running = asyncio.create_task(daemon.run(lambda _: started.set()))
-        starting = asyncio.create_task(started.wait())
-        await asyncio.wait({running, starting}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
+        started: asyncio.Future[Serving] = asyncio.get_running_loop().create_future()
+        running = asyncio.create_task(daemon.run(started.set_result))
+        await asyncio.wait({running, started}, return_when=asyncio.FIRST_COMPLETED, timeout=30)
         try:
-            assert started.is_set()
-            await use(daemon)
+            assert started.done()
+            await use(started.result())
         finally:
             daemon.stop()
             await running
@@ -220,15 +227,17 @@ def check(answer: dict[str, Any], line: bytes) -> None:
         assert isinstance(answer["error"], str)
         assert answer["error"], line[:300]
         assert len(answer["error"]) <= 4000, line[:300]
+        assert answer["code"] in CODES, line[:300]
 
 
 def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     grammar = Grammar(random.Random(SEED))
     accepted = 0
 
-    async def use(daemon: Daemon) -> None:
+    async def use(serving: Serving) -> None:
         nonlocal accepted
-        server = ControlServer(daemon, tmp_path / "unused")
+        claimed = ClaimedSocket(tmp_path / "unused", "fuzz")
+        server = ControlServer(serving.desk, claimed)
         for case in range(CASES):
             line = grammar.request()
             answer = await server.answer(line)
@@ -239,11 +248,13 @@ def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureF
             assert not caplog.records or not caplog.records[-1].exc_info, line[:300]
             accepted += answer["ok"]
             if case % 50 == 49:
-                for row in daemon.faults.listed():
-                    daemon.faults.clear(row["number"])
+                for row in serving.live.faults.listed():
+                    serving.live.faults.clear(row["number"])
                 for name in ("m1", "m2", "s1", "s2"):
                     await server.answer(json.dumps({"verb": "reset", "device": name}).encode())
                 await asyncio.sleep(0.001)
+        await server.close()
+        claimed.release()
 
     with caplog.at_level(logging.ERROR):
         in_a_daemon(tmp_path, use)
@@ -268,34 +279,38 @@ LONG = {
 def test_nobody_waits_for_a_long_request_to_be_read(tmp_path: Path, kind: str) -> None:
     answered = []
 
-    async def use(daemon: Daemon) -> None:
-        server = ControlServer(daemon, tmp_path / "unused")
+    async def use(serving: Serving) -> None:
+        claimed = ClaimedSocket(tmp_path / "unused", "fuzz")
+        server = ControlServer(serving.desk, claimed)
 
         async def ask(name: str, request: object) -> None:
             answer = await server.answer(json.dumps(request).encode())
             answered.append((name, answer["ok"]))
 
         await asyncio.gather(ask("long", LONG[kind]), ask("short", {"verb": "list"}))
+        await server.close()
+        claimed.release()
 
     in_a_daemon(tmp_path, use)
     assert answered == [("short", True), ("long", kind in ("a train", "bursts"))]
 
 
 @pytest.mark.parametrize(
-    ("request_of", "told"),
+    ("operation", "target", "given", "told"),
     [
-        (
-            {"verb": "drive", "device": "m1", "train": [[0, "dir", 0, 0, 0]] * (MAX_ROWS + 1)},
-            "at most 200,000 rows",
-        ),
-        ({"verb": "play", "tap": "bus0.t", "bursts": [[0, ""]] * (MAX_BURSTS + 1)}, "at most 50,000 rows"),
+        ("drive", "m1", {"train": [[0, "dir", 0, 0, 0]] * (MAX_ROWS + 1)}, "at most 200,000 rows"),
+        ("play", "bus0.t", {"bursts": [[0, ""]] * (MAX_BURSTS + 1)}, "at most 50,000 rows"),
     ],
     ids=["drive", "play"],
 )
-def test_more_rows_than_can_be_taken_at_once_are_refused(request_of: dict[str, Any], told: str) -> None:
-    arguments = {name: verb.arguments for name, verb in VERBS.items()}
-    with pytest.raises(ControlError, match=told):
-        read_request(json.dumps(request_of).encode(), arguments)
+def test_more_rows_than_can_be_taken_at_once_are_refused(
+    tmp_path: Path, operation: str, target: str, given: dict[str, Any], told: str
+) -> None:
+    async def use(serving: Serving) -> None:
+        with pytest.raises(VerbRefused, match=told):
+            await serving.desk.ask(LOCAL, operation, target, given)
+
+    in_a_daemon(tmp_path, use)
 
 
 def test_a_connection_outlives_whatever_was_no_request(
@@ -319,8 +334,8 @@ def test_a_connection_outlives_whatever_was_no_request(
             answers.append(replies.readline())
             assert replies.readline() == b""
 
-    async def use(daemon: Daemon) -> None:
-        await asyncio.to_thread(talk, daemon.runtime_dir / CONTROL_SOCKET)
+    async def use(serving: Serving) -> None:
+        await asyncio.to_thread(talk, tmp_path / "run" / "fuzz" / CONTROL_SOCKET)
 
     with caplog.at_level(logging.ERROR):
         in_a_daemon(tmp_path, use)

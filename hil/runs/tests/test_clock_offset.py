@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.runs import ClockOffset
-from hil.runs.clock import WINDOW
+from hil.runs.clock_offset import WINDOW
 
 WAYS = st.lists(st.tuples(st.integers(0, 10**9), st.integers(0, 10**9)), min_size=1, max_size=3 * WINDOW)
 

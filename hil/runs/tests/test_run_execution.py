@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
-from hil.runs import Execution
-from hil.runs.execute import Progress, Soon
+from hil.runs import BenchAxes, Execution, Progress, Soon
+from hil.sim.inputs import Do
 from hil.testing import Bench
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
@@ -65,7 +65,7 @@ def test_an_s_curve_is_followed_as_closely_as_the_law_does_it_alone() -> None:
 
 def _streamed(made: Bench, path: Any, duration_ns: int) -> float:
     """Following error where each control step's set-point is written from outside, as often as it can be."""
-    from hil.vocab.path import at
+    from hil.firmware.set_point_paths import at
 
     axis, begin_ns, worst = made.axis("m1"), made.now_ns, 0.0
     for into_ns in range(0, duration_ns, 153_854):
@@ -267,6 +267,29 @@ def test_a_stepper_that_is_reset_on_the_way_fails_the_run() -> None:
     to_end(made, driver)
     assert execution.progress.state == "failed"
     assert "something else moved or reset it" in (execution.progress.why or "")
+
+
+def test_a_verb_that_is_refused_when_its_time_has_come_fails_the_run() -> None:
+    made = bench(servos=0, steppers=1)
+    wanted = run({"dwell_s": 0.5}, {"move": {"s1": 90.0}}, axes={"s1": {}})
+    execution = made.execute(wanted)
+    BenchAxes(made._runtime, made._sampler)  # as another run's
+    driver = until(made, execution, lambda: made.now_ns >= 4_300_000_000)
+    made.port("s1").write(b"xm2000v60\r")
+    to_end(made, driver)
+    assert (execution.progress.why or "").startswith("s1: move_abs: it moves, and where it will be is not")
+    made.run(2000)
+    assert made.perform(wanted).state == "done"
+
+
+def test_what_others_gave_for_later_and_is_refused_is_no_fault_of_the_run() -> None:
+    made = bench(servos=1, steppers=1)
+    execution = made.execute(run({"move": {"m1": 90.0}}, {"dwell_s": 1.0}, axes={"m1": {}, "s1": {}}))
+    made.axis("s1").do("move_abs", position_deg=90.0, velocity_rpm=60.0)
+    move = Do("move_abs", (("position_deg", 0.0), ("velocity_rpm", 60.0)), made.now_ns + 20_000_000)
+    made._runtime.give(made._runtime.devices["s1"], move)
+    to_end(made, execution.run())
+    assert execution.progress.state == "done", execution.progress.why
 
 
 def test_a_servo_that_turns_takes_no_part() -> None:

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
+from hil.firmware.set_point_paths import at, length_ns
 from hil.runs import AxisNow, Plan, parse_run, plan_run, run_from_data
-from hil.vocab.path import at, length_ns
 
 SERVO = AxisNow("servo", 0.0, ("position_deg", "yw"), ("D3", "step"))
 STEPPER = AxisNow("stepper", 0.0, ("position_deg",), ("sync",))
@@ -151,6 +151,22 @@ steps:
         "bad.yaml:7:16: steps.0.move.m1: m1 may not go to 90 deg (its range is -1e+06 to 50)",
         """bad.yaml:8:24: steps.1.line.s1: 's1' is none of the run's axes (known are: m1, m2)""",
     ]
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        ({"move": {"m9": 1.0}}, "steps.0.move.m9: 'm9' is none of the run's axes (known are: m1, m2, s1)"),
+        ({"move": {"m1": 99.0}}, "steps.0.move.m1: m1 may not go to 99 deg (its range is -1e+06 to 50)"),
+    ],
+)
+def test_a_repeated_step_that_cannot_be_done_is_said_once(step: dict[str, Any], said: str) -> None:
+    steps = [{"label": "a"} | step, {"move": {"m1": 7.0}}, {"repeat": {"label": "a", "times": 3}}]
+    run = {"run": "r", "axes": {"m1": {"max_deg": 50.0}, "m2": {}, "s1": {}}, "steps": steps}
+    with pytest.raises(ConfigError) as refused:
+        plan_run(*run_from_data(run), AXES)
+    assert str(refused.value).endswith(said)
+    assert len(str(refused.value).splitlines()) == 1
 
 
 def test_an_axis_that_cannot_take_part_is_said() -> None:

@@ -1,12 +1,16 @@
 """A bench with firmwares and ports of a test's own."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
-from hil.core import AxisPlan, Core
+from hil.core import Core
+from hil.sim.around import VIRTUAL, Around
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Main
+from hil.sim.spec import DeviceSpec
+from hil.testing.bench import MemoryStore
+from hil.vocab.axis_plan import AxisPlan
+from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Main
 from hil.vocab.ports import PortHost, PortStats
 from hil.vocab.time import SimTimeNs
 
@@ -54,11 +58,6 @@ class MemoryPort:
         return PortStats(1, 1, 0, len(self.got), 0, 0)
 
 
-class NoStore:
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        device.commit_done(True)
-
-
 class Echo:
     """Sends every byte back."""
 
@@ -77,28 +76,17 @@ class Echo:
 class Bench:
     """Devices with a firmware of the test's own, on the virtual clock; ``heard``: all that they sent."""
 
-    def __init__(self) -> None:
-        self.runtime = BenchRuntime("test", Core(8))
+    def __init__(self, around: Around = VIRTUAL) -> None:
+        self.runtime = BenchRuntime("test", Core(8), MemoryStore(), around)
         self.heard: list[tuple[str, int, bytes]] = []
-        self.runtime.listeners.append(
-            lambda device, port, at_ns, data: self.heard.append((device.name, at_ns, data))
-        )
 
     def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
-        group, axis = self.runtime.open_group(AxisPlan(PARAMETERS))
-        device = Device(
-            name,
-            "test",
-            axis,
-            firmware,
-            baud=baud,
-            network_baud=None,
-            nvm={},
-            power_up={},
-            facts={},
-            store=NoStore(),
-            sent=self.runtime.sent,
-        )  # fmt: skip
+        group = self.runtime.open_group()
+        spec = DeviceSpec(
+            name=name, profile="test", firmware=firmware, bauds={MAIN: baud}, nvm={}, power_up={}, facts={}
+        )
+        device = self.runtime.make(spec, AxisPlan(PARAMETERS), group)
+        device.uarts[MAIN].listeners.append(lambda at_ns, data: self.heard.append((name, at_ns, data)))
         self.runtime.add(group, device)
         return device
 

@@ -1,15 +1,17 @@
 """A reset while the memory is being written: nobody is told of another's commit, and nothing is forgotten."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
 
 import pytest
 
-from hil.core import AxisPlan, Core
+from hil.core import Core
+from hil.sim.around import VIRTUAL
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, CommitDone, Reset
-from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Main
+from hil.sim.spec import DeviceSpec
+from hil.vocab.axis_plan import AxisPlan
+from hil.vocab.firmware import MAIN, Board, ByteAvailable, Commit, CoreEvent, Main
 from hil.vocab.time import SimTimeNs
 
 MS = 1_000_000
@@ -29,9 +31,14 @@ class SlowStore:
 
     def __init__(self) -> None:
         self.asked: list[dict[str, bytes]] = []
+        self.answered: list[Callable[[bool], bool]] = []
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
         self.asked.append(dict(sections))
+        self.answered.append(answered)
+        return None
 
 
 class Keeper:
@@ -57,18 +64,18 @@ class Bench:
 
     def __init__(self) -> None:
         self.store = SlowStore()
-        self.runtime = BenchRuntime("test", Core(2))
+        self.runtime = BenchRuntime("test", Core(2), self.store, VIRTUAL)
         self.heard = b""
-        self.runtime.listeners.append(self._hear)
-        group, axis = self.runtime.open_group(AxisPlan(PARAMETERS))
-        keyword: dict[str, Any] = {"network_baud": None, "nvm": {}, "power_up": {}, "facts": {}}
-        self.device = Device(
-            "m1", "t", axis, Keeper, baud=None, store=self.store, sent=self.runtime.sent, **keyword
+        group = self.runtime.open_group()
+        spec = DeviceSpec(
+            name="m1", profile="t", firmware=Keeper, bauds={MAIN: None}, nvm={}, power_up={}, facts={}
         )
+        self.device = self.runtime.make(spec, AxisPlan(PARAMETERS), group)
+        self.device.uarts[MAIN].listeners.append(self._hear)
         self.runtime.add(group, self.device)
         self.runtime.advance(SimTimeNs(MS))
 
-    def _hear(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
+    def _hear(self, at_ns: SimTimeNs, data: bytes) -> None:
         self.heard += data
 
     def give(self, given: Bytes | CommitDone | Reset) -> bytes:
@@ -119,3 +126,19 @@ def test_an_answer_that_nobody_asked_for_changes_nothing() -> None:
     assert bench.give(CommitDone(True)) == b""
     assert bench.give(Bytes(b"a")) == b""
     assert bench.give(CommitDone(True)) == b"a kept\n"
+
+
+def test_a_store_answers_by_the_call_it_was_given() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.heard = b""
+    assert bench.store.answered[0](True)
+    assert bench.heard == b"a kept\n"
+
+
+def test_a_store_is_told_that_nobody_waits_for_its_answer() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.runtime.remove("m1")
+    assert not bench.store.answered[0](True)
+    assert bench.heard == b""

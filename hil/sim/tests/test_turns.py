@@ -1,14 +1,18 @@
 """In real time: what a firmware sends in a group's turn goes on its line, whatever the turn was for."""
 
+import asyncio
 import select
 from collections.abc import Callable
 
 import pytest
 from session_bench import Bench, MemoryPort
 
-from hil.live.joint import Lines, Session
+from hil.live.joint import Joint
+from hil.live.lines import Lines
+from hil.live.sim_ends import UartEnd
+from hil.sim.around import Around
+from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
-from hil.vocab.faults import fault_refusal
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.time import FOREVER
 from hil.vocab.verbs import Verb
@@ -38,37 +42,37 @@ class RealTime:
     """One device whose firmware is due, or has hung since its start; nobody has called ``service``."""
 
     def __init__(self, firmware: type[Clock] = Clock, *, hangs: bool = False) -> None:
-        self.soon: list[Callable[[], None]] = []
-        bench = Bench()
+        self.loop = asyncio.new_event_loop()
+        self.lines = Lines(self.loop, lambda: self.runtime.now_ns)
+        bench = Bench(Around(turn_over=self.lines.turn_over))
         self.runtime = bench.runtime
-        self.lines = Lines(lambda: None, self.soon.append)
-        self.runtime.turn_over = self.lines.turn_over
         self.device = bench.add("m1", firmware, BAUD)
         self.port = MemoryPort(BAUD)
-        self.session = Session(self.runtime, self.device, self.port, self.lines)
-        self.runtime.listeners.append(lambda device, uart, at_ns, data: self.session.send(at_ns, data))
+        self.joint = Joint[UartEnd]("m1", self.port)
+        self.joint.occupy(UartEnd(self.runtime, self.lines, self.joint, self.device))
+        self.port.resumed = 0
         self.device.verbs = {"beep": Verb("beep", "", run=lambda firmware: None)}
         load = fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})
         self.fault = self.runtime.inject(fault_refusal("node_hang", "m1", {}) if hangs else load)
-        self.runtime.run_real_time(1_000_000, 1.0, 0, -1)
+        self.runtime.drive.start(1_000_000, 1.0, 0, -1)
 
     def __enter__(self) -> "RealTime":
         return self
 
     def __exit__(self, *_: object) -> None:
         self.runtime.stop()
+        self.loop.close()
 
     def heard(self) -> bytes:
         """What a client has when all that is to come soon has come."""
-        while self.soon:
-            self.soon.pop(0)()
+        self.loop.run_until_complete(asyncio.sleep(0))
         self.lines.release(FOREVER)
         return bytes(self.port.got)
 
 
 WAYS: dict[str, Callable[[RealTime], object]] = {
     "bytes": lambda real: real.runtime.give(real.device, Bytes(b"x")),
-    "a client's bytes": lambda real: real.session.received(b"x"),
+    "a client's bytes": lambda real: real.joint.received(b"x"),
     "a pin": lambda real: real.runtime.give(real.device, Pin("D3", 1)),
     "a field": lambda real: real.runtime.give(real.device, SetField("load_torque_Nm", 0.0)),
     "a reset": lambda real: real.runtime.give(real.device, Reset()),
@@ -77,7 +81,7 @@ WAYS: dict[str, Callable[[RealTime], object]] = {
     "a fault": lambda real: real.runtime.inject(fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})),
     "a fault's end": lambda real: real.runtime.clear_fault(real.fault),
     "a look": lambda real: real.runtime.snapshot("m1"),
-    "the core": lambda real: real.runtime.service(),
+    "the core": lambda real: real.runtime.drive.service(),
 }
 
 
@@ -102,8 +106,8 @@ def test_what_is_sent_at_the_very_start_goes_on() -> None:
 
 def test_a_port_that_was_held_up_reads_on_when_a_fault_ends() -> None:
     with RealTime(hangs=True) as real:
-        while real.session.room():
-            real.session.received(bytes(real.session.room()))
+        while real.joint.room():
+            real.joint.received(bytes(real.joint.room()))
         real.heard()
         assert real.port.resumed == 0
         end_ns = real.runtime.now_ns + 10_000_000  # by then all of it has arrived

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, terminal
+from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, text_plot
 from hil.testing import Bench
 from hil.wire.step_dir import generate
 
@@ -134,7 +134,7 @@ def test_too_fine_an_interval_is_refused() -> None:
 
 def test_drawings(tmp_path: Path) -> None:
     recording = second_order(0.3)
-    text = terminal.draw({"": recording}, 80, colour=False, title="a step")
+    text = text_plot.draw({"": recording}, 80, colour=False, title="a step")
     assert "\x1b" not in text
     assert "a step" in text
     assert "yw [deg]" in text

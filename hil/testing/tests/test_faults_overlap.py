@@ -5,7 +5,7 @@ The model is the list. The checks look at what the faults act on: axes, boards, 
 
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from hil.compose.replay import replay
+from hil.sim.around import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
-from hil.sim.inputs import CommitDone
 from hil.testing import Bench
 from hil.vocab.faults import (
     DEVICE,
@@ -98,10 +98,13 @@ class Later:
     """Memory that is written when the test says so: the answer is an input of the log, as a daemon's."""
 
     def __init__(self) -> None:
-        self.asked: list[Device] = []
+        self.asked: list[Callable[[bool], bool]] = []
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        self.asked.append(device)
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
+        self.asked.append(answered)
+        return None
 
 
 @dataclass
@@ -112,13 +115,11 @@ class Rig:
     store: Later = field(default_factory=Later)
 
     def __post_init__(self) -> None:
-        self.bench = Bench(CONFIG)
+        with Bench(CONFIG) as fresh:
+            memories = {name: device.nvm for name, device in fresh._runtime.devices.items()}
+        writer = InputLogWriter(self.log, "test", CONFIG, memories)
+        self.bench = Bench(CONFIG, store=self.store, around=Around(log=writer))
         self.runtime = self.bench._runtime
-        writer = InputLogWriter(self.log, "test", CONFIG, {n: d.nvm for n, d in self.runtime.devices.items()})
-        self.runtime.log = writer
-        self.runtime.listeners.append(writer.sent)
-        for device in self.runtime.devices.values():
-            device._store = self.store
         self.wire: Any = self.runtime.segments["bus0"]
         self.master = self.bench.tap("bus0.master")
         self.run(4500)
@@ -126,8 +127,8 @@ class Rig:
     def run(self, ms: float) -> None:
         self.bench.run(ms=ms)
         asked, self.store.asked = self.store.asked, []
-        for device in asked:
-            self.runtime.give(device, CommitDone(True))
+        for answered in asked:
+            answered(True)
 
     def field(self, name: str, what: str) -> float:
         return float(getattr(self.bench.axis(name).snapshot(), what))

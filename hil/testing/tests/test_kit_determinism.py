@@ -6,7 +6,7 @@ import os
 import random
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -19,10 +19,12 @@ from hypothesis import strategies as st
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
+from hil.sim.around import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter, Sent, sent_now
-from hil.sim.inputs import Bytes, CommitDone, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.inputs import Bytes, Pin, Reset, ScriptEncoder, SetField
 from hil.testing import Bench, replay
+from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs, ms
 
 DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
@@ -169,10 +171,13 @@ class LateStore:
     """Memory whose answers are inputs of their own, as a daemon's are."""
 
     def __init__(self) -> None:
-        self.waiting: list[Device] = []
+        self.waiting: list[Callable[[bool], bool]] = []
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> None:
-        self.waiting.append(device)
+    def commit(
+        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+    ) -> bool | None:
+        self.waiting.append(answered)
+        return None
 
 
 def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
@@ -181,8 +186,6 @@ def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
     with Bench(CONFIG) as bench:
         memories = {"m1": dict(bench.device("m1").nvm)}
     config = from_dict(CONFIG, find_catalogue({"memory": MemoryOptions}))
-    runtime = bench_runtime(config, find_catalogue({"memory": MemoryOptions}), memories, store)
-    device = runtime.devices["m1"]
     heard: list[Sent] = []
 
     def until(at_ms: float) -> None:
@@ -192,11 +195,13 @@ def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
         runtime.advance(ms(at_ms))
 
     with path.open("w") as file:
-        runtime.log = InputLogWriter(file, "test", CONFIG, memories)
-        runtime.listeners += [
-            runtime.log.sent,
-            lambda device, port, at_ns, data: heard.append(sent_now(device, port, at_ns, data)),
-        ]
+        around = Around(log=InputLogWriter(file, "test", CONFIG, memories))
+        catalogue = find_catalogue({"memory": MemoryOptions})
+        runtime = bench_runtime(config, catalogue, memories, store, around)
+        device = runtime.devices["m1"]
+        device.uarts[MAIN].listeners.append(
+            lambda at_ns, data: heard.append(sent_now(device, MAIN, at_ns, data))
+        )
         for at_ms, text in SCRIPT:
             until(at_ms)
             runtime.give(device, Bytes(text))
@@ -213,8 +218,8 @@ def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
         until(11500)
         runtime.give(device, Bytes(b"c"))
         until(38500)
-        assert store.waiting == [device]
-        runtime.give(device, CommitDone(True))
+        assert len(store.waiting) == 1
+        assert store.waiting[0](True)
         runtime.give(device, Bytes(b"p"))
         until(39000)
     return device, heard
@@ -246,10 +251,9 @@ def test_a_run_that_was_ended_in_a_long_answer_replays_identically(tmp_path: Pat
     with Bench(config) as bench:
         memories = {name: dict(bench.device(name).nvm) for name in config["devices"]}
     catalogue = find_catalogue({"memory": MemoryOptions})
-    runtime = bench_runtime(from_dict(config, catalogue), catalogue, memories, LateStore())
     with (tmp_path / "log").open("w") as file:
-        runtime.log = InputLogWriter(file, "test", config, memories)
-        runtime.listeners.append(runtime.log.sent)
+        around = Around(log=InputLogWriter(file, "test", config, memories))
+        runtime = bench_runtime(from_dict(config, catalogue), catalogue, memories, LateStore(), around)
         runtime.advance(ms(4500))
         runtime.give(runtime.devices["m1"], Bytes(b"qm"))
         runtime.give(runtime.devices["s1"], Bytes(b"m100v1\r"))

@@ -2,6 +2,7 @@
 
 import pytest
 
+from hil.sim.around import Around
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import FAULT_KINDS, FaultRefused
@@ -266,12 +267,9 @@ def test_faults_stand_in_the_log(tmp_path):
     from hil.compose.replay import replay
     from hil.sim.inputs import Bytes
 
-    bench = Bench(CONFIG)
     path = tmp_path / "log.jsonl"
     with path.open("w") as file:
-        writer = InputLogWriter(file, "test", CONFIG, {})
-        bench._runtime.log = writer
-        bench._runtime.listeners.append(writer.sent)
+        bench = Bench(CONFIG, around=Around(log=InputLogWriter(file, "test", CONFIG, {})))
         bench.run(ms=1100)
         bench.fault("byte_flip", "s1", rate=0.02, seed=5)
         bench.fault("node_babble", "bus0.master", start_s=0.5, for_s=1.0)

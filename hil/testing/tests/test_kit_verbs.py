@@ -8,6 +8,7 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
+from hil.sim.around import Around
 from hil.sim.input_log import InputLogWriter
 from hil.sim.input_reading import decode_line
 from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
@@ -54,7 +55,6 @@ def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict(CONFIG, catalogue)
     memories = {name: start_sections(device, {}, Path()) for name, device in config.devices.items()}
-    runtime = bench_runtime(config, catalogue, memories, MemoryStore())
     refused = 0
 
     def until(at_ms: float) -> None:
@@ -64,8 +64,8 @@ def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
 
     events: list[tuple[float, Any]] = [(row[0], row) for row in SCRIPT] + list(TEXTS)
     with path.open("w") as file:
-        runtime.log = InputLogWriter(file, "test", CONFIG, memories)
-        runtime.listeners.append(runtime.log.sent)
+        around = Around(log=InputLogWriter(file, "test", CONFIG, memories))
+        runtime = bench_runtime(config, catalogue, memories, MemoryStore(), around)
         for at_ms, what in sorted(events, key=lambda event: event[0]):
             until(at_ms)
             if isinstance(what, bytes):

@@ -18,7 +18,7 @@ INFINITE, NO_NUMBER = float("inf"), float("nan")
 def test_a_load_is_bounded_by_the_motor(name: str, torque_Nm: float) -> None:
     bench = Bench(CONFIG)
     runtime, device = bench._runtime, bench._runtime.devices[name]
-    assert LIMITS[name] in str(setting_problem(runtime, device, "load_torque_Nm", torque_Nm))
+    assert LIMITS[name] in str(setting_problem(runtime.faults, device, "load_torque_Nm", torque_Nm))
     with pytest.raises(ValueError, match=f"load_torque_Nm: write {re.escape(LIMITS[name])}"):
         bench.axis(name).load_torque_Nm = torque_Nm
     if abs(torque_Nm) <= 1000:
@@ -26,7 +26,7 @@ def test_a_load_is_bounded_by_the_motor(name: str, torque_Nm: float) -> None:
             bench.fault("shaft_load", name, torque_Nm=torque_Nm)
         assert LIMITS[name] in str(refused.value)
     for allowed_Nm in (0.0, 1.5, -1.5):
-        assert setting_problem(runtime, device, "load_torque_Nm", allowed_Nm) is None
+        assert setting_problem(runtime.faults, device, "load_torque_Nm", allowed_Nm) is None
 
 
 SUM = "with {} Nm that push the same way it is {}; in all write -1.55 to 1.55, 10 times what this motor holds"
@@ -64,4 +64,4 @@ def test_loads_on_one_shaft_add_up_to_the_bound_at_most() -> None:
 )
 def test_what_a_field_cannot_have(name: str, field: str, value: object, why: str) -> None:
     runtime = Bench(CONFIG)._runtime
-    assert str(setting_problem(runtime, runtime.devices[name], field, value)).startswith(why)
+    assert str(setting_problem(runtime.faults, runtime.devices[name], field, value)).startswith(why)

@@ -9,6 +9,7 @@ import pytest
 
 from device_profiles.mechaduino.firmware import COMMANDS_BY_LETTER, Command
 from hil.compose.replay import replay
+from hil.sim.around import Around
 from hil.sim.input_log import InputLogWriter
 from hil.sim.stops import FirmwareHung
 from hil.testing import Bench
@@ -49,16 +50,20 @@ def slow() -> Iterator[None]:
     MACHINE["is_slow"] = False
 
 
+def logged_bench(config: dict[str, Any]) -> tuple[Bench, io.StringIO]:
+    with Bench(config) as fresh:
+        memories = {"m1": fresh._runtime.devices["m1"].nvm}
+    log = io.StringIO()
+    return Bench(config, around=Around(log=InputLogWriter(log, "test", config, memories))), log
+
+
 def logged_run(device: dict[str, Any], act: Any) -> io.StringIO:
     """A run in which ``act`` gets the firmware stopped, and somebody uses it afterwards."""
     config = {
         "bench": "f",
         "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}} | device},
     }
-    bench, log = Bench(config), io.StringIO()
-    memories = {"m1": bench._runtime.devices["m1"].nvm}
-    bench._runtime.log = writer = InputLogWriter(log, "test", config, memories)
-    bench._runtime.listeners.append(writer.sent)
+    bench, log = logged_bench(config)
     bench.run(ms=4500)
     bench.fault("byte_flip", "m1", rate=0.02, seed=4)
     act(bench)
@@ -112,11 +117,7 @@ def test_what_a_firmware_has_no_memory_for_is_no_matter_of_simulated_time(
 
     answer_q(monkeypatch, deep)
     config = {"bench": "f", "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}}}}
-    bench, log = Bench(config), io.StringIO()
-    bench._runtime.log = writer = InputLogWriter(
-        log, "test", config, {"m1": bench._runtime.devices["m1"].nvm}
-    )
-    bench._runtime.listeners.append(writer.sent)
+    bench, log = logged_bench(config)
     bench.run(ms=4500)
     bench.port("m1").write(b"q")
     assert "RecursionError" in str(bench.device("m1").failed)

@@ -28,7 +28,7 @@ def test_only_those_hear_a_packet_that_it_concerns():
     assert wire.heard() == {"a": b"", "b": Y, "c": b"", "tap": Y}
     wire.send("a", 10**9, encode(0, 1, b"y"))
     assert wire.ears["c"].data == encode(0, 1, b"y")
-    wire.busy.add("c")
+    wire.set_polling("c", False)
     wire.send("a", 2 * 10**9, Y)
     assert wire.ears["c"].data == encode(0, 1, b"y") + Y
 

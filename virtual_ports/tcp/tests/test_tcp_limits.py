@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from hil.net.tcp_client import KEEP_ALIVE
+from hil.net.tcp_port import RESERVED_FDS
 from hil.testing.ports import RecordingHost, Scenario, open_fds, run_port, until
 from hil.vocab.ports import Port, PortContext
-from virtual_ports.tcp.client import KEEP_ALIVE
-from virtual_ports.tcp.port import RESERVED_FDS, Options, make
+from virtual_ports.tcp.port import Options, make
 
 
 def run(scenario: Scenario, max_clients: int = 32) -> None:

@@ -1,0 +1,191 @@
+"""Commands: what a key and a payload ask of the desk, and the replies."""
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from inspect import isawaitable
+from typing import Any, NamedTuple
+
+import zenoh
+
+from bridges.zenoh.documents import OURS, RUN_BYTES, acknowledged, read_payload, read_text, refused
+from bridges.zenoh.gate import Gate
+from bridges.zenoh.inbox import Request
+from bridges.zenoh.keys import prefix
+from bridges.zenoh.publications import Publications, short_state
+from bridges.zenoh.readings import Readings, encoding
+from bridges.zenoh.sender import Sender
+from bridges.zenoh.work import LATER, Work
+from hil.vocab.bridges import Desk, Done, Source
+from hil.vocab.verbs import VerbRefused
+
+ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
+
+
+class Command(NamedTuple):
+    """What is asked of the desk."""
+
+    operation: str
+    target: str
+    given: Mapping[str, object]
+
+
+Reader = Callable[[bytes | None], Command]
+"""Reads a payload. Raises VerbRefused."""
+
+
+class Commands:
+    """Of one bench. ``gate``: knows its users, where it has some."""
+
+    def __init__(
+        self,
+        desk: Desk,
+        gate: Gate | None,
+        publications: Publications,
+        readings: Readings,
+        sender: Sender,
+        work: Work,
+    ) -> None:
+        self._desk, self._gate = desk, gate
+        self._here = desk.describe()
+        self._prefix = prefix(self._here.bench)
+        self._publications, self._readings = publications, readings
+        self._sender, self._work = sender, work
+        self.carried_out = 0
+
+    def handle(self, request: Request) -> None:
+        """Carry a command out and answer it, or answer what is read."""
+        key, query = request.key, request.query
+        try:
+            reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
+            if reader is not None:
+                source = self._source(request)
+                self._carry_out(source, key, reader(request.payload), query)
+            elif query is not None:
+                self._readings.read(key, query)
+            else:
+                raise VerbRefused("bad_request", "nothing is put here; the reference has the keys")
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+
+    def _source(self, request: Request) -> Source:
+        """Who sent it. Raises VerbRefused: nobody known."""
+        if self._gate is None:
+            return OURS
+        return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())
+
+    def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
+        answer = self._desk.ask(source, command.operation, command.target, command.given)
+        if isawaitable(answer):
+            self._work.begin(self._answer_later(query, key, answer))
+        elif command.operation == "do" and query is not None and isinstance(answer, Done):
+            self._answer_verb(source, key, command.target, answer, query)
+        else:
+            self._answer(query, key, answer)
+
+    def _answer_verb(self, source: Source, key: str, device: str, done: Done, query: zenoh.Query) -> None:
+        """At once, and on demand with the state then and when its motion has ended."""
+        self.carried_out += 1
+        self._reply(query, key, done.answer, done.effective_at_ns)
+        wanted = query.parameters
+        if wanted.get("applied") == "true":
+            state = short_state(self._desk, device)
+            self._reply(query, key, {"applied": True, "state": state}, done.effective_at_ns)
+        if wanted.get("done") == "true":
+            self._work.await_end(self._wait(source, key, device, done, query))
+        else:
+            self._sender.end(query)
+
+    async def _wait(self, source: Source, key: str, device: str, done: Done, query: zenoh.Query) -> None:
+        given = {name: done.answer[name] for name in ("ends_after_ns", "set_point") if name in done.answer}
+        given["effective_at_ns"] = done.effective_at_ns
+        try:
+            ended = await self._desk.ask(source, "wait", device, given)
+            answer = {"done": True, **ended, "state": short_state(self._desk, device)}
+            self._reply(query, key, answer, done.effective_at_ns)
+            self._sender.end(query)
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+        except asyncio.CancelledError:
+            too_many = VerbRefused("not_now", f"{LATER} others wait for an end; ask for its state")
+            self._refuse(key, query, too_many)
+            raise
+
+    async def _answer_later(self, query: zenoh.Query | None, key: str, doing: Awaitable[Any]) -> None:
+        try:
+            answer = await doing
+        except VerbRefused as refusal:
+            self._refuse(key, query, refusal)
+            return
+        except BaseException:
+            if query is not None:
+                self._sender.end(query)
+            raise
+        self._answer(query, key, answer)
+
+    def _answer(self, query: zenoh.Query | None, key: str, answer: Any) -> None:
+        """That something was carried out."""
+        self.carried_out += 1
+        if query is not None:
+            if isinstance(answer, Done):
+                self._reply(query, key, answer.answer, answer.effective_at_ns)
+            else:
+                self._reply(query, key, answer, None)
+            self._sender.end(query)
+
+    def _reply(
+        self, query: zenoh.Query, key: str, answer: Mapping[str, Any], effective_at_ns: int | None
+    ) -> None:
+        text = acknowledged(answer, effective_at_ns, self._here.clock.times_ns())
+        self._sender.reply(query, key, text, ACKNOWLEDGED)
+
+    def _refuse(self, key: str, query: zenoh.Query | None, refusal: VerbRefused) -> None:
+        text = refused(refusal, key, self._here.clock.times_ns())
+        if query is not None:
+            self._sender.refuse(query, text, REFUSED)
+            self._sender.end(query)
+        self._publications.rejected(text)
+
+
+def command_at(rest: str, has_payload: bool) -> Reader | None:
+    """What reads the command under a key below the bench's; None: it is no command.
+
+    Raises:
+        VerbRefused: a command for many devices.
+    """
+    match rest.split("/"):
+        case ["axis", device, "cmd", verb] if "*" not in device + verb:
+            return lambda payload: Command("do", device, {"name": verb, "parameters": read_payload(payload)})
+        case ["axis", device, "param", field] if has_payload and "*" not in device + field:
+            return lambda payload: Command(
+                "set", device, {"field": field, "value": read_payload(payload, {int, float})}
+            )
+        case ["axis" | "segment", target, "fault"] if "*" not in target:
+            return lambda payload: _fault(target, read_payload(payload))
+        case ["run", "submit"]:
+            return lambda payload: Command("run", "", {"text": read_text(payload)})
+        case ["run", name, "part"] if "*" not in name:
+            return lambda payload: Command("part", name, {"given": read_payload(payload, longest=RUN_BYTES)})
+        case ["run", name, "cancel"] if "*" not in name:
+            return lambda payload: Command(
+                "cancel_run", name, {"how": read_payload(payload).get("how", "grace")}
+            )
+        case ["axis", _, "param", _] if not has_payload:
+            return None
+        case ["axis", _, "cmd" | "param", _] | ["axis" | "segment", _, "fault"]:
+            raise VerbRefused("bad_request", "a command is for one device: write its name instead of *")
+    return None
+
+
+def _fault(key_target: str, given: dict[str, object]) -> Command:
+    """Begin a fault on what the key names or on something of it, or end it."""
+    if "clear" in given:
+        which = given.pop("clear")
+        if given:
+            raise VerbRefused("bad_parameter", "clear: nothing is written beside it")
+        return Command("clear", "", {"number": which, "on": key_target})
+    target = given.pop("target", key_target)
+    if not isinstance(target, str) or target.partition(".")[0] != key_target.partition(".")[0]:
+        raise VerbRefused("bad_parameter", f"target: {key_target}, or something of it")
+    named = {"fault": given.pop("fault")} if "fault" in given else {}
+    return Command("inject", target, {**named, "parameters": given})

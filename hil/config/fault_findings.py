@@ -1,0 +1,102 @@
+"""Faults of the configuration, checked against the table of kinds and what the bench has."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from hil.config.catalogue import ProfileInfo
+from hil.config.document import Finding
+from hil.config.explain import shown, suggestion
+from hil.sim.given_fault import fault_of
+from hil.vocab.axis_plan import AXIS_PINS
+from hil.vocab.faults import (
+    DEVICE,
+    FAULT_KINDS,
+    PORT,
+    SEGMENT,
+    SERVO,
+    SHAFT,
+    STATION,
+    SUPPLIED,
+    TARGETS,
+    TIMING,
+    TWIN_PORT,
+)
+from hil.vocab.firmware import MAIN, NETWORK
+
+REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
+
+
+def fault_findings(
+    faults: object,
+    segments: object,
+    devices: Mapping[str, ProfileInfo],
+    real: Collection[str],
+    full: Collection[str],
+) -> list[Finding]:
+    """What is wrong with ``faults``. ``devices``: those whose profile is known; ``real``: real boards;
+    ``full``: those with the full plant."""
+    findings: list[Finding] = []
+    places = _places(segments, devices, real)
+    for name in full:
+        if SUPPLIED not in places.get(name, {SUPPLIED}):
+            places[name].add(SUPPLIED)
+    for index, entry in enumerate(faults if isinstance(faults, list) else ()):
+        if not isinstance(entry, dict):
+            continue
+        path = ("faults", index)
+        kind, target = entry.get("fault"), entry.get("target")
+        if not isinstance(kind, str) or not isinstance(target, str):
+            continue
+        if kind not in FAULT_KINDS:
+            message = f"there is no fault {shown(kind)}"
+            findings.append(Finding((*path, "fault"), message, suggestion(kind, FAULT_KINDS)))
+            continue
+        wanted = FAULT_KINDS[kind].target
+        if target not in places:
+            message = f"there is no {shown(target)} here"
+            findings.append(Finding((*path, "target"), message, suggestion(target, places)))
+        elif wanted not in places[target]:
+            fitting = [name for name, kinds in places.items() if wanted in kinds]
+            remedy = f"write {TARGETS[wanted]}: {', '.join(fitting) or 'there is none'}"
+            findings.append(Finding((*path, "target"), f"{kind} cannot be on {shown(target)}", remedy))
+        given = {name: value for name, value in entry.items() if name not in ("fault", "target")}
+        _, problems = fault_of(kind, target, given)
+        for name, problem in problems.items():
+            if name in given:
+                findings.append(Finding((*path, name), f"{shown(given[name])} is not allowed here", problem))
+            else:
+                findings.append(Finding((*path, name), "this key is missing", problem))
+        for name in (each.name for each in TIMING if target in real and given.get(each.name)):
+            findings.append(Finding((*path, name), f"{target} is a real board", REAL_REMEDY))
+    return findings
+
+
+def _places(
+    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+) -> dict[str, set[str]]:
+    """All targets, and the kinds of target that each is."""
+    places: dict[str, set[str]] = {}
+    for name, profile in devices.items():
+        if name in real:
+            places[name] = {PORT}
+            continue
+        places[name] = {DEVICE, SHAFT, PORT, TWIN_PORT} | (
+            {SERVO} if not AXIS_PINS[profile.law].outputs else set()
+        )
+        places[f"{name}.{MAIN}"] = places[name]
+        if profile.network_baud is not None:
+            places[f"{name}.{NETWORK}"] = {DEVICE, SHAFT, PORT, TWIN_PORT}
+    for name, segment in segments.items() if isinstance(segments, dict) else ():
+        if not isinstance(segment, dict):
+            continue
+        places[name] = {SEGMENT}
+        for tap in _names(segment.get("taps")):
+            places[f"{name}.{tap}"] = {STATION}
+        for station in _names(segment.get("stations")):
+            full = station if "." in station else f"{station}.{NETWORK}"
+            places.setdefault(full, set()).add(STATION)
+    return places
+
+
+def _names(value: Any) -> list[str]:
+    return [each for each in value if isinstance(each, str)] if isinstance(value, dict | list) else []

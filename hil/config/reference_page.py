@@ -1,0 +1,130 @@
+"""The reference page of all configuration keys, written from the schema."""
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
+from hil.config.schema import schema
+from hil.config.shaft_load import LOAD_KINDS
+
+
+def reference(catalogue: Catalogue) -> str:
+    """Every key with its type, default and meaning, as Markdown."""
+    whole: dict[str, Any] = schema(catalogue)
+    definitions = whole["$defs"]
+    device = definitions["DeviceConfig"]
+    sections = [
+        "# Configuration reference",
+        "A bench is one YAML file. This page is generated from the models that check it; a key that is"
+        ' not here is an error. Quote text that looks like a number (`"0.1"`, `"0660"`).',
+        "## Bench",
+        keys_table(whole),
+        "## Device: `devices.<name>`",
+        keys_table(device),
+        "## Flash: `devices.<name>.flash`",
+        keys_table(definitions["FlashConfig"]),
+        "## Load: `devices.<name>.load`",
+        "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
+        *_loads(definitions),
+        "## Segments: `segments.<name>`",
+        keys_table(definitions["SegmentConfig"]),
+        "## Taps: `segments.<name>.taps.<name>`",
+        keys_table(definitions["TapConfig"]),
+        "## Ports: `devices.<name>.port`",
+        "Either the kind's name alone, or a mapping of `kind` and the options below; so is `network`.",
+    ]
+    for port in device["properties"]["port"]["anyOf"][1:]:
+        kind = port["properties"].pop("kind")["const"]
+        port["required"].remove("kind")
+        sections += [f"### `{kind}`", keys_table(port) if port["properties"] else "No options."]
+    sections += ["## Set-points: `devices.<name>.setpoints`", keys_table(definitions["SetpointsConfig"])]
+    for kind, choice in whole["properties"]["bridges"]["properties"].items():
+        sections += [f"## Bridge: `bridges.{kind}`", keys_table(choice["anyOf"][1])]
+    sections.append("## Profiles: `devices.<name>.profile`")
+    for name in sorted(catalogue.profiles):
+        sections += _profile(catalogue.profiles[name])
+    return "\n\n".join(sections) + "\n"
+
+
+def _loads(definitions: dict[str, Any]) -> Iterable[str]:
+    for kind, model in LOAD_KINDS.items():
+        described = definitions[model.__name__]
+        described["properties"].pop("kind")
+        yield f"### `{kind}`: {described['description']}"
+        yield keys_table(described)
+
+
+def keys_table(model: dict[str, Any]) -> str:
+    """The keys of a model with their types, defaults and meanings, Markdown."""
+    required = model.get("required", [])
+    return _table(
+        ("Key", "Type", "Default", "Meaning"),
+        (
+            (
+                f"`{name}`",
+                _type(value),
+                "required" if name in required else _default(value),
+                value.get("description", ""),
+            )
+            for name, value in model["properties"].items()
+        ),
+    )
+
+
+def _default(value: dict[str, Any]) -> str:
+    return f"`{json.dumps(value['default'])}`" if "default" in value else ""
+
+
+def _type(value: dict[str, Any]) -> str:
+    if "oneOf" in value:
+        return "mapping"
+    if "anyOf" in value:
+        return " or ".join(dict.fromkeys(_type(choice) for choice in value["anyOf"]))
+    if "enum" in value or "const" in value:
+        return ", ".join(f"`{choice}`" for choice in value.get("enum", [value.get("const")]))
+    if "$ref" in value:
+        return "mapping"
+    plain = {"integer": "whole number", "string": "text", "object": "mapping", "array": "list"}
+    name = plain.get(value.get("type", ""), value.get("type", "any"))
+    return " ".join(["path" if value.get("format") == "path" else name, *_bounds(value)])
+
+
+def _bounds(value: dict[str, Any]) -> Iterable[str]:
+    words = {"exclusiveMinimum": ">", "minimum": "≥", "maximum": "≤", "exclusiveMaximum": "<"}
+    return [f"{word} {value[key]}" for key, word in words.items() if key in value]
+
+
+def _profile(profile: ProfileInfo) -> list[str]:
+    hardware = _table(
+        ("`hardware`", "Supply (V)", "5 V inputs"),
+        (
+            (
+                f'`"{version.name}"`' + (" (default)" if version.name == profile.default_hardware else ""),
+                f"{version.supply_min_V:g} to {version.supply_max_V:g}",
+                ", ".join(version.inputs_5V),
+            )
+            for version in profile.hardware.values()
+        ),
+    )
+    axis = _table(
+        ("`axis`", "Default", "Unit", "Meaning", "Source"),
+        (
+            (f"`{item.name}`", _axis_default(item), item.unit, item.about, item.source)
+            for item in profile.axis.values()
+        ),
+    )
+    registers = _table(
+        ("`registers`", "Default"),
+        ((f"`{name}`", f"`0x{value:04X}`") for name, value in profile.registers.items()),
+    )
+    return [f"### `{profile.name}`: {profile.title}", hardware, axis, registers]
+
+
+def _axis_default(item: AxisParameter) -> str:
+    return f"{item.value:g}" if item.full is None else f"{item.value:g}; `plant: full`: {item.full:g}"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)

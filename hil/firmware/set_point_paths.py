@@ -1,0 +1,59 @@
+"""Paths of a set-point: how long they take, where they are at a time, and the way to rest or to a target."""
+
+from collections.abc import Sequence
+from math import sqrt
+
+from hil.vocab.path import Path, PathPiece
+from hil.vocab.time import NS_PER_S
+
+
+def length_ns(path: Sequence[PathPiece]) -> int:
+    """How long it takes."""
+    return sum(piece.duration_ns for piece in path)
+
+
+def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
+    """Set-point and rate, so long after the beginning; before it as at it, after the end at rest. The path
+    has a piece."""
+    into_ns = max(into_ns, 0)
+    for piece in path:
+        if into_ns < piece.duration_ns:
+            return piece.after(into_ns)
+        into_ns -= piece.duration_ns
+    return path[-1].after(path[-1].duration_ns)[0], 0.0
+
+
+def to_rest(r: float, rate: float, per_s2: float) -> Path:
+    """From a set-point that changes at ``rate`` by the second to rest, with this deceleration."""
+    return _joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])
+
+
+def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float) -> Path:
+    """From a set-point that changes at ``rate`` to ``target``, and rest there, as fast as the limits let
+    it: ramps of ``per_s2``, at most ``per_s`` in between. What is faster than that at the beginning slows
+    down first; what cannot stop before the target comes back."""
+    stopped_at = r + rate * abs(rate) / (2 * per_s2)
+    sign = 1.0 if target >= stopped_at else -1.0
+    distance, start = (target - r) * sign, rate * sign
+    peak = min(per_s, sqrt(max(per_s2 * distance + start * start / 2, 0.0)))
+    ramp = per_s2 if start <= peak else -per_s2
+    ramped = (peak * peak - start * start) / (2 * ramp)
+    cruise = distance - ramped - peak * peak / (2 * per_s2)
+    pieces = [
+        (abs(peak - start) / per_s2, ramp * sign),
+        (max(cruise, 0.0) / peak if peak > 0 else 0.0, 0.0),
+        (peak / per_s2, -per_s2 * sign),
+    ]
+    return (*_joined(r, rate, pieces)[:-1], PathPiece(0, target))
+
+
+def _joined(r: float, rate: float, pieces: Sequence[tuple[float, float]]) -> Path:
+    """Pieces of (seconds, acceleration), each beginning where the one before ends. Times are whole
+    nanoseconds, set-points and rates those of the times before rounding, so that nothing adds up."""
+    path = []
+    for seconds, per_s2 in pieces:
+        if duration_ns := round(seconds * NS_PER_S):
+            path.append(PathPiece(duration_ns, r, rate, per_s2))
+        r += seconds * (rate + seconds * per_s2 / 2)
+        rate += seconds * per_s2
+    return (*path, PathPiece(0, r))

@@ -1,0 +1,155 @@
+"""What has to happen for the bench to be what a configuration says: all that is read for it is read here.
+
+A start is planned as a reload is, from a bench without devices.
+"""
+
+import gc
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hil.compose import LOOKUP_SECTION, TableFileError, load_firmware, load_verbs, read_text, start_sections
+from hil.config import BenchConfig, Catalogue, Change, diff, parse
+from hil.live.refusals import ConfigUnreadable, Refused
+from hil.live.store import NvmStore, StoreError, belongs_to
+
+SWITCH_S = 0.0005
+"""How long this thread's Python may keep the event loop waiting, at each system call; otherwise 5 ms."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What is stored of a twin that does not go on with its own. ``counter``: of the commits that made it;
+    ``unfit``: why the file on disk is another board's, and has to be kept aside."""
+
+    counter: int = 0
+    sections: Mapping[str, bytes] = field(default_factory=dict)
+    note: str | None = None
+    unfit: str | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A configuration that can be had. ``memories`` and ``tables`` (what it puts into a memory) are of twins
+    that begin. ``is_start``: nothing runs yet, so that devices can be joined."""
+
+    config: BenchConfig
+    changes: tuple[Change, ...]
+    memories: Mapping[str, Memory]
+    tables: Mapping[str, Mapping[str, bytes]]
+    is_start: bool = False
+
+    def has_twin(self, name: str) -> bool:
+        """Whether the configuration has an emulated board of this name."""
+        device = self.config.devices.get(name)
+        return device is not None and device.at is None
+
+    def named(self, *actions: str) -> list[str]:
+        """Devices that have one of these actions, in order."""
+        return [change.device for change in self.changes if change.device and change.action in actions]
+
+    def begun(self, *, twins: bool) -> list[str]:
+        """Devices that are new or start anew: twins, or real boards."""
+        return [name for name in self.named("restart", "add") if self.has_twin(name) == twins]
+
+    def sections(self, name: str, stored: Mapping[str, bytes]) -> dict[str, bytes]:
+        """A twin's memory as it begins: what the configuration asks for, over what is stored."""
+        config = self.config.devices[name]
+        if config.flash.table in ("stored", "empty"):
+            return start_sections(config, stored, Path())
+        named = {section or LOOKUP_SECTION: data for section, data in stored.items()}
+        return named | dict(self.tables[name])
+
+
+def plan_start(config: BenchConfig, folder: Path, files: NvmStore) -> Plan:
+    """All devices of a configuration begin. Files that it names are looked up from ``folder``.
+
+    Raises:
+        Refused: memories or tables cannot be used; all of them are named.
+    """
+    nothing = config.model_copy(update={"devices": {}, "wires": [], "segments": {}, "faults": []})
+    return _plan(nothing, config, diff(nothing, config), folder, files, is_start=True)
+
+
+def plan_reload(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig, files: NvmStore) -> Plan:
+    """Read the configuration again.
+
+    Raises:
+        ConfigError: it has problems, all of them with file:line:column.
+        ConfigUnreadable: it cannot be read.
+        Refused: it cannot be had without a restart, or as ``plan_start``.
+    """
+    with _giving_way():
+        try:
+            new = parse(read_text(path), str(path), catalogue)
+        except UnicodeDecodeError as error:
+            raise ConfigUnreadable(f"{path}:1:1: this is not UTF-8 text ({error})") from None
+        except OSError as error:
+            raise ConfigUnreadable(f"{path}: {error.strerror}") from None
+        changes = diff(old, new)
+        if core := [line for change in changes if change.device is None for line in change.why]:
+            raise Refused("\n".join(f"{line}: only a restart of the daemon does this" for line in core))
+        plan = _plan(old, new, changes, folder, files)
+        for name in plan.begun(twins=True):  # imports take their time
+            load_firmware(catalogue.profiles[new.devices[name].profile])
+            load_verbs(new.devices[name].profile)
+        return plan
+
+
+def _plan(
+    old: BenchConfig,
+    new: BenchConfig,
+    changes: list[Change],
+    folder: Path,
+    files: NvmStore,
+    *,
+    is_start: bool = False,
+) -> Plan:
+    memories: dict[str, Memory] = {}
+    tables: dict[str, Mapping[str, bytes]] = {}
+    plan, problems = Plan(new, tuple(changes), memories, tables, is_start), []
+    for name in plan.begun(twins=True):
+        try:
+            if memory := _memory(old, new, name, files):
+                memories[name] = memory
+            tables[name] = start_sections(new.devices[name], {}, folder)
+        except StoreError as error:
+            problems.append(str(error))
+        except TableFileError as error:
+            problems.append(f"devices.{name}.flash.table: {error}")
+    if problems:
+        raise Refused("\n".join(problems))
+    return plan
+
+
+def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> Memory | None:
+    """None: it goes on with its own."""
+    before, profile = old.devices.get(name), new.devices[name].profile
+    if before is None or before.at is not None:
+        loaded = files.look(name, profile)
+        return Memory(loaded.content.counter, loaded.content.sections, loaded.note, loaded.unfit)
+    if before.profile != profile:  # whose board may still write it
+        return Memory(unfit=belongs_to(before.profile, profile))
+    return None
+
+
+@contextmanager
+def _giving_way() -> Iterator[None]:
+    """Python runs here while the event loop serves: it gets its turn soon, and no collection of garbage in
+    between stops both."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_S)
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        sys.setswitchinterval(before)
+
+
+def problems_of(error: Exception) -> str:
+    """In a line, for where there is room for one."""
+    first, *others = str(error).splitlines() or [""]
+    return first + (f" (and {len(others)} more)" if others else "")

@@ -1,0 +1,50 @@
+"""The core's real-time thread: how it is started, and how long the event loop works for it at a time."""
+
+import asyncio
+import gc
+import time
+from collections.abc import Callable
+from contextlib import AsyncExitStack
+
+from hil.config import BenchConfig
+from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.live.clock import WallClock
+from hil.live.refusals import StartError
+from hil.sim.bench import BenchRuntime
+
+TURN_S = 0.02
+"""Of the event loop, for one group that is late: as long as the longest step of a healthy firmware."""
+
+
+def turn() -> Callable[[], bool]:
+    """Says when the turn of a group that begins now is over."""
+    end_s = time.monotonic() + TURN_S
+    return lambda: time.monotonic() > end_s
+
+
+def start_core(
+    stack: AsyncExitStack, bench: BenchRuntime, config: BenchConfig, *, require_rt: bool
+) -> tuple[WallClock, Grant]:
+    """The bench's time begins, and the event loop serves it until ``stack`` is put away.
+
+    Raises:
+        StartError: there can be no such thread, or none with the rights that are required.
+    """
+    if why := refused(config.cpu):
+        raise StartError(why)
+    gc.collect()
+    gc.freeze()  # a full collection would stop the event loop for 0.2 s per million objects
+    gc.enable()
+    priority, cpu = wanted_priority(), wanted_cpu(config.cpu)
+    try:
+        bench.drive.start(1_000_000_000 // config.rate_hz, config.speed, priority, cpu)
+    except OSError as error:
+        raise StartError(f"the core's thread could not be started: {error.strerror}") from error
+    epoch_ns = time.time_ns() - round(bench.now_ns / config.speed)
+    granted = grant(bench.core.native.rt_stats(), priority, cpu)
+    if granted.missing and require_rt:
+        raise StartError(granted.line())
+    loop = asyncio.get_running_loop()
+    loop.add_reader(bench.core.event_fd, bench.drive.service)
+    stack.callback(loop.remove_reader, bench.core.event_fd)
+    return WallClock(bench, config.speed, epoch_ns), granted

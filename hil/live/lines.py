@@ -1,0 +1,112 @@
+"""Paced lines: bytes that have a time at which a client's UART has them."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Protocol
+
+from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
+
+_MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
+
+
+class Line(Protocol):
+    """An end whose bytes have times."""
+
+    def flush(self) -> None:
+        """Put what was sent on the line."""
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Hand the port what is complete by ``now_ns``; answers when the next is due."""
+
+    def refresh(self) -> None:
+        """Let the port read on if it was held up and there is room again."""
+
+
+class Lines:
+    """The lines of a bench: of hundreds, only those with something on them are looked at. ``now_ns``: the
+    bench's time, which goes ``speed`` times as fast as the wall's."""
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, now_ns: Callable[[], SimTimeNs], speed: float = 1.0
+    ) -> None:
+        self._loop = loop
+        self._now_ns = now_ns
+        self._speed = speed
+        self._is_handing_on = False
+        self._timer: asyncio.TimerHandle | None = None
+        self._fresh: list[Line] = []
+        """Those with something that was sent since the last ``flush``."""
+        self._busy: dict[Line, None] = {}
+        self._held: dict[Line, None] = {}
+
+    def has_sent(self, line: Line) -> None:
+        """It has something to ``flush`` when the present turn is over."""
+        self._fresh.append(line)
+
+    def schedule(self, line: Line) -> None:
+        """A line has something to do at a time that its ``release`` says."""
+        self._busy[line] = None
+        self._release()
+
+    def hold(self, line: Line, is_held: bool) -> None:
+        """A line's port may read nothing for now, or it may again."""
+        if is_held:
+            self._held[line] = None
+        else:
+            self._held.pop(line, None)
+
+    def turn_over(self) -> None:
+        """Firmware may have run: soon, once for all turns until then, what it sent goes on, and ports read
+        what it has room for."""
+        if (self._fresh or self._held) and not self._is_handing_on:
+            self._is_handing_on = True
+            self._loop.call_soon(self._hand_on)
+
+    def _hand_on(self) -> None:
+        self._is_handing_on = False
+        self.flush()
+        self.refresh()
+
+    def flush(self) -> None:
+        """Put what was sent on its lines."""
+        if self._fresh:
+            fresh, self._fresh = self._fresh, []
+            for line in fresh:
+                line.flush()
+                self._busy[line] = None
+            self._release()
+
+    def refresh(self) -> None:
+        """Let ports read on that were held up, where there is room again."""
+        for line in list(self._held):
+            line.refresh()
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Hand ports what is complete by ``now_ns``; answers when the next is due."""
+        next_ns = FOREVER
+        for line in list(self._busy):
+            if (due_ns := line.release(now_ns)) == FOREVER:
+                self._busy.pop(line, None)
+            next_ns = min(next_ns, due_ns)
+        return next_ns
+
+    def _release(self) -> None:
+        """Release what is due now, and set the timer for the next."""
+        self.close()
+        now_ns = self._now_ns()
+        due_ns = self.release(now_ns)
+        if due_ns < FOREVER:
+            delay_s = (due_ns - now_ns) / NS_PER_S / self._speed
+            self._timer = self._loop.call_later(max(delay_s, _MIN_RELEASE_S), self._release)
+
+    def close(self) -> None:
+        """No more releases by time."""
+        if self._timer:
+            self._timer.cancel()
+            self._timer = None
+
+    def forget(self, line: Line) -> None:
+        """It is looked at no more: what is on it is lost."""
+        self._busy.pop(line, None)
+        self._held.pop(line, None)
+        self._fresh = [each for each in self._fresh if each is not line]

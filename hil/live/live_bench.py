@@ -1,0 +1,152 @@
+"""A bench in real time, composed: each part gets what it needs in its constructor."""
+
+import asyncio
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil import __version__
+from hil.compose import empty_bench
+from hil.live.apply import Apply
+from hil.live.bench_plan import Plan
+from hil.live.bridges import Bridges
+from hil.live.changes import Changes
+from hil.live.clock import WallClock
+from hil.live.commits import Commits
+from hil.live.configured import Configured
+from hil.live.core_thread import turn
+from hil.live.fault_registry import FaultRegistry
+from hil.live.guard import BREADCRUMB, StepGuard
+from hil.live.holds import Holds
+from hil.live.lines import Lines
+from hil.live.log_file import LogFile, as_simulated
+from hil.live.places import Places
+from hil.live.reload import Reloader
+from hil.live.runs.other_benches import OtherBenches
+from hil.live.runs.part import Parts
+from hil.live.runs.queue import RunQueue
+from hil.live.runs.real_axes import AllAxes, RealAxes
+from hil.live.staging import Stage
+from hil.live.store import NvmStore
+from hil.live.vitals import Vitals
+from hil.live.watches import Watches
+from hil.runs import BenchAxes
+from hil.sim.around import Around
+from hil.sim.bench import BenchRuntime
+from hil.sim.input_log import InputLogWriter
+from hil.vocab.ports import PortContext
+
+
+@dataclass(frozen=True)
+class Paths:
+    """``config``: the configuration, if it has a file; files that it names are looked up from ``folder``.
+    ``runtime`` and ``state`` are the bench's own folders; ``port_group``: who may use its ports."""
+
+    folder: Path
+    config: Path | None
+    runtime: Path
+    state: Path
+    input_log: Path | None
+    port_group: str | None
+
+
+@dataclass(frozen=True)
+class LiveBench:
+    """Its parts, for who composes more of them; no part is handed all. ``notes``: for the operator, by
+    device."""
+
+    configured: Configured
+    sim: BenchRuntime
+    places: Places
+    commits: Commits
+    faults: FaultRegistry
+    holds: Holds
+    changes: Changes
+    watches: Watches
+    vitals: Vitals
+    bridges: Bridges
+    apply: Apply
+    reloader: Reloader
+    notes: dict[str, str]
+
+
+@dataclass(frozen=True)
+class LiveRuns:
+    """The runs of a bench: its own, its parts in those of others, and its real boards as axes."""
+
+    queue: RunQueue
+    parts: Parts
+    others: OtherBenches
+    real: RealAxes
+
+
+def make_live(
+    stack: AsyncExitStack,
+    configured: Configured,
+    plan: Plan,
+    files: NvmStore,
+    at: Paths,
+    watch_idle_s: float,
+) -> LiveBench:
+    """A bench without devices, which stands still; ``plan`` is what it will be first. ``stack`` puts it away.
+
+    Raises:
+        StartError: the input log cannot be written.
+    """
+    loop, config = asyncio.get_running_loop(), configured.config
+    log = _input_log(stack, plan, at.input_log) if at.input_log else None
+    places, changes, notes = Places(), Changes(), dict[str, str]()
+    stack.push_async_callback(places.close)
+    guard = StepGuard(at.state / BREADCRUMB, config.speed)
+    stack.callback(guard.close)
+    lines = Lines(loop, lambda: sim.now_ns, config.speed)
+    stack.callback(lines.close)
+    commits = Commits(files, loop)
+    stack.push_async_callback(commits.end)  # its answers to commits are inputs, for the log too
+    sim = empty_bench(config, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log))
+    stack.callback(sim.stop)
+    faults, holds = FaultRegistry(sim, places), Holds(places)
+    watches = Watches(sim, changes, config.speed, watch_idle_s)
+    stack.callback(watches.stop)
+    vitals = Vitals(sim)
+    stack.callback(vitals.stop)
+
+    def context(label: str) -> PortContext:
+        return PortContext(config.bench, label, at.runtime, at.port_group)
+
+    stage = Stage(sim, configured, places, context)
+    apply = Apply(sim, configured, stage, places, lines, files, commits, faults, holds, changes, notes)
+    reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply, changes)
+    bridges = Bridges(changes)
+    return LiveBench(
+        configured,
+        sim,
+        places,
+        commits,
+        faults,
+        holds,
+        changes,
+        watches,
+        vitals,
+        bridges,
+        apply,
+        reloader,
+        notes,
+    )
+
+
+def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveRuns:
+    """For a bench that runs; ``stack`` ends what moves."""
+    real, others = RealAxes(live.places, live.configured, live.sim), OtherBenches(live.bridges)
+    stack.push_async_callback(real.close)
+    axes = AllAxes(BenchAxes(live.sim, live.watches.sampler), real)
+    queue = RunQueue(axes, live.configured, clock, others, live.holds)
+    stack.push_async_callback(queue.close)
+    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, real)
+
+
+def _input_log(stack: AsyncExitStack, plan: Plan, path: Path) -> InputLogWriter:
+    file = LogFile(path, asyncio.get_running_loop())
+    stack.callback(file.close)
+    memories = {name: plan.sections(name, memory.sections) for name, memory in plan.memories.items()}
+    return InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)

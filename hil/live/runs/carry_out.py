@@ -1,0 +1,126 @@
+"""Carries out the runs that were accepted: plans each from where its axes are, and follows it to its end."""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hil.config import ConfigError
+from hil.live.configured import Configured
+from hil.live.off_loop import off_loop
+from hil.live.runs import real_axes
+from hil.live.runs.lead import Together
+from hil.live.runs.planning import Planning
+from hil.live.runs.real_axes import AllAxes
+from hil.runs import Execution, Progress, Soon
+from hil.vocab.benches import BenchGone
+from hil.vocab.bridges import Source
+from hil.vocab.verbs import VerbRefused
+
+LEAD_WALL_NS = 20_000_000
+"""Between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
+TELL_S = 0.1
+"""Between two tellings of a run whose state and step are as they were."""
+
+
+class NotBegun(Exception):
+    """A run that was accepted cannot begin: ``str(error)`` says why."""
+
+
+@dataclass
+class Entry:
+    """A run that was accepted and has not ended. ``names``: the devices here that take part, by their names
+    in the run; ``ends_deg``: where it leaves them. Of the document only the text is kept: read, a long one
+    takes forty times the room."""
+
+    text: str
+    file: str
+    source: Source
+    names: Mapping[str, str]
+    ends_deg: Mapping[str, float]
+    progress: Progress
+    is_shared: bool = False
+    """This bench leads others."""
+    execution: Execution | None = None
+    """Since it has begun."""
+    task: asyncio.Task[None] | None = None
+
+    @property
+    def name(self) -> str:
+        return self.progress.run
+
+    @property
+    def devices(self) -> set[str]:
+        return set(self.names.values())
+
+
+class CarryingOut:
+    """Moves the axes of one bench. ``tell`` is called when a run's state or step changes, and ten times a
+    second while it moves."""
+
+    def __init__(
+        self, axes: AllAxes, planning: Planning, configured: Configured, tell: Callable[[Progress], None]
+    ) -> None:
+        self._axes = axes
+        self._planning = planning
+        self._configured = configured
+        self._tell = tell
+        self._releasing: set[asyncio.Task[None]] = set()
+
+    async def run(self, entry: Entry) -> None:
+        """One run, from its plan to its end.
+
+        Raises:
+            NotBegun: nothing has moved.
+        """
+        if entry.is_shared:
+            await self._lead(entry)
+            return
+        try:
+            plan = await self._planning.plan_now(entry.source, entry.text, entry.file)
+        except (ConfigError, VerbRefused) as error:
+            raise NotBegun(f"it cannot be done any more: {error}") from None
+        is_real = any(plan.axes[axis].is_real for axis in plan.run.axes)
+        lead_wall_ns = real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS
+        baton = Soon(self._axes, round(lead_wall_ns * self._configured.config.speed))
+        await self.follow(entry, Execution(plan, self._axes, baton, entry.names, entry.progress))
+
+    async def _lead(self, entry: Entry) -> None:
+        """A run that spans benches."""
+        together: Together | None = None
+        try:
+            run, _ = await off_loop(entry.text, self._planning.read, entry.text, entry.file)
+            together = self._planning.together(entry.source, run)
+            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, together)
+            await together.join(entry.text, plan)
+        except (ConfigError, VerbRefused, BenchGone) as error:
+            if together:
+                await together.release()
+            raise NotBegun(f"it did not begin: {error}") from None
+        except asyncio.CancelledError:
+            if together:
+                releasing = asyncio.get_running_loop().create_task(together.release())
+                self._releasing.add(releasing)
+                releasing.add_done_callback(self._releasing.discard)
+            raise
+        execution = Execution(plan, self._axes, together.baton, entry.names)
+        together.begin(execution, entry.progress)
+        try:
+            await self.follow(entry, execution, together.each)
+            await together.finish()
+        finally:
+            together.leave()
+
+    async def follow(
+        self, entry: Entry, execution: Execution, each: Callable[[], None] = lambda: None
+    ) -> None:
+        """An execution, until nothing is left to do; ``each`` is called at every look at it."""
+        entry.execution = execution
+        speed, loop = self._configured.config.speed, asyncio.get_running_loop()
+        told, told_s = ("", -1), loop.time()
+        for until_ns in execution.run():
+            each()
+            progress = entry.progress
+            if (progress.state, progress.step) != told or loop.time() - told_s >= TELL_S:
+                told, told_s = (progress.state, progress.step), loop.time()
+                self._tell(progress)
+            await asyncio.sleep(max((until_ns - self._axes.now_ns) / 1e9 / speed, 0.0))

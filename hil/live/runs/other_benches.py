@@ -1,0 +1,88 @@
+"""Other benches of a run: how they are asked, what they have answered, and how their clocks go."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hil.runs import ClockOffset
+from hil.vocab.benches import BenchDoor, BenchGone
+from hil.vocab.bridges import Bridge, Source
+from hil.vocab.verbs import VerbRefused
+
+LOST_S = 1.0
+"""Who says nothing for so long is gone: ten beats."""
+LOOKS = 8
+"""Questions in a row that compare two clocks at the beginning."""
+ANSWER_S = 0.3
+
+
+def stood_still(for_s: float) -> str:
+    """Why a part ends whose own bench was not running."""
+    return f"this bench stood still for {for_s:.1f} s"
+
+
+@dataclass
+class Member:
+    """Another bench that takes part. ``names``: its devices, by their names in the run."""
+
+    bench: str
+    names: Mapping[str, str]
+    clock: ClockOffset = field(default_factory=ClockOffset)
+    joined: bool = False
+    heard_s: float = 0.0
+    report: Mapping[str, Any] = field(default_factory=dict)
+    gone: str | None = None
+
+    @property
+    def progress(self) -> Mapping[str, Any]:
+        return self.report.get("progress") or {}
+
+    @property
+    def state(self) -> str:
+        return "gone" if self.gone else str(self.progress.get("state", "queued"))
+
+    @property
+    def is_over(self) -> bool:
+        return self.state not in ("queued", "running")
+
+
+class OtherBenches:
+    """Reaches other benches by the first of ``bridges`` that can. ``bridges``: those that are open."""
+
+    def __init__(self, bridges: Mapping[str, Bridge]) -> None:
+        self._bridges = bridges
+
+    def _door(self) -> BenchDoor | None:
+        return next((bridge for bridge in self._bridges.values() if isinstance(bridge, BenchDoor)), None)
+
+    async def ask(
+        self, source: Source, member: Member, run: str, given: Mapping[str, Any], timeout_s: float = ANSWER_S
+    ) -> Mapping[str, Any]:
+        """What a bench answers about its part of ``run``; its clock is compared on the way.
+
+        Raises:
+            BenchGone: it does not answer in time.
+            VerbRefused: no.
+        """
+        if (door := self._door()) is None:
+            why = f"{member.bench}: this bench is joined to no other; it needs `bridges: {{zenoh: ...}}`"
+            raise BenchGone(why)
+        answered = await door.ask_bench(source, member.bench, f"run/{run}/part", given, timeout_s)
+        member.clock.add(answered.asked_ns, int(answered.content["wall_ns"]), answered.heard_ns)
+        return answered.content
+
+    async def joined(self, source: Source) -> list[dict[str, Any]]:
+        """Those that can be in a run with this one, with their clocks; what is in the way in ``why``."""
+        door = self._door()
+        rows = []
+        for name in await door.benches() if door else ():
+            member, row = Member(name, {}), {"bench": name, "version": None, "speed": None, "why": None}
+            try:
+                for _ in range(LOOKS + 1):
+                    told = await self.ask(source, member, "none", {"do": "clock"})
+                row |= {"version": told["version"], "speed": told["speed"]}
+            except (BenchGone, VerbRefused) as error:
+                row["why"] = str(error)
+            clock = member.clock
+            rows.append(row | {"clock_offset_ns": clock.offset_ns, "clock_error_ns": clock.error_ns})
+        return rows

@@ -1,0 +1,93 @@
+"""Plans runs from where the bench's axes are, or will be."""
+
+from collections.abc import Callable, Mapping
+
+from hil.config.document import Document
+from hil.live.clock import WallClock
+from hil.live.configured import Configured
+from hil.live.off_loop import off_loop
+from hil.live.runs.axis_names import device_names, other_benches, taken_twice
+from hil.live.runs.lead import Together
+from hil.live.runs.other_benches import OtherBenches
+from hil.live.runs.real_axes import AllAxes
+from hil.runs import AxisNow, Plan, RunDocument, parse_run, plan_run
+from hil.vocab.bridges import Source
+from hil.vocab.verbs import VerbRefused
+
+Axes = Callable[[], Mapping[str, AxisNow]]
+
+
+class Planning:
+    """Reads and plans runs of this bench, and those it leads over ``others``."""
+
+    def __init__(self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches) -> None:
+        self._axes = axes
+        self._configured = configured
+        self._wall = wall
+        self._others = others
+
+    def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
+        """A run's text.
+
+        Raises:
+            ConfigError: it is none, or has an axis twice.
+        """
+        run, document = parse_run(text, file)
+        if findings := taken_twice(run, self._configured.config.bench):
+            raise document.error(findings)
+        return run, document
+
+    def names(self, run: RunDocument) -> dict[str, str]:
+        """This bench's devices that take part, by their names in the run."""
+        return device_names(run, self._configured.config.bench)
+
+    def is_shared(self, run: RunDocument) -> bool:
+        """Whether other benches take part."""
+        return bool(other_benches(run, self._configured.config.bench))
+
+    def plan(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
+        """A short run of this bench alone; ``axes``: where its devices are.
+
+        Raises:
+            ConfigError: it cannot be done.
+        """
+        return plan_run(run, document, self._as_named(run, axes))
+
+    async def plan_text(
+        self, source: Source, text: str, file: str, axes: Axes, together: Together | None = None
+    ) -> Plan:
+        """Any run, in a thread if it is long.
+
+        Raises:
+            ConfigError: it cannot be done.
+        """
+        run, document = await off_loop(text, self.read, text, file)
+        others: dict[str, AxisNow] = {}
+        if self.is_shared(run):
+            others = await (together or self.together(source, run)).look(document)
+        now = self._as_named(run, axes()) | others
+        return await off_loop(text, plan_run, run, document, now)
+
+    async def plan_now(self, source: Source, text: str, file: str, together: Together | None = None) -> Plan:
+        """As ``plan_text``, from where the axes are when the plan is made.
+
+        Raises:
+            ConfigError: it cannot be done.
+            VerbRefused: an axis was moved meanwhile.
+        """
+        plan = await self.plan_text(source, text, file, self._axes.axes, together)
+        axes = self._axes.axes()
+        for name, device in self.names(plan.run).items():
+            if why := axes[device].why_not:
+                raise VerbRefused("not_now", f"{name}: {why}")
+            if axes[device].position_deg != plan.axes[name].position_deg:
+                raise VerbRefused("not_now", f"{name} was moved while the run was planned")
+        return plan
+
+    def together(self, source: Source, run: RunDocument) -> Together:
+        """The lead of a run that spans benches."""
+        return Together(self._configured, self._wall, self._others, source, run)
+
+    def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
+        """As the run names them; those it names wrongly are looked for among all."""
+        return dict(axes) | {name: axes[device] for name, device in self.names(run).items() if device in axes}

@@ -1,0 +1,217 @@
+"""What is simulated behind a port: a twin's UART, or a tap of a segment."""
+
+import asyncio
+from collections import deque
+
+from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
+from hil.live.lines import Lines
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.inputs import Bytes, Reset
+from hil.sim.station import Tap
+from hil.vocab.firmware import MAIN
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.verbs import VerbRefused
+from hil.wire.serial_line import character_ns, resample
+
+TYPED_BYTES = 4096
+"""What may wait of what was typed beside the port; the longest text of the verb ``type``."""
+TOUCH_BAUD = 1200
+"""A board with native USB resets when its port is closed at this rate: Arduino platform specification, "1200
+bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before, and
+the bootloader runs first."""
+
+
+class UartEnd:
+    """One of a twin's UARTs, and the line between it and the port. ``native_usb``: the board's own processor
+    is on the USB, and resets at ``TOUCH_BAUD``."""
+
+    def __init__(
+        self,
+        bench: BenchRuntime,
+        lines: Lines,
+        joint: "Joint[UartEnd]",
+        device: Device,
+        uart: str = MAIN,
+        *,
+        native_usb: bool = False,
+    ) -> None:
+        self.device = device
+        self._bench = bench
+        self._lines = lines
+        self._joint = joint
+        self._name = uart
+        self._uart = device.uarts[uart]
+        self._native_usb = native_usb
+        self._typed = bytearray()
+        self._is_typing = False
+        self._fresh: list[tuple[int, bytes]] = []
+        self._line: deque[tuple[int, bytes]] = deque()
+        self._uart.listeners.append(self.send)
+
+    # ---- End ----
+
+    def room(self) -> int:
+        return 0 if self._joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
+
+    def hold(self, is_held: bool) -> None:
+        self._lines.hold(self, is_held)
+
+    def take(self, data: bytes) -> None:
+        self._joint.tell("board", data)
+        client_baud = self._joint.port.client_baud() if self._uart.baud else None
+        self._bench.give(self.device, Bytes(data, client_baud, self._name))
+
+    def refresh(self) -> None:
+        self._joint.refresh()
+        self._go_on_typing()
+
+    def client_left(self, baud: int | None) -> None:
+        if self._native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
+            self._bench.give(self.device, Reset())
+
+    def leave(self) -> None:
+        self._uart.listeners.remove(self.send)
+        self._lines.forget(self)
+        self._typed.clear()
+
+    # ---- typing beside the port ----
+
+    def type(self, data: bytes) -> SimTimeNs:
+        """Bytes from somebody beside the port: they take effect as a client's do, the first of them now, on
+        USB no more at a time than the board takes: it may have much to say to each. Answers the time.
+
+        Raises:
+            VerbRefused: too much that was typed before waits still.
+        """
+        if self._uart.baud is not None:
+            return self._bench.give(self.device, Bytes(data, None, self._name))
+        if len(self._typed) + len(data) > TYPED_BYTES:
+            raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
+        self._typed += data
+        return self._bench.now_ns if self._is_typing else self._type_on()
+
+    def _type_on(self) -> SimTimeNs:
+        self._is_typing = False
+        if not self._typed or not self._bench.drive.is_on or not (room := self._joint.room()):
+            return self._bench.now_ns
+        piece = bytes(self._typed[:room])
+        del self._typed[:room]
+        at_ns = self._bench.give(self.device, Bytes(piece, None, self._name))
+        self._go_on_typing()
+        return at_ns
+
+    def _go_on_typing(self) -> None:
+        """In the next turn of the event loop, so that others have theirs between."""
+        if self._typed and not self._is_typing and self._joint.room():
+            self._is_typing = True
+            asyncio.get_running_loop().call_soon(self._type_on)
+
+    # ---- out ----
+
+    def send(self, at_ns: SimTimeNs, data: bytes) -> None:
+        """The device sends; on a paced line ``flush`` comes when its group's turn is over."""
+        if self._uart.baud is None:
+            self._joint.send(data)
+            return
+        if not self._fresh:
+            self._lines.has_sent(self)
+        self._fresh.append((at_ns, data))
+
+    def flush(self) -> None:
+        """Put what was sent on the line, with the times at which a client's UART has each byte."""
+        baud = self._uart.baud
+        if not self._fresh or baud is None:
+            return
+        for start_ns, data in _joined(self._fresh, baud):
+            client_baud = self._joint.port.client_baud() or baud
+            if client_baud == baud:
+                due = ((start_ns + character_ns(i + 1, baud), data[i : i + 1]) for i in range(len(data)))
+                self._line.extend(due)
+                continue
+            one_ns = character_ns(1, client_baud)
+            for sampled in resample(data, baud, client_baud):
+                self._line.append((start_ns + sampled.offset_ns + one_ns, bytes((sampled.byte,))))
+        self._fresh.clear()
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        out = bytearray()
+        while self._line and self._line[0][0] <= now_ns:
+            out += self._line.popleft()[1]
+        if out:
+            self._joint.send(bytes(out))
+        return SimTimeNs(self._line[0][0]) if self._line else FOREVER
+
+
+def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
+    """Pieces that follow each other without a gap, joined: a receiver sees one stream."""
+    joined: list[tuple[int, bytes]] = []
+    end_ns = -1
+    for start_ns, data in pieces:
+        if joined and start_ns <= end_ns:
+            joined[-1] = (joined[-1][0], joined[-1][1] + data)
+        else:
+            joined.append((start_ns, data))
+        end_ns = start_ns + character_ns(len(data), baud)
+    return joined
+
+
+class TapEnd:
+    """A tap, which stays on its segment whoever comes and goes at the port."""
+
+    def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: Tap) -> None:
+        self.tap = tap
+        self._bench = bench
+        self._lines = lines
+        self._joint = joint
+        self._is_held = False
+        self._is_fresh = False
+        tap.listeners.append(self._has_heard)
+
+    # ---- End ----
+
+    def room(self) -> int:
+        is_full = self._joint.port.backlog() > BACKLOG_HOLD_BYTES
+        return 0 if is_full else self.tap.room(self._bench.now_ns)
+
+    def hold(self, is_held: bool) -> None:
+        self._is_held = is_held
+        self._lines.hold(self, is_held)
+        if is_held:
+            self._lines.schedule(self)
+
+    def take(self, data: bytes) -> None:
+        self._joint.tell("board", data)
+        self._bench.give(self.tap, Bytes(data, self._joint.port.client_baud()))
+
+    def refresh(self) -> None:
+        self._joint.refresh()
+
+    def client_left(self, baud: int | None) -> None:
+        """The tap has no power that could go."""
+
+    def leave(self) -> None:
+        self.tap.listeners.remove(self._has_heard)
+        self._lines.forget(self)
+
+    # ---- out ----
+
+    def _has_heard(self) -> None:
+        if not self._is_fresh:
+            self._is_fresh = True
+            self._lines.has_sent(self)
+
+    def flush(self) -> None:
+        """What was heard has its times already."""
+        self._is_fresh = False
+
+    def release(self, now_ns: SimTimeNs) -> SimTimeNs:
+        due_ns = self.tap.next_ns
+        if due_ns <= now_ns and (data := self.tap.take(min(now_ns, self._bench.known_ns(self.tap.name)))):
+            self._joint.send(data)
+        room_ns = self.tap.room_ns
+        if self._is_held and room_ns > now_ns:
+            return min(self.tap.next_ns, room_ns)
+        if self._is_held:  # if it is a client that does not read, the port says when that has changed
+            self.refresh()
+        return self.tap.next_ns

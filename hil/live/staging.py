@@ -1,0 +1,139 @@
+"""What a plan needs is made beside the bench that runs: devices that do nothing yet, ports that are open."""
+
+import errno
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from hil.compose import axis_seed, joined_devices, make_device, make_port, serial_port_config
+from hil.config import DeviceConfig, PortConfig
+from hil.live.bench_plan import Plan
+from hil.live.configured import Configured
+from hil.live.joint import Joint
+from hil.live.places import Places
+from hil.live.refusals import Refused
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.group import Group
+from hil.vocab.firmware import MAIN, NETWORK
+from hil.vocab.ports import Port, PortContext, PortError, port_label
+
+
+@dataclass
+class Staged:
+    """``joints``: of ports that are new and open already, vacant, by label; ``lines``: of real boards, still
+    closed; ``seeds``: which of the bench's seeds each twin's axis has."""
+
+    twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
+    joints: dict[str, Joint[Any]] = field(default_factory=dict)
+    lines: dict[str, Port] = field(default_factory=dict)
+    seeds: dict[str, int] = field(default_factory=dict)
+
+
+def ports_of(config: DeviceConfig) -> dict[str, PortConfig | None]:
+    """A device's ports by its UARTs; a real board has one."""
+    return {MAIN: config.port, NETWORK: config.network}
+
+
+class Stage:
+    """Of one bench. ``context``: where the port of a label belongs."""
+
+    def __init__(
+        self,
+        bench: BenchRuntime,
+        configured: Configured,
+        places: Places,
+        context: Callable[[str], PortContext],
+    ) -> None:
+        self._bench = bench
+        self._configured = configured
+        self._places = places
+        self._context = context
+        self._seeds: dict[str, int] = {}
+
+    async def prepare(self, plan: Plan, staged: Staged) -> None:
+        """Make what begins; what is there already is in ``staged``, whatever happens.
+
+        Raises:
+            Refused: something cannot be made; all problems.
+        """
+        problems: list[str] = []
+        joined = joined_devices(plan.config) if plan.is_start else {}
+        for name in plan.begun(twins=True):
+            try:
+                self._make_twin(plan, staged, name, joined.get(name))
+            except MemoryError as error:
+                problems.append(str(error))
+                continue
+            for uart, config in ports_of(plan.config.devices[name]).items():
+                if config and not self.keeps_port(plan, name, uart):
+                    await self._open(staged, port_label(name, uart), config, problems)
+        if plan.is_start:
+            for segment, wire in plan.config.segments.items():
+                for tap, tap_config in wire.taps.items():
+                    await self._open(staged, f"{segment}.{tap}", tap_config.port, problems)
+        for name in plan.begun(twins=False):
+            device = plan.config.devices[name]
+            staged.lines[name] = make_port(serial_port_config(device), self._context(name))
+            if not self.keeps_port(plan, name, MAIN):
+                await self._open(staged, name, device.port, problems)
+        if problems:
+            raise Refused("\n".join(problems))
+
+    async def put_away(self, staged: Staged) -> None:
+        """Nothing comes of it."""
+        for joint in staged.joints.values():
+            await joint.port.close()
+        for group in {group.id: group for group, _ in staged.twins.values()}.values():
+            self._bench.discard(group)
+
+    def done(self, plan: Plan, staged: Staged) -> None:
+        """It runs."""
+        seeds = self._seeds | staged.seeds
+        self._seeds = {name: seed for name, seed in seeds.items() if plan.has_twin(name)}
+
+    def keeps_port(self, plan: Plan, name: str, uart: str) -> bool:
+        """Whether a changed device's port stays as it is, with its clients."""
+        old, new = self._configured.config.devices.get(name), plan.config.devices.get(name)
+        if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
+            return False
+        return ports_of(old)[uart] == ports_of(new)[uart]
+
+    def _make_twin(self, plan: Plan, staged: Staged, name: str, partner: str | None) -> None:
+        config = plan.config.devices[name]
+        staged.seeds[name] = self._seed_index(plan, staged, name)
+        seed = axis_seed(plan.config, staged.seeds[name])
+        profile = self._configured.catalogue.profiles[config.profile]
+        group = staged.twins[partner][0] if partner else self._bench.open_group()
+        staged.twins[name] = group, make_device(self._bench, name, config, profile, {}, seed, group)
+
+    def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
+        """A twin keeps its number, a new one gets the first that is free."""
+        if name in self._seeds:
+            return self._seeds[name]
+        taken = {n for other, n in self._seeds.items() if plan.has_twin(other)}
+        taken |= set(staged.seeds.values())
+        return next(n for n in range(len(taken) + 1) if n not in taken)
+
+    async def _open(self, staged: Staged, label: str, config: PortConfig, problems: list[str]) -> None:
+        """Open a port beside those that run, and if one of them is in its way, say so."""
+        joint = Joint[Any](label, make_port(config, self._context(label)))
+        try:
+            await joint.port.open(joint)
+            staged.joints[label] = joint
+        except PortError as error:
+            problems.append(f"{error}{self._in_the_way(label, config, error)}")
+
+    def _in_the_way(self, label: str, config: PortConfig, error: PortError) -> str:
+        if getattr(error.__cause__, "errno", None) != errno.EADDRINUSE:
+            return ""
+        end = f":{getattr(config.options, 'port', None)}"
+        addresses = self._places.addresses()
+        holders = [name for name, address in addresses if "://" in address and address.endswith(end)]
+        if not holders:
+            return ""
+        holder = f"{label} itself" if label in holders else holders[0]
+        return (
+            f"; {holder} has this number, and a reload opens new ports before it closes old ones:"
+            " take another number, or restart the daemon"
+        )

@@ -1,0 +1,260 @@
+"""A port behind a TCP listener: its clients share it as terminals share one line. What a client's bytes are
+wrapped in is the kind's own."""
+
+import asyncio
+import errno
+import logging
+import resource
+import socket
+from collections.abc import Callable
+from typing import Protocol
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
+from hil.net.limits import Limit
+from hil.net.tcp_client import Client
+from hil.net.traffic import Traffic
+from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
+
+_READ_BYTES = 65536
+_BACKLOG = 128
+_LOOK_EVERY_S = 5.0
+RESERVED_FDS = 32
+"""No client gets one of the last file descriptors: the boards' memories and the control socket need some."""
+
+log = logging.getLogger("hil")
+
+
+class TcpOptions(BaseModel):
+    """Where to listen, and for how many."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    host: str = Field(
+        default="127.0.0.1",
+        min_length=1,
+        description="Address or name to listen on. Anybody who can reach it can command the device.",
+    )
+    port: int = Field(
+        default=0, ge=0, le=65535, description="TCP port number; 0 takes any free one, shown in the address."
+    )
+    max_clients: int = Field(
+        default=32, ge=1, le=1000, description="Clients at a time; one more is turned away (closed at once)."
+    )
+
+
+class Codec(Protocol):
+    """What a client's bytes are wrapped in."""
+
+    baud: int | None
+
+    def decode(self, data: bytes) -> tuple[bytes, bytes]:
+        """Bytes of the line, never more than came, and what to answer the client."""
+
+    def encode(self, data: bytes) -> bytes:
+        """What the client gets for bytes of the line."""
+
+
+class Plain:
+    """Nothing."""
+
+    baud: int | None = None
+
+    def decode(self, data: bytes) -> tuple[bytes, bytes]:
+        return data, b""
+
+    def encode(self, data: bytes) -> bytes:
+        return data
+
+
+class TcpPort:
+    """A ``Port``. What a client sends is merged in order of arrival; what the device sends goes to all.
+
+    ``tx_bytes`` and ``dropped_bytes`` count each client's copy: a byte sent to two clients counts twice.
+    A client that shuts down its sending side has left.
+    """
+
+    def __init__(
+        self,
+        options: TcpOptions,
+        context: PortContext,
+        codec: Callable[[], Codec] = Plain,
+        scheme: str = "socket",
+    ) -> None:
+        self._options = options
+        self._make_codec = codec
+        self._scheme = scheme
+        self._codecs: dict[Client, Codec] = {}
+        self._last_codec: Codec | None = None
+        self._title = f"tcp port of {context.device}"
+        self._number = options.port
+        self._acceptor: Acceptor | None = None
+        self._look_timer: asyncio.TimerHandle | None = None
+        self._clients: dict[int, Client] = {}
+        self._reading = True
+        self._traffic = Traffic()
+
+    @property
+    def address(self) -> str:
+        host = self._options.host
+        shown = f"[{host}]" if ":" in host else host
+        return f"{self._scheme}://{shown}:{self._number}"
+
+    async def open(self, host: PortHost) -> None:
+        self._host = host
+        self._loop = asyncio.get_running_loop()
+        try:
+            found = await self._loop.getaddrinfo(
+                self._options.host, self._options.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+            )
+            family, _, _, _, address = found[0]
+            listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
+        except (OSError, UnicodeError) as error:
+            raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
+        self._full = Limit(log.warning, self._loop)
+        self._out_of_fds = Limit(log.warning, self._loop)
+        listener.setblocking(False)
+        self._number = listener.getsockname()[1]
+        self._acceptor = Acceptor(listener, self._loop, self._came, self._wait)
+
+    def _where(self) -> str:
+        return self.address.partition("://")[2]
+
+    def _why(self, error: OSError | UnicodeError) -> str:
+        number = self._options.port
+        if isinstance(error, (socket.gaierror, UnicodeError)):
+            return "no such host; use 127.0.0.1, or an address of this machine"
+        if error.errno == errno.EADDRINUSE:
+            return (
+                f"port {number} is in use (ss -ltnp 'sport = :{number}' shows by whom); "
+                "choose another port:, or 0 for any free one"
+            )
+        if error.errno == errno.EADDRNOTAVAIL:
+            return "this is no address of this machine; use 127.0.0.1, or one that 'ip address' shows"
+        if error.errno in (errno.EACCES, errno.EPERM):
+            return f"no permission for port {number}; choose another port: above 1023, or 0 for any free one"
+        return f"{error.strerror}; choose another host: or port:"
+
+    def _wait(self, why: str) -> float:
+        self._out_of_fds.reached(f"{self._title}: new clients have to wait: {why}")
+        return ACCEPT_AGAIN_S
+
+    def _came(self, connection: socket.socket) -> None:
+        self._traffic.connects += 1
+        if self._is_room_for(connection):
+            self._take(connection)
+        else:
+            connection.close()
+
+    def _is_room_for(self, connection: socket.socket) -> bool:
+        if len(self._clients) >= self._options.max_clients:
+            self._full.reached(
+                f"{self._title}: {len(self._clients)} clients are connected, another one was turned away; "
+                "max_clients: of this port allows more"
+            )
+            return False
+        most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if connection.fileno() >= most - RESERVED_FDS:
+            self._out_of_fds.reached(
+                f"{self._title}: {most} files are open at most, a client was turned away; "
+                "raise the limit (ulimit -n, LimitNOFILE=)"
+            )
+            return False
+        return True
+
+    def _take(self, connection: socket.socket) -> None:
+        client = Client(connection, self._loop, self._traffic, self._client_drained, self._forget)
+        self._clients[connection.fileno()] = client
+        self._codecs[client] = self._last_codec = self._make_codec()
+        if self._reading:
+            self._read_from(client)
+        if self._look_timer is None:
+            self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look)
+
+    def _look(self) -> None:
+        """Let go of clients whose computer has vanished."""
+        for client in list(self._clients.values()):
+            if client.has_vanished():
+                self._forget(client)
+        self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look) if self._clients else None
+
+    def _client_drained(self) -> None:
+        # Later, because the host may answer with a write, and this may be in the middle of one.
+        self._loop.call_soon(self._tell_drained)
+
+    def _tell_drained(self) -> None:
+        if self._acceptor is not None and self.backlog() == 0:
+            self._host.drained()
+
+    def write(self, data: bytes) -> None:
+        if not self._clients:
+            self._traffic.unheard_bytes += len(data)
+        for client in self._clients.values():
+            client.out.write(self._codecs[client].encode(data))
+
+    def resume_reading(self) -> None:
+        if not self._reading:
+            self._reading = True
+            for client in self._clients.values():
+                self._read_from(client)
+
+    def _read_from(self, client: Client) -> None:
+        self._loop.add_reader(client.connection, self._readable, client)
+
+    def _readable(self, client: Client) -> None:
+        room = self._host.room()
+        if room <= 0:
+            self._reading = False
+            for each in self._clients.values():
+                self._loop.remove_reader(each.connection)
+            return
+        try:
+            data = client.connection.recv(min(room, _READ_BYTES))
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""  # reset or timed out: it has left as one that closes has
+        if not data:
+            self._forget(client)
+            return
+        codec = self._codecs[client]
+        payload, answer = codec.decode(data)
+        if answer:
+            client.out.write(answer)
+        if payload:
+            self._last_codec = codec
+            self._traffic.rx_bytes += len(payload)
+            self._host.received(payload)
+
+    def _forget(self, client: Client) -> None:
+        if self._clients.pop(client.connection.fileno(), None) is client:
+            client.close()
+            if self._codecs.pop(client) is self._last_codec:
+                self._last_codec = None
+
+    def backlog(self) -> int:
+        """Of the fastest client: one that does not read must not hold up the device for the others."""
+        return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
+
+    def client_baud(self) -> int | None:
+        """Of the client that sent last, where its codec has one."""
+        return self._last_codec.baud if self._last_codec else None
+
+    def stats(self) -> PortStats:
+        return PortStats(
+            clients=len(self._clients),
+            turned_away=self._full.count + self._out_of_fds.count if self._acceptor else 0,
+            **vars(self._traffic),
+        )
+
+    async def close(self) -> None:
+        if self._look_timer is not None:
+            self._look_timer.cancel()
+        if self._acceptor is not None:
+            self._full.close()
+            self._out_of_fds.close()
+            self._acceptor.close()
+            self._acceptor = None
+        for client in list(self._clients.values()):
+            self._forget(client)

@@ -1,0 +1,236 @@
+"""What is asked of one board: its power, its pins, its surroundings, its terminal, its verbs."""
+
+import asyncio
+import re
+from collections.abc import Coroutine, Mapping
+from typing import Any
+
+from hil.compose.find import load_dialogues
+from hil.core.fields import OF_KIND, SERVO, packed
+from hil.live.configured import Configured
+from hil.live.off_loop import off_loop
+from hil.live.places import Places
+from hil.live.runs.real_axes import RealAxes
+from hil.operations.desk import Answerer, Asked
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.input_reading import read_field
+from hil.sim.inputs import Bytes, Drive, InputLogError, Pin, Play, Reset, SetField, bursts_problem
+from hil.sim.settable import SETTABLE, setting_problem
+from hil.vocab.bridges import Done
+from hil.vocab.dialogue import DialogueError
+from hil.vocab.firmware import MAIN
+from hil.vocab.ports import port_label
+from hil.vocab.verbs import Verb, VerbRefused
+from hil.wire.step_dir import Train, train_length_ns, train_problem
+
+BURST_BYTES = 65536
+"""Of one burst."""
+_POLL_NS = 20_000_000
+_ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
+
+
+class BoardOperations:
+    """Of one bench. ``real``: its real boards as axes, which carry out dialogues."""
+
+    def __init__(self, sim: BenchRuntime, places: Places, configured: Configured, real: RealAxes) -> None:
+        self._sim, self._places, self._configured, self._real = sim, places, configured, real
+
+    def answers(self) -> Mapping[str, Answerer]:
+        return {
+            "reset": self.reset,
+            "pin": self.pin,
+            "set": self.set_field,
+            "type": self.type,
+            "send": self.send,
+            "do": self.do,
+            "wait": self.wait,
+            "drive": self.drive,
+            "play": self.play,
+            "state": self.state,
+            "packed": self.packed,
+        }
+
+    def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
+        """Of a real board by a dialogue."""
+        if asked.target in self._places.boards():
+            return self._by_dialogue(asked.target, "reset")
+        return Done(self._sim.give(self._twin(asked.target), Reset()), {})
+
+    def pin(self, asked: Asked, pin: str, level: float) -> Done:
+        """Whatever its firmware does: a level at a pin is there."""
+        device = self._twin(asked.target)
+        if pin not in device.axis.pins:
+            pins = ", ".join(device.axis.pins)
+            raise VerbRefused("bad_parameter", f"pins of {device.name} are {pins}")
+        return Done(self._sim.give(device, Pin(pin, int(level))), {})
+
+    def set_field(self, asked: Asked, field: str, value: Any) -> Done:
+        """Answers the value."""
+        device = self._twin(asked.target)
+        fields = [name for name in SETTABLE if name in OF_KIND[device.axis.kind]]
+        if field not in fields:
+            raise VerbRefused(
+                "no_parameter", f"fields of {device.name} that can be set are {', '.join(fields)}"
+            )
+        if problem := setting_problem(self._sim.faults, device, field, value):
+            raise VerbRefused("bad_parameter", problem)
+        return Done(self._sim.give(device, SetField(field, float(value))), {field: value})
+
+    def type(self, asked: Asked, text: str) -> Done:
+        r"""A text with ``\r``, ``\xHH`` and the like."""
+        return self._type(asked.target, typed(text))
+
+    def send(self, asked: Asked, data: str) -> Done:
+        """Hexadecimal digits."""
+        return self._type(asked.target, bytes.fromhex(data))
+
+    def _type(self, target: str, data: bytes) -> Done:
+        name, dot, uart = target.partition(".")
+        uart = uart if dot else MAIN
+        board, device = self._places.boards().get(name), self._sim.devices.get(name)
+        if uart not in (device.uarts if device else (MAIN,)):
+            raise VerbRefused("no_device", f"{name} has no serial interface {uart!r}")
+        if device is None and board is not None:
+            try:
+                board.end.send(data)
+            except DialogueError as error:
+                raise VerbRefused("not_now", str(error)) from None
+            return Done(self._sim.now_ns, {})
+        device = self._twin(name)
+        if device.failed:
+            raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
+        if place := self._places.uarts().get(port_label(name, uart)):
+            return Done(place.end.type(data), {})
+        return Done(self._sim.give(device, Bytes(data, port=uart)), {})
+
+    def do(
+        self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
+    ) -> Done | Coroutine[Any, Any, Done]:
+        """A verb of the board's own table."""
+        if asked.target in self._places.boards():
+            return self._by_dialogue(asked.target, verb.name)
+        return Done(*self._sim.do(self._twin(asked.target), verb.name, parameters))
+
+    async def _by_dialogue(self, name: str, verb: str) -> Done:
+        profile = self._configured.config.devices[name].profile
+        if (dialogue := load_dialogues(profile).get(verb)) is None:
+            raise VerbRefused(
+                "cannot", f"{name} is a real {profile}: its terminal has no {verb}; do it at the board"
+            )
+        if self._places.boards()[name].end.is_held:
+            raise VerbRefused("not_now", f"{name}: a run has this board; cancel it, or wait for its end")
+        try:
+            await self._real.carry_out(name, verb, dialogue())
+        except DialogueError as error:
+            raise VerbRefused("not_now", str(error)) from None
+        return Done(self._sim.now_ns, {})
+
+    async def drive(self, asked: Asked, train: list[Any]) -> Done:
+        """When it began, and its length."""
+        rows = await off_loop(train, _train, train)
+        device = self._twin(asked.target)  # the bench went on while they were read
+        if "step" not in device.axis.pins:
+            raise VerbRefused("cannot", f"{device.name} has no step input")
+        return Done(self._sim.give(device, Drive(rows)), {"length_ns": train_length_ns(rows)})
+
+    async def play(self, asked: Asked, bursts: list[Any]) -> Done:
+        """At a tap."""
+        rows = await off_loop(bursts, _bursts, bursts)
+        taps = self._sim.taps
+        if asked.target not in taps:
+            there = ", ".join(taps) or "none"
+            raise VerbRefused("no_place", f"there is no tap {asked.target!r}; there are {there}")
+        return Done(self._sim.give(taps[asked.target], Play(rows)), {})
+
+    def state(self, asked: Asked) -> dict[str, float | None]:
+        """None for what is no number."""
+        state = self._sim.snapshot(asked.target).as_dict()
+        return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
+
+    def packed(self, asked: Asked) -> bytes:
+        return packed(self._sim.snapshot(asked.target).values)
+
+    async def wait(
+        self,
+        asked: Asked,
+        effective_at_ns: int,
+        at_most_s: float,
+        ends_after_ns: float | None = None,
+        set_point: float | None = None,
+    ) -> dict[str, bool]:
+        """Whether what a verb began was ended by something else."""
+        sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
+        last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
+        pause_s = _POLL_NS / 1e9 / speed
+        await asyncio.sleep(pause_s)  # what a main program does begins with its next step
+        while sim.devices.get(device.name) is device and self._is_under_way(device, end_ns):
+            if sim.now_ns >= last_ns:
+                raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
+            await asyncio.sleep(max(min(pause_s, (end_ns - sim.now_ns) / 1e9 / speed), pause_s / 10))
+        if sim.devices.get(device.name) is not device:
+            return {"interrupted": True}  # a reload has taken it away
+        if set_point is None or ends_after_ns is None:
+            return {"interrupted": False}
+        short = abs(sim.snapshot(device.name).r - set_point)
+        return {"interrupted": bool(short > abs(set_point) * 1e-6 + 1e-4)}
+
+    def _is_under_way(self, device: Device, end_ns: float) -> bool:
+        """Whether what a verb began goes on, as the board's state tells."""
+        if device.failed:
+            return False
+        state = self._sim.snapshot(device.name)
+        if device.axis.kind == SERVO:
+            return device.is_busy or (bool(state.following) and self._sim.now_ns < end_ns + _POLL_NS)
+        return bool(state.motion_state or state.pending)
+
+    def _twin(self, name: str) -> Device:
+        if (device := self._sim.devices.get(name)) is None:
+            raise VerbRefused("no_device", f"no device {name!r}; a reload has taken it away")
+        return device
+
+
+def _train(rows: list[Any]) -> Train:
+    train: Train = _read(Drive, "train", rows)
+    if problem := train_problem(train):
+        raise VerbRefused("bad_parameter", problem)
+    return train
+
+
+def _bursts(rows: list[Any]) -> tuple[tuple[int, str], ...]:
+    bursts: tuple[tuple[int, str], ...] = _read(Play, "bursts", rows)
+    if any(len(digits) > 2 * BURST_BYTES for _, digits in bursts):
+        raise VerbRefused("bad_parameter", f"bursts: write at most {BURST_BYTES} bytes in a row")
+    if problem := bursts_problem(bursts):
+        raise VerbRefused("bad_parameter", problem)
+    return bursts
+
+
+def _read(kind: type, field: str, rows: list[Any]) -> Any:
+    try:
+        return read_field(kind, field, rows)
+    except InputLogError as error:
+        raise VerbRefused("bad_parameter", str(error)) from None
+
+
+def typed(text: str) -> bytes:
+    r"""What a text stands for: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
+
+    Raises:
+        VerbRefused: something else follows a backslash, or a character is no byte.
+    """
+
+    def one(match: re.Match[str]) -> str:
+        code = match[1]
+        if code in _ESCAPES:
+            return _ESCAPES[code]
+        if code.startswith("x") and len(code) == 3:
+            return chr(int(code[1:], 16))
+        raise VerbRefused(
+            "bad_parameter", f"text: \\{code} means nothing; write \\r, \\n, \\t, \\\\ or \\xHH"
+        )
+
+    try:
+        return re.sub(r"\\(x[0-9A-Fa-f]{2}|.|$)", one, text, flags=re.S).encode("latin-1")
+    except UnicodeEncodeError:
+        raise VerbRefused("bad_parameter", "text: a character is no byte; write it as \\xHH") from None

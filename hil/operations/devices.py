@@ -1,0 +1,67 @@
+"""A bench's devices as doors see them."""
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+from hil.compose.find import load_dialogues, load_verbs
+from hil.core.fields import FIELDS, OF_KIND, OFFSETS
+from hil.live.configured import Configured
+from hil.sim.bench import BenchRuntime
+from hil.sim.settable import SETTABLE
+from hil.vocab.bridges import AxisField, DeviceInfo
+
+STATE = (
+    *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
+    *("loop_on", "mode", "r", "u", "following"),
+    *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
+)
+"""What most want to see of an axis; each kind has some of them."""
+
+
+class Devices(Mapping[str, DeviceInfo]):
+    """By name, of the configuration at the moment at which one is looked at."""
+
+    def __init__(self, sim: BenchRuntime, configured: Configured) -> None:
+        self._sim = sim
+        self._configured = configured
+
+    def __getitem__(self, name: str) -> DeviceInfo:
+        config = self._configured.config
+        device = config.devices[name]
+        kind = None if name in config.real else self._sim.devices[name].axis.kind
+        return _info(name, device.profile, kind)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._configured.config.devices)
+
+    def __len__(self) -> int:
+        return len(self._configured.config.devices)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._configured.config.devices
+
+
+@lru_cache(2048)
+def _info(name: str, profile: str, kind: int | None) -> DeviceInfo:
+    table = load_verbs(profile).table
+    if kind is not None:
+        return DeviceInfo(name, profile, False, table, _fields(kind))
+    dialogues = load_dialogues(profile)
+    verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in dialogues}
+    return DeviceInfo(name, profile, True, verbs, {})
+
+
+@lru_cache
+def _fields(kind: int) -> Mapping[str, AxisField]:
+    return {
+        field: AxisField(
+            field,
+            FIELDS[field].type,
+            FIELDS[field].unit,
+            FIELDS[field].meaning,
+            OFFSETS[field],
+            field in SETTABLE,
+            field in STATE,
+        )
+        for field in OF_KIND[kind]
+    }

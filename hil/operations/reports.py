@@ -1,0 +1,201 @@
+"""What is told of a bench: its devices, segments and bridges, and how they do."""
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hil import __version__
+from hil.config import DeviceConfig
+from hil.core.core import octaves
+from hil.host.real_time import Grant
+from hil.live.board_end import BoardEnd
+from hil.live.commits import Commits
+from hil.live.configured import Configured
+from hil.live.fault_registry import FaultRegistry
+from hil.live.joint import Joint
+from hil.live.places import Places
+from hil.operations.desk import Answerer, Asked
+from hil.operations.health import Health
+from hil.operations.metrics import Metrics
+from hil.operations.segments import listed as listed_segments
+from hil.sim.bench import BenchRuntime
+from hil.vocab.bridges import Bridge, DeviceInfo
+from hil.vocab.firmware import NETWORK
+from hil.vocab.metrics import Reading
+from hil.vocab.ports import port_label
+from hil.vocab.verbs import described
+
+NAMED = 5
+"""Devices that have failed, in a line."""
+
+
+@dataclass(frozen=True)
+class Reports:
+    """Of one bench. ``notes``: for the operator, by device."""
+
+    sim: BenchRuntime
+    configured: Configured
+    places: Places
+    devices: Mapping[str, DeviceInfo]
+    commits: Commits
+    faults: FaultRegistry
+    bridges: Mapping[str, Bridge]
+    notes: Mapping[str, str]
+    grant: Grant
+    health: Health
+    metrics: Metrics
+
+    def answers(self) -> Mapping[str, Answerer]:
+        return {
+            "list": lambda asked: self.listed(),
+            "status": lambda asked: self.status(),
+            "segments": lambda asked: listed_segments(self.sim, self.places),
+            "health": lambda asked: self._health(),
+            "metrics": self._metrics,
+            "verbs": self._verbs,
+        }
+
+    def listed(self) -> dict[str, Any]:
+        """The bench's devices and taps, and where their ports are."""
+        head = {"bench": self.configured.config.bench, "pid": os.getpid(), "version": __version__}
+        devices = [self._row(name, config) for name, config in self.configured.config.devices.items()]
+        taps = [
+            {"tap": name, "port": tap.port.address, "clients": tap.port.stats().clients}
+            for name, tap in self.places.taps().items()
+        ]
+        return head | {"devices": devices, "taps": taps}
+
+    def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
+        place = self.places.uarts().get(name) or self.places.boards().get(name)
+        row = {
+            "device": name,
+            "profile": config.profile,
+            "hardware": config.hardware,
+            "port": config.port.kind,
+            "address": place.port.address if place else "",
+            "clients": place.port.stats().clients if place else 0,
+            "network": None,
+            "failed": None,
+        }
+        if name in self.places.boards():
+            return row | {"hardware": "real", "at": config.at}
+        network = self.places.uarts().get(port_label(name, NETWORK))
+        return row | {
+            "network": network.port.address if network else None,
+            "network_clients": network.port.stats().clients if network else 0,
+            "failed": self.sim.devices[name].failed,
+        }
+
+    def status(self) -> dict[str, Any]:
+        """The same with counters, health and all else that is known."""
+        rt, config = self.sim.core.native.rt_stats(), self.configured.config
+        listed = self.listed()
+        for row in listed["devices"]:
+            name = row["device"]
+            board = self.places.boards().get(name)
+            row |= _of_board(board) if board else self._of_twin(name)
+        return listed | {
+            "health": self.health.as_dict(),
+            "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
+            "segments": listed_segments(self.sim, self.places),
+            "faults": self.faults.listed(),
+            "rt": self.grant.state,
+            "rt_line": self.grant.line(),
+            "rate_hz": config.rate_hz,
+            "speed": config.speed,
+            "sim_ns": self.sim.now_ns,
+            "period_ns": 1_000_000_000 // config.rate_hz,
+            "elapsed_ns": rt["elapsed_ns"],
+            "ticks": rt["ticks"],
+            "missed": rt["missed"],
+            "overruns": rt["overruns"],
+            "wake_latency": octaves(rt["wake_latency"]),
+            "lag": list(self.sim.drive.lag),
+        }
+
+    def _of_twin(self, name: str) -> dict[str, Any]:
+        place, device = self.places[name], self.sim.devices[name]
+        stats = place.port.stats()
+        note = self.notes.get(name)
+        return {
+            "connects": stats.connects,
+            "rx_bytes": stats.rx_bytes,
+            "tx_bytes": stats.tx_bytes,
+            "dropped_bytes": stats.dropped_bytes,
+            "unheard_bytes": stats.unheard_bytes,
+            "turned_away": stats.turned_away,
+            "backlog_bytes": place.port.backlog(),
+            "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
+            "note": "; ".join([*([note] if note else []), *device.notes.values()]) or None,
+            "flash": self.commits.failures.get(name, "ok"),
+            "port_failure": place.failure,
+            "snapshot": device.axis.published().as_dict(),
+        }
+
+    def _health(self) -> dict[str, Any]:
+        rt, devices = self.sim.core.native.rt_stats(), self.sim.devices.values()
+        return {
+            "rt": self.grant.state,
+            "ticks": rt["ticks"],
+            "missed": rt["missed"],
+            "overruns": rt["overruns"],
+            "failed": {device.name: device.failed for device in devices if device.failed},
+            "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
+        } | self.health.as_dict()
+
+    def _metrics(self, asked: Asked) -> Iterator[Reading]:
+        return self.metrics.read()
+
+    def _verbs(self, asked: Asked) -> list[dict[str, Any]]:
+        return described(self.devices[asked.target].verbs)
+
+
+def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
+    """What ``status`` tells of a real board."""
+    client, line = board.port.stats(), board.end.line.stats()
+    notes = [] if line.clients else [f"{board.end.line.address} is away, tried again each second"]
+    if lost := line.unheard_bytes + line.dropped_bytes:
+        notes.append(f"{lost} bytes for it were not sent")
+    return {
+        "connects": client.connects,
+        "rx_bytes": client.rx_bytes,
+        "tx_bytes": client.tx_bytes,
+        "dropped_bytes": client.dropped_bytes + line.dropped_bytes,
+        "unheard_bytes": client.unheard_bytes + line.unheard_bytes,
+        "turned_away": client.turned_away,
+        "backlog_bytes": board.port.backlog(),
+        "overrun_bytes": 0,
+        "note": "; ".join(notes) or None,
+        "flash": "ok",
+        "port_failure": board.failure,
+        "snapshot": None,
+        "board": {"connects": line.connects, "rx_bytes": line.rx_bytes, "tx_bytes": line.tx_bytes},
+    }
+
+
+def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
+    """The bench in one line, for ``systemctl status``: devices and those that have failed, clients, real
+    time, missed ticks."""
+    failed = [name for name, device in sim.devices.items() if device.failed]
+    failed += [label for label, place in places.uarts().items() if place.failure]
+    clients = sum(place.port.stats().clients for place in places.joints())
+    missing = f" (no {' and no '.join(grant.missing)})" if grant.missing else ""
+    return "; ".join(
+        [
+            f"bench {configured.config.bench}",
+            _counted(len(configured.config.devices), "device")
+            + (f", {len(failed)} failed ({_names(failed)})" if failed else ""),
+            _counted(clients, "client"),
+            f"real time {grant.state}{missing}",
+            _counted(sim.core.native.rt_stats()["missed"], "missed tick"),
+        ]
+    )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _names(names: list[str]) -> str:
+    return ", ".join(names[:NAMED]) + (", ..." if len(names) > NAMED else "")

@@ -1,0 +1,167 @@
+"""The one table of what can be asked of a bench. ``desk.py`` answers it. Doors, permissions, the reference
+and the control socket's verbs are written from it.
+
+Verbs of a kind of board stand in the table of its profile and are asked for by ``do``.
+"""
+
+from typing import Any
+
+from hil.net.answers import FORMS
+from hil.sim.inputs import MAX_BURSTS
+from hil.vocab.operation import Operation, Target
+from hil.vocab.parameters import Form, Parameter
+from hil.vocab.verbs import COMMON, Role
+from hil.wire.step_dir import MAX_ROWS
+
+NAME_CHARACTERS = 256
+LIST_NAMES = 1024
+WATCH_IDLE_S = 10
+"""A watch that nobody asks for samples so long has ended."""
+LONGEST_WAIT_S = 3600.0
+EVERY_BOARDS = {verb.name: verb for verb in COMMON}
+"""Verbs that all boards have, which are operations themselves."""
+TYPED_BYTES = round(EVERY_BOARDS["type"].parameters[0].maximum)
+"""Of what is typed at once, as text or as hexadecimal digits."""
+
+
+def _is_hex(value: Any) -> bool:
+    if not isinstance(value, str) or len(value) > 2 * TYPED_BYTES:
+        return False
+    try:
+        bytes.fromhex(value)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _are_names(value: Any) -> bool:
+    return (
+        isinstance(value, list)
+        and len(value) <= LIST_NAMES
+        and all(isinstance(name, str) and len(name) <= NAME_CHARACTERS for name in value)
+    )
+
+
+def _is_number_or_all(value: Any) -> bool:
+    return value == "all" or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
+def _rows(most: int, columns: str) -> Form:
+    """Only their number is looked at here: who takes them reads them, beside the event loop."""
+    return Form(
+        f"at most {most:,} rows of {columns}", lambda value: isinstance(value, list) and len(value) <= most
+    )
+
+
+TEXT = Form("a text", lambda value: isinstance(value, str))  # whoever reads it has a limit
+WHOLE = Form("a whole number", _is_whole)
+NAMES = Form("a list of texts", _are_names)
+HEX = Form(f"hexadecimal digits of at most {TYPED_BYTES} bytes", _is_hex)
+FLAG = Form("true or false", lambda value: isinstance(value, bool))
+OBJECT = Form("an object", lambda value: isinstance(value, dict))
+VALUE = Form("a number", lambda value: True)  # whose limits, and whether it is one, the field says
+WHICH = Form('a number of `faults`, or "all"', _is_number_or_all)
+EDGES = _rows(MAX_ROWS, "at_ns, pin, level, steps, duration_ns; [] ends")
+BURSTS = _rows(MAX_BURSTS, "nanoseconds from now, hexadecimal digits")
+
+
+def _name(name: str, about: str, **more: Any) -> Parameter:
+    return Parameter(name, about, maximum=NAME_CHARACTERS, is_text=True, **more)
+
+
+def _number(name: str, about: str) -> Parameter:
+    return Parameter(name, about, form=WHOLE)
+
+
+def _asked(
+    name: str, target: Target, role: Role, about: str, *parameters: Parameter, takes_time: bool = False
+) -> Operation:
+    return Operation(name, target, about, parameters, role, takes_time, FORMS.get(name))
+
+
+def _common(name: str, target: Target, *, takes_time: bool = False) -> Operation:
+    """A verb that every board has: by ``do`` it is the same operation."""
+    verb = EVERY_BOARDS[name]
+    return _asked(name, target, verb.role, verb.about, *verb.parameters, takes_time=takes_time)
+
+
+BENCH, DEVICE, TWIN, UART = Target.BENCH, Target.DEVICE, Target.TWIN, Target.UART
+PLACE, TAP, RUN = Target.PLACE, Target.TAP, Target.RUN
+VIEWER, OPERATOR, ADMIN = Role.VIEWER, Role.OPERATOR, Role.ADMIN
+_ROWS = (
+    # What is there, and how it does.
+    _asked("list", BENCH, VIEWER, "the bench's devices, with the addresses of their ports"),
+    _asked("status", BENCH, VIEWER,
+           "health, ticks, missed wakes, histograms, and for each device counters and a snapshot"),
+    _asked("health", BENCH, VIEWER, "whether the bench is well, and what is wrong"),
+    _asked("metrics", BENCH, VIEWER, "all metrics, each read when its turn comes"),
+    _asked("segments", BENCH, VIEWER, "each segment's stations, taps and counters"),
+    _asked("benches", BENCH, VIEWER, "other benches that are joined, and their clocks", takes_time=True),
+    _asked("verbs", DEVICE, VIEWER, "what can be asked of a device, with the parameters"),
+    # A board.
+    _asked("state", TWIN, VIEWER, "all fields of an axis, now"),
+    _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
+    _common("reset", DEVICE, takes_time=True),
+    _common("pin", TWIN),
+    _asked("set", TWIN, OPERATOR,
+           "set what surrounds the board, or a gain of its firmware (see Fields of an axis)",
+           _name("field", "its name"), Parameter("value", "in the field's unit", form=VALUE)),
+    _common("type", UART),
+    _asked("send", UART, OPERATOR,
+           "type bytes at a serial interface (s1.network: the second one), as a client does",
+           Parameter("data", "what is typed", form=HEX)),
+    _asked("do", DEVICE, VIEWER, "carry out a verb of the device (see Verbs), by who has the verb's role",
+           _name("name", "the verb's name"), Parameter("parameters", "the verb's own", form=OBJECT),
+           takes_time=True),
+    _asked("wait", TWIN, VIEWER,
+           "wait until a verb's motion has ended; answers whether something else ended it",
+           _number("effective_at_ns", "when the verb took effect"),
+           Parameter("ends_after_ns", "how long it takes, as the verb said", "ns", 0, 1e18, is_optional=True),
+           Parameter("set_point", "where it goes, as the verb said", "", -1e300, 1e300, is_optional=True),
+           Parameter("at_most_s", "of simulated time", "s", 0, LONGEST_WAIT_S, LONGEST_WAIT_S),
+           takes_time=True),
+    _asked("drive", TWIN, OPERATOR, "play a pulse train on the step/dir inputs",
+           Parameter("train", "what is played", form=EDGES), takes_time=True),
+    _asked("play", TAP, OPERATOR, "send bursts on a segment",
+           Parameter("bursts", "what is sent", form=BURSTS), takes_time=True),
+    # Looking on.
+    _asked("watch", TWIN, VIEWER,
+           f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
+           Parameter("signals", "names of fields; [] for the usual ones", form=NAMES),
+           _number("interval_ns", "between two samples, 50 us to an hour")),
+    _asked("samples", BENCH, VIEWER,
+           "rows of at_ns and the signals since the last time, and how many were lost",
+           _number("watch", "the watch's number")),
+    _asked("unwatch", BENCH, VIEWER, "end a watch", _number("watch", "the watch's number")),
+    _asked("capture", BENCH, VIEWER, "the connection carries a pcapng capture of ports from now on",
+           Parameter("ports", "names of ports, taps and segments", form=NAMES)),
+    # Faults.
+    _asked("inject", PLACE, ADMIN, "make something go wrong; answers its number",
+           _name("fault", "its kind; `hil fault kinds` lists them"),
+           Parameter("parameters", "the fault's own", form=OBJECT)),
+    _asked("clear", BENCH, ADMIN, "take a fault away", Parameter("number", "which one", form=WHICH),
+           _name("on", "only what is on this device or segment; empty: anywhere", default="")),
+    _asked("faults", BENCH, VIEWER, "the faults that are active"),
+    # Runs.
+    _asked("run", BENCH, OPERATOR, "submit a multi-axis run, or only check it",
+           Parameter("text", "the run, YAML or JSON", form=TEXT),
+           Parameter("file", "where it came from, for its problems", form=TEXT, default="<run>"),
+           Parameter("check", "do not carry it out", form=FLAG, default=False),
+           Parameter("anew", "carry one that has ended out again", form=FLAG, default=False),
+           takes_time=True),
+    _asked("runs", RUN, VIEWER, "how a run does; with an empty name all that are remembered"),
+    _asked("cancel_run", RUN, OPERATOR, "end a run",
+           Parameter("how", "gently or at once", choices=("grace", "prejudice"))),
+    _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
+           Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
+    # The daemon.
+    _asked("reload", BENCH, ADMIN,
+           "read the configuration again; answers devices kept, restarted, added and removed",
+           takes_time=True),
+    _asked("stop", BENCH, ADMIN, "end the daemon as SIGTERM does"),
+)  # fmt: skip
+OPERATIONS = {operation.name: operation for operation in _ROWS}

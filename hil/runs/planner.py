@@ -1,0 +1,314 @@
+"""Plans a run, before anything moves: each step from where the one before leaves the axes."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import ceil
+from typing import Any
+
+from hil.config.document import Document, Finding, KeyPath
+from hil.config.explain import suggestion
+from hil.core.trajectory import (
+    AxisLimits,
+    AxisState,
+    PlanError,
+    PlanProblem,
+    Trajectory,
+    plan_joint,
+    plan_line,
+    plan_spline,
+    plan_spline_within,
+)
+from hil.runs.axes import AxisNow
+from hil.runs.phrases import Phrases
+from hil.runs.plan import Plan
+from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
+from hil.vocab.path import DEG_PER_S
+from hil.vocab.time import NS_PER_S
+
+SPLINE_LOOKS = 1000
+"""Times at which a spline's positions are compared with the axes' ranges."""
+
+
+class _Impossible(Exception):
+    """A step that cannot be done, by its findings."""
+
+    def __init__(self, *findings: Finding) -> None:
+        self.findings = findings
+
+
+def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
+    """All of a run, from where its axes are.
+
+    Raises:
+        ConfigError: it cannot be done as it is; with all problems and their places.
+    """
+    findings = list(_axis_findings(run, axes))
+    if findings:
+        raise document.error(findings)
+    planner = StepPlanner(run, axes)
+    order = list(_unrolled(run.steps, planner.findings))
+    for index in order if not planner.findings else ():
+        planner.step(index, run.steps[index])
+    planner.phrases.end()
+    if planner.findings:
+        raise document.error(planner.findings)
+    return Plan(run, tuple(planner.phrases.ended), len(order), planner.phrases.position_deg, axes)
+
+
+def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Finding]:
+    for name in run.axes:
+        path: KeyPath = ("axes", name)
+        if name not in axes:
+            yield Finding(path, f"there is no device {name!r}", suggestion(name, axes), at_key=True)
+        elif why := axes[name].why_not:
+            yield Finding(path, why, "leave it out, or wait", at_key=True)
+        elif axes[name].is_real and run.axes[name].following_error_deg is not None:
+            why = f"{name} is a real board, whose terminal tells no position while it moves"
+            yield Finding((*path, "following_error_deg"), why, "leave it out")
+        if (rules := run.axes[name]).min_deg > rules.max_deg:
+            yield Finding((*path, "min_deg"), "it is more than max_deg", "exchange them")
+
+
+def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
+    """Indices of steps in the order in which they are done."""
+    labels: dict[str, int] = {}
+    budget = [STEPS]
+
+    def walk(start: int, end: int) -> Iterator[int]:
+        for index in range(start, end):
+            step = steps[index]
+            if step.label:
+                labels[step.label] = index
+            if step.repeat is None:
+                if budget[0] <= 0:
+                    return
+                budget[0] -= 1
+                yield index
+                continue
+            if step.repeat.label not in labels:
+                place = ("steps", index, "repeat", "label")
+                known = suggestion(step.repeat.label, labels) if labels else "label a step before it"
+                findings.append(Finding(place, f"no step before has the label {step.repeat.label!r}", known))
+                return
+            for _ in range(step.repeat.times):
+                if budget[0] <= 0:
+                    break
+                yield from walk(labels[step.repeat.label], index)
+
+    yield from walk(0, len(steps))
+    if budget[0] <= 0 and not findings:
+        findings.append(Finding(("steps",), f"these are {STEPS} steps or more, with repetitions", "do less"))
+
+
+class StepPlanner:
+    """Plans the steps of a run, one after the other, and notes what is wrong with them."""
+
+    def __init__(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> None:
+        self._run = run
+        self._axes = axes
+        self._said: set[KeyPath] = set()
+        self.findings: list[Finding] = []
+        self.phrases = Phrases({name: axes[name] for name in run.axes})
+
+    def step(self, index: int, step: Step) -> None:
+        """A step, from where the one before it ends."""
+        self.phrases.mark(index)
+        path: KeyPath = ("steps", index)
+        try:
+            if targets := step.move or step.line:
+                self._motion(path, step, dict(targets))
+            elif by := step.move_by or step.line_by:
+                here_deg = self.phrases.position_deg
+                self._motion(
+                    path, step, {name: here_deg.get(name, 0.0) + angle for name, angle in by.items()}
+                )
+            elif step.spline is not None:
+                self._spline((*path, "spline"), step.spline)
+            elif step.dwell_s is not None:
+                self.phrases.move({}, round(step.dwell_s * NS_PER_S))
+            elif step.wait_until is not None:
+                self._wait((*path, "wait_until"), step.wait_until)
+            elif step.pins is not None:
+                self._pins((*path, "pins"), step.pins)
+        except _Impossible as error:
+            for finding in error.findings:
+                self._find(finding.path, finding.message, finding.remedy)
+
+    # ---- motions ----
+
+    def _motion(self, path: KeyPath, step: Step, targets_deg: dict[str, float]) -> None:
+        kind = next(name for name in ("move", "move_by", "line", "line_by") if getattr(step, name))
+        is_line = kind.startswith("line")
+        self._check_targets((*path, kind), targets_deg, is_line)
+        servos = [name for name in targets_deg if name in self.phrases.servos]
+        duration_ns = None if step.in_s is None else round(step.in_s * NS_PER_S)
+        trajectory = self._trajectory(path, kind, servos, targets_deg, duration_ns) if servos else None
+        planned_ns = trajectory.duration_ns if trajectory else duration_ns or 0
+        for name, target_deg in targets_deg.items():
+            if name not in servos:
+                self._turn_stepper(path, name, target_deg, planned_ns, duration_ns is not None)
+        self.phrases.move(targets_deg, planned_ns, servos, trajectory)
+
+    def _trajectory(
+        self,
+        path: KeyPath,
+        kind: str,
+        servos: Sequence[str],
+        targets_deg: Mapping[str, float],
+        duration_ns: int | None,
+    ) -> Trajectory:
+        here = [self.phrases.position_deg[name] for name in servos]
+        there = [targets_deg[name] for name in servos]
+        limits = [_limits(self._run.axes[name]) for name in servos]
+        try:
+            if kind.startswith("line"):
+                return plan_line(here, there, limits, self._run.profile, duration_ns)
+            return plan_joint([AxisState(p) for p in here], there, limits, self._run.profile, duration_ns)
+        except PlanError as error:
+            if error.problem is PlanProblem.TOO_SHORT and error.least_ns is not None:
+                least_s = ceil(error.least_ns / 1e6) / 1e3
+                what = Finding((*path, "in_s"), "it cannot be done so quickly", f"write {least_s:g} or more")
+            else:
+                name = servos[error.axis] if error.axis is not None else ", ".join(servos)
+                what = Finding((*path, kind), f"{name}: {error.what}", "see the limits of the axes")
+            raise _Impossible(what) from None
+
+    def _turn_stepper(
+        self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool
+    ) -> None:
+        """It makes a ramp of its own: from the common start, at a speed that takes about as long."""
+        rpm = most_rpm = self._run.axes[name].velocity_rpm
+        if planned_ns:
+            angle_deg = abs(target_deg - self.phrases.position_deg[name])
+            wanted_rpm = ceil(angle_deg / (planned_ns / NS_PER_S) / DEG_PER_S)
+            if is_given and wanted_rpm > most_rpm:
+                least_s = angle_deg / (most_rpm * DEG_PER_S)
+                remedy = f"write {ceil(least_s * 1e3) / 1e3:g} or more"
+                self._find((*path, "in_s"), f"{name} cannot be so quick", remedy)
+            rpm = min(rpm, wanted_rpm)
+        parameters = {"position_deg": target_deg, "velocity_rpm": max(int(rpm), 1)}
+        self.phrases.happen(name, "move_abs", parameters)
+
+    def _spline(self, place: KeyPath, points: Sequence[SplinePoint]) -> None:
+        names = list(points[0].positions_deg)
+        for number, point in enumerate(points):
+            self._check_point((*place, number), point, names)
+        if len({point.at_s is None for point in points}) > 1:
+            raise _Impossible(
+                Finding(place, "some points have at_s and others not", "give it to all, or to none")
+            )
+        rows = [[self.phrases.position_deg[name] for name in names]]
+        rows += [[float(point.positions_deg[name]) for name in names] for point in points]
+        try:
+            trajectory = self._through(place, names, rows, [point.at_s for point in points])
+        except PlanError as error:
+            which = names[error.axis] + ": " if error.axis is not None else ""
+            wrong = Finding(place, f"{which}{error.what}", "see the points and their times")
+            raise _Impossible(wrong) from None
+        self._check_way(place, names, trajectory)
+        targets_deg = dict(zip(names, rows[-1], strict=True))
+        self.phrases.move(targets_deg, trajectory.duration_ns, names, trajectory)
+
+    def _through(
+        self,
+        place: KeyPath,
+        names: Sequence[str],
+        rows: Sequence[Sequence[float]],
+        times_s: Sequence[float | None],
+    ) -> Trajectory:
+        """Through the rows of positions, at the times or as soon as can be. Raises PlanError."""
+        limits = [_limits(self._run.axes[name]) for name in names]
+        if times_s[0] is None:
+            return plan_spline_within(rows, limits)
+        trajectory = plan_spline(rows, [0, *(round((at_s or 0.0) * NS_PER_S) for at_s in times_s)])
+        if violation := trajectory.violation(limits):
+            what = f"{names[violation.axis]}: {violation.quantity} of {violation.value:.4g}"
+            when = f"at {violation.at_ns / 1e9:.3f} s; the limit is {violation.limit:.4g}"
+            wrong = Finding(place, f"{what} {when} (deg and s)", "take more time, or leave at_s out")
+            raise _Impossible(wrong)
+        return trajectory
+
+    # ---- what is wrong ----
+
+    def _check_targets(self, path: KeyPath, targets_deg: Mapping[str, Any], needs_path: bool) -> None:
+        """Whether these axes may go there."""
+        findings = []
+        for name, target_deg in targets_deg.items():
+            place = (*path, name)
+            if name not in self._run.axes:
+                what, remedy = f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)
+                findings.append(Finding(place, what, remedy))
+                continue
+            rules = self._run.axes[name]
+            if not rules.min_deg <= target_deg <= rules.max_deg:
+                what, remedy = f"{name} may not go to {target_deg:g} deg", _range(rules)
+                findings.append(Finding(place, what, remedy))
+            if needs_path and self._axes[name].kind != "servo":
+                what = f"{name} makes ramps of its own, and keeps to no line or spline"
+                findings.append(Finding(place, what, "use move for it"))
+        if findings:
+            raise _Impossible(*findings)
+
+    def _check_point(self, place: KeyPath, point: SplinePoint, names: Sequence[str]) -> None:
+        positions_deg = point.positions_deg
+        if wrong := [name for name, angle in positions_deg.items() if not _is_angle(angle)]:
+            what, remedy = f"{', '.join(wrong)}: angles are wanted", "write numbers in degrees"
+            raise _Impossible(Finding(place, what, remedy))
+        if set(positions_deg) != set(names) or not names:
+            what, remedy = "all points have the same axes", f"write {', '.join(names)}"
+            raise _Impossible(Finding(place, what, remedy))
+        self._check_targets(place, positions_deg, True)
+
+    def _check_way(self, place: KeyPath, names: Sequence[str], trajectory: Trajectory) -> None:
+        """Whether a spline stays in the axes' ranges between its points."""
+        every_ns = max(trajectory.duration_ns // SPLINE_LOOKS, 1)
+        looks = trajectory.positions_deg(0, every_ns, SPLINE_LOOKS + 1)
+        for number, name in enumerate(names):
+            rules, way = self._run.axes[name], looks[number :: len(names)]
+            if min(way) < rules.min_deg or max(way) > rules.max_deg:
+                said = f"{name} would go from {min(way):.4g} to {max(way):.4g} deg between the points"
+                raise _Impossible(Finding(place, said, _range(rules)))
+
+    def _wait(self, place: KeyPath, wait: WaitUntil) -> None:
+        self.phrases.end(wait)
+        if wait.axis not in self._run.axes:
+            what, remedy = f"{wait.axis!r} is none of the run's axes", suggestion(wait.axis, self._run.axes)
+            self._find((*place, "axis"), what, remedy)
+        elif wait.field not in (known := self._axes[wait.axis].fields):
+            self._find((*place, "field"), f"{wait.axis} has no {wait.field!r}", suggestion(wait.field, known))
+        elif wait.above is None and wait.below is None:
+            self._find(place, "neither above nor below is said", "add one of them")
+        elif wait.above is not None and wait.below is not None and wait.above > wait.below:
+            self._find(place, "above is more than below: nothing is in between", "exchange them")
+
+    def _pins(self, path: KeyPath, pins: Mapping[str, int]) -> None:
+        for which, level in pins.items():
+            axis, _, pin = which.partition(".")
+            place = (*path, which)
+            if axis not in self._run.axes:
+                self._find(place, f"{axis!r} is none of the run's axes", suggestion(axis, self._run.axes))
+            elif pin not in self._axes[axis].pins:
+                self._find(place, f"{axis} has no input {pin!r}", suggestion(pin, self._axes[axis].pins))
+            else:
+                self.phrases.happen(axis, "pin", {"pin": pin, "level": level})
+
+    def _find(self, path: KeyPath, message: str, remedy: str) -> None:
+        """Once, however often the step is repeated."""
+        if path not in self._said:
+            self._said.add(path)
+            self.findings.append(Finding(path, message, remedy))
+
+
+def _limits(rules: AxisRules) -> AxisLimits:
+    return AxisLimits(
+        rules.velocity_rpm * DEG_PER_S,
+        rules.acceleration_rpm_per_s * DEG_PER_S,
+        rules.jerk_rpm_per_s2 * DEG_PER_S,
+    )
+
+
+def _range(rules: AxisRules) -> str:
+    return f"its range is {rules.min_deg:g} to {rules.max_deg:g}"
+
+
+def _is_angle(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1e6

@@ -1,0 +1,68 @@
+"""How a run does, and how it has ended."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+How = Literal["grace", "prejudice"]
+
+
+@dataclass
+class AxisReport:
+    """How an axis did. The errors are between where it should have been and was, over the whole run; None:
+    nobody knows. Angles are the board's own, as those of the run. ``commanded_deg``: where its set-point is
+    at the end, of a real board as it said."""
+
+    target_deg: float
+    commanded_deg: float | None = None
+    position_deg: float | None = None
+    error_max_deg: float | None = None
+    error_rms_deg: float | None = None
+    at_end: str | None = None
+    """How the run left it: stands, moves, off (a servo whose loop is off), failed, or unknown (its bench is
+    gone)."""
+
+
+@dataclass
+class BenchReport:
+    """How another bench did that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
+    take ``clock_error_ns``."""
+
+    state: str
+    why: str | None
+    clock_offset_ns: int
+    clock_error_ns: int
+
+
+@dataclass
+class Progress:
+    """State of a run: queued, running, done, failed or cancelled. ``step`` counts from 1, repetitions too.
+    Times are simulated; ``why`` says what ended it. ``benches``: the others that take part."""
+
+    run: str
+    state: str = "queued"
+    step: int = 0
+    steps: int = 0
+    started_at_ns: int | None = None
+    ended_at_ns: int | None = None
+    why: str | None = None
+    submissions: int = 1
+    """How often its name was submitted: it is done once."""
+    axes: dict[str, AxisReport] = field(default_factory=dict)
+    benches: dict[str, BenchReport] = field(default_factory=dict)
+
+    @property
+    def is_over(self) -> bool:
+        return self.state not in ("queued", "running")
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+class Ended(Exception):
+    """What ended a run before its end, and how its axes are to stop."""
+
+    def __init__(self, state: str, why: str, how: How) -> None:
+        super().__init__(why)
+        self.state = state
+        self.how = how

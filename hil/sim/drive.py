@@ -1,0 +1,98 @@
+"""Real time: the core's thread takes groups to the wall's time, and here their firmwares run when it asks."""
+
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+
+from hil.core import Core
+from hil.sim.around import Around
+from hil.sim.group import Group
+from hil.vocab.time import SimTimeNs
+
+LAG_BUCKETS = 40
+_NOTHING = nullcontext()
+
+
+class RealTimeDrive:
+    """Of a bench, by whose ``groups`` it is shared. Until ``start``, and after ``stop``, the groups are the
+    caller's: owning one does nothing."""
+
+    def __init__(self, core: Core, groups: Mapping[int, Group], around: Around) -> None:
+        self._core = core.native
+        self._groups = groups
+        self._around = around
+        self.is_on = False
+        self.lag = [0] * LAG_BUCKETS
+        """How late firmware ran: bucket b counts lags of [2^(b-1), 2^b) ns."""
+        self.lag_total_ns = 0
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """What the wall's time asks for."""
+        return SimTimeNs(self._core.rt_now())
+
+    def start(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
+        """Hand the groups to the core's real-time thread; simulated time 0 is now.
+
+        Raises:
+            OSError: no thread could be started at all.
+        """
+        self._core.rt_start(period_ns, speed, priority, cpu)
+        self.is_on = True
+        self.hand_over(self._groups.values(), SimTimeNs(0))
+
+    def hand_over(self, groups: Iterable[Group], now_ns: SimTimeNs) -> None:
+        """Groups that the thread does not have yet run their firmwares up to a time; from there on it has
+        them."""
+        for group in groups:
+            group.advance(now_ns)
+            if self.is_on:
+                group.give_back()
+        if self.is_on:
+            self._around.turn_over()
+
+    def service(self) -> None:
+        """Run the firmware of every group that the core has parked or has events of."""
+        for group_id in self._core.take_due():
+            group = self._groups[group_id]
+            with group:
+                now_ns = self.now_ns
+                due_ns = group.due_ns
+                if due_ns <= now_ns:
+                    self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
+                    self.lag_total_ns += now_ns - due_ns
+                group.advance(now_ns, self._around.turn())
+        self._around.turn_over()
+
+    def stop(self) -> None:
+        """End the real-time thread; the groups are the caller's again."""
+        self._core.rt_stop()
+        self.is_on = False
+
+    def turn(self) -> Callable[[], bool] | None:
+        """Says when the turn of a group that begins now is over; None: never."""
+        return self._around.turn() if self.is_on else None
+
+    def owning(self, group: Group) -> AbstractContextManager[object]:
+        """Its firmwares may run for as long as the block lasts."""
+        return _Turn(group, self._around.turn_over) if self.is_on else _NOTHING
+
+    def looking_at(self, group: Group) -> AbstractContextManager[object]:
+        """The same for a block in which none of its firmwares runs."""
+        return group if self.is_on else _NOTHING
+
+
+class _Turn:
+    """A group is owned; ``over`` is called when it is given back."""
+
+    __slots__ = ("_group", "_over")
+
+    def __init__(self, group: Group, over: Callable[[], None]) -> None:
+        self._group = group
+        self._over = over
+
+    def __enter__(self) -> None:
+        self._group.__enter__()
+
+    def __exit__(self, *error: object) -> None:
+        self._group.__exit__(*error)
+        self._over()

@@ -1,0 +1,154 @@
+"""A board's serial interfaces together: what their firmware's turns have to do with them."""
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import groupby
+from operator import itemgetter
+
+from hil.sim.inputs import Words
+from hil.sim.stops import Guard
+from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart, Written
+from hil.vocab.firmware import MAIN
+from hil.vocab.time import SimTimeNs
+
+LAST_WORDS_BYTES = 128 * 1024
+"""More than the longest answer, a look-up table."""
+
+
+class Interfaces:
+    """A turn only notes what the firmware writes; faults and the line's times are reckoned outside of it,
+    where the guard cannot strike.
+
+    ``bauds``: of each by its name; None where bytes take no time. All but the main one are made in software.
+    ``due_changed`` is called when a byte may arrive sooner than was known.
+    """
+
+    def __init__(
+        self, bauds: Mapping[str, int | None], guard: Guard, due_changed: Callable[[], None]
+    ) -> None:
+        self._guard = guard
+        self._written: list[Written] = []
+        """What the firmware has written in this turn."""
+        self._put = 0
+        """How many of these are on the line."""
+        self._sent: list[tuple[DeviceUart, SimTimeNs, bytes]] = []
+        self._is_paced = any(bauds.values())
+        self.by_name = {name: self._make(name, baud, due_changed) for name, baud in bauds.items()}
+        self.all = tuple(self.by_name.values())
+
+    def _make(self, name: str, baud: int | None, due_changed: Callable[[], None]) -> DeviceUart:
+        def sent(at_ns: SimTimeNs, data: bytes) -> None:
+            self._sent.append((uart, at_ns, data))
+
+        room = UART_BUFFER_BYTES if name == MAIN else 0
+        uart = DeviceUart(baud, sent, room, later=self._written, due_changed=due_changed)
+        return uart
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """The time that they have reached."""
+        return self.all[0].now_ns
+
+    def set_time(self, now_ns: SimTimeNs) -> None:
+        """It is this time."""
+        for uart in self.all:
+            uart.now_ns = now_ns
+
+    def clear(self) -> None:
+        """As after power-up."""
+        for uart in self.all:
+            uart.clear()
+
+    # ---- a turn ----
+
+    def begin(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> None:
+        """Before the main program's turn: what has arrived is in the buffers."""
+        for uart in self.all:
+            uart.now_ns = now_ns
+            uart.polls_from_ns = polls_from_ns
+            uart.take_arrivals()
+
+    def has_input(self) -> bool:
+        """Whether a byte has come that the firmware is woken for."""
+        for uart in self.all:  # noqa: SIM110  any() takes twice the time, and this is asked at every wake
+            if uart.has_input:
+                return True
+        return False
+
+    def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """When what was written so far lets the firmware go on."""
+        if self._is_paced:
+            if self._put < len(self._written):
+                with self._guard.aside():
+                    self._put_written()
+            for uart in self.all:
+                now_ns = uart.print_returns(now_ns)
+        return now_ns
+
+    def end(self) -> None:
+        """After a turn: addresses are told, and all that was written goes to who listens."""
+        for uart in self.all:
+            uart.tell_address()
+        if self._written or self._sent:
+            with self._guard.aside():
+                self._put_written()
+                self._written.clear()
+                self._put = 0
+                self._hand_on()
+
+    def note_polling(self, now_ns: SimTimeNs, *, is_polling: bool) -> None:
+        """After the main program's turn: whether it takes bytes as they come."""
+        for uart in self.all:
+            if not is_polling:
+                if not uart.incoming.ignores_mark:
+                    uart.incoming.ignore_mark()
+            elif uart.incoming.ignores_mark and self.print_returns(now_ns) <= now_ns:
+                uart.incoming.ignores_mark = False
+            if uart.segment:
+                uart.tell_polling(is_polling)
+
+    def note_interrupt(self) -> None:
+        """An interrupt's turn is over: the next thing that wakes the main program lets it wait until what was
+        written is out."""
+        if self._written:
+            for uart in self.all:
+                uart.incoming.ignore_mark()
+
+    def _put_written(self) -> None:
+        for uart, baud, data in self._written[self._put :]:
+            uart.put(data, baud)
+        self._put = len(self._written)
+
+    def _hand_on(self) -> None:
+        """What went on the line at one time is one piece."""
+        sent, self._sent = self._sent, []
+        if len(sent) == 1:
+            uart, at_ns, data = sent[0]
+            for listener in uart.listeners:
+                listener(at_ns, data)
+            return
+        for (uart, at_ns), pieces in groupby(sent, key=itemgetter(0, 1)):
+            whole = b"".join(data for _, _, data in pieces)
+            for listener in uart.listeners:
+                listener(at_ns, whole)
+
+    # ---- a turn that the firmware did not come through ----
+
+    def cut(self) -> Words:
+        """Of what it wrote, only that remains which a client may still want to see of one that printed for
+        ever. Returns it."""
+        left, kept = LAST_WORDS_BYTES, self._written[: self._put]
+        for uart, baud, data in self._written[self._put :]:
+            kept.append((uart, baud, data[:left]))
+            left -= len(data)
+            if left <= 0:
+                break
+        self._written[:] = kept
+        names = {uart: name for name, uart in self.by_name.items()}
+        return tuple((names[uart], baud, data.hex()) for uart, baud, data in kept)
+
+    def halt(self, words: Iterable[tuple[str, int | None, str]]) -> None:
+        """The firmware was stopped, wherever it was: all that it did in its turn is undone, but for what it
+        has written, which is ``words``."""
+        for uart in self.all:
+            uart.halt()
+        self._written[:] = [(self.by_name[name], baud, bytes.fromhex(data)) for name, baud, data in words]

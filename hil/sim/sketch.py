@@ -1,0 +1,85 @@
+"""A firmware that runs: all code of a plug-in is called from here, under guard."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from hil.firmware.runtime import Runtime
+from hil.sim.hardware import Hardware
+from hil.sim.spec import DeviceSpec
+from hil.sim.stops import Guard
+from hil.vocab.firmware import Commit, Main
+from hil.vocab.time import SimTimeNs
+
+Result = TypeVar("Result")
+
+
+class Sketch:
+    """``hil.sim.stops.Guarded``. Whatever the firmware raises is given to ``on_raised``."""
+
+    def __init__(
+        self,
+        spec: DeviceSpec,
+        hardware: Hardware,
+        guard: Guard,
+        commit: Callable[[Commit], None],
+        on_raised: Callable[[BaseException], None],
+    ) -> None:
+        self.name = spec.name
+        self.turns = 0
+        """How often it had its turn: all that it does by itself."""
+        self._make = spec.firmware
+        self._board = hardware.board
+        self._interfaces = hardware.interfaces
+        self._guard = guard
+        self._commit = commit
+        self._on_raised = on_raised
+        self.power_up()
+
+    def power_up(self) -> None:
+        """It starts anew with the next turn."""
+        self.is_on = False
+        """It was made, by its first turn since."""
+        interfaces = self._interfaces
+        self.runtime = Runtime(self._main(), interfaces.has_input, self._commit, interfaces.print_returns)
+        self.runtime.due_ns = interfaces.now_ns
+
+    def _main(self) -> Main:
+        """Made by the first turn, so that a firmware that cannot be made fails as one that runs does."""
+        self.firmware = self._make(self._board)
+        self.is_on = True
+        yield from self.firmware.main()
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """How far it has come."""
+        return self._interfaces.now_ns
+
+    @property
+    def is_busy(self) -> bool:
+        """Its main program is in a routine of its own, and takes no commands."""
+        return self.is_on and bool(getattr(self.firmware, "is_busy", False))
+
+    def turn(
+        self, work: Callable[..., Result], *given: object, passes: tuple[type[Exception], ...] = ()
+    ) -> Result | None:
+        """Call what runs the firmware's code; None if it did not come through. ``passes``: what it may raise
+        to who calls."""
+        self.turns += 1
+        try:
+            with self._guard(self):
+                return work(*given)
+        except BaseException as error:
+            if isinstance(error, (KeyboardInterrupt, *passes)):
+                raise
+            self._on_raised(error)
+            return None
+
+    def close(self) -> None:
+        """It runs no more, whatever comes."""
+        try:
+            with self._guard(self):
+                self.runtime.close()
+        except KeyboardInterrupt:
+            raise
+        except BaseException:  # it goes anyway
+            return

@@ -1,0 +1,54 @@
+"""One thing that can be asked of a bench, as data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from hil.vocab.parameters import Parameter, Values
+from hil.vocab.verbs import Role, checked
+
+
+class Target(Enum):
+    """What an operation is asked of; the value is how requests call it, and its meaning."""
+
+    BENCH = ("", "the bench")
+    DEVICE = ("device", "a device")
+    TWIN = ("device", "a simulated device, whose axis is seen")
+    UART = ("device", "a device's serial interface: m1, s1.network")
+    PLACE = ("target", "where a fault can be: a device, a port, a segment, a tap")
+    TAP = ("tap", "a tap of a segment")
+    RUN = ("name", "a run; empty: all that are remembered")
+
+    @property
+    def argument(self) -> str:
+        """The argument that names it in a request; empty: there is none."""
+        return self.value[0]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One row of the table. ``takes_time``: its answer may have to be awaited. ``answer``: the form of the
+    answer (``hil.net.answers``), None where that is no JSON and only doors in this process can have it."""
+
+    name: str
+    target: Target
+    about: str
+    parameters: tuple[Parameter, ...] = ()
+    role: Role = Role.OPERATOR
+    takes_time: bool = False
+    answer: Any = None
+
+    def filled(self, given: Mapping[str, object]) -> Values:
+        """The parameters with defaults.
+
+        Raises:
+            VerbRefused: what was given does not do; with all problems.
+        """
+        return checked(self.name, self.parameters, given)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names in a request: the target's, then the parameters'."""
+        named = (self.target.argument,) if self.target.argument else ()
+        return (*named, *(parameter.name for parameter in self.parameters))

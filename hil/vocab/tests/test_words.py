@@ -1,0 +1,26 @@
+"""The vocabulary has words and no behaviour."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+MODULES = sorted(Path(__file__).parents[1].glob("*.py"))
+FORMS = {
+    "time": {"ms"},  # a number in the unit that its name says
+    "ports": {"port_label"},  # how a name is spelled
+    "parameters": {"filled"},  # what a Parameter means, for several
+    "verbs": {"checked", "described", "table_of"},
+}
+"""Functions that are part of a word's meaning."""
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
+def test_a_module_defines_words(path: Path) -> None:
+    body = ast.parse(path.read_text()).body
+    functions = {node.name for node in body if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
+    assert functions <= FORMS.get(path.stem, set())
+    for node in body:
+        if isinstance(node, ast.ClassDef) and "Protocol" not in map(ast.unparse, node.bases):
+            methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+            assert sum(len(ast.unparse(item).splitlines()) for item in methods) < 50, node.name

@@ -1,0 +1,43 @@
+"""Run in a copy of the tree: plants modules, one at a time, and says what the contracts find then.
+
+Reads a JSON list of ``{path: text}`` from its input, and writes one list of problems for the tree as it is
+and one for each plant.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from importlinter.application.use_cases import _register_contract_types, create_report, read_user_options
+from importlinter.configuration import configure
+
+
+def problems() -> list[str]:
+    report = create_report(read_user_options("pyproject.toml"), cache_dir=".cache")
+    assert not report.invalid_contract_options, report.invalid_contract_options
+    return [
+        problem for _, check in report.get_contracts_and_checks() for problem in check.metadata["problems"]
+    ]
+
+
+def problems_with(files: dict[str, str]) -> list[str]:
+    made: list[Path] = []
+    for name, text in files.items():
+        path = Path(name)
+        made += [folder for folder in reversed(path.parents) if not folder.exists()]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        made.append(path)
+    found = problems()
+    for path in reversed(made):
+        path.unlink() if path.is_file() else path.rmdir()
+    return found
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, ".")
+    configure()
+    _register_contract_types(read_user_options("pyproject.toml"))
+    plants = json.load(sys.stdin)
+    answer = json.dumps([problems(), *map(problems_with, plants)])
+    print(f"\n{answer}")

@@ -1,0 +1,184 @@
+"""Imports that the signs on the doors do not allow, planted one at a time in a copy: each is found."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from import_rules import EACH_MAY, MAY, House, signs_in
+
+ROOT = Path(__file__).parents[1]
+ROOTS = ("hil", "device_profiles", "virtual_ports", "bridges")
+
+
+class Plant(NamedTuple):
+    """Modules by path, and the beginning of the one line that is found then."""
+
+    files: dict[str, str]
+    found: str
+
+
+def planted(module: str, imported: str, form: str = "import {}\n") -> Plant:
+    """A new module that imports something."""
+    return Plant({f"{module.replace('.', '/')}.py": form.format(imported)}, f"{module} imports {imported},")
+
+
+def kind(module: str, imported: str) -> Plant:
+    """A new kind of board, port or bridge whose only module imports something."""
+    plant = planted(module, imported)
+    folder = module.rpartition(".")[0].replace(".", "/")
+    return plant._replace(files={f"{folder}/__init__.py": '"""A new kind."""\n', **plant.files})
+
+
+TYPES = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import {}\n"
+LATER = "def run() -> None:\n    import {}\n"
+PLANTS = {
+    # boards
+    "board to board": planted("device_profiles.sac.new", "device_profiles.mechaduino.firmware"),
+    "board to runs": planted("device_profiles.mechaduino.new", "hil.runs"),
+    "board to telemetry": planted("device_profiles.mechaduino.new", "hil.telemetry"),
+    "board to chance": planted("device_profiles.sac.new", "random"),
+    "board to a package": planted("device_profiles.sac.new", "zenoh"),
+    "board to the compiled core": planted("device_profiles.sac.new", "hil.core._native"),
+    "new board to core": kind("device_profiles.new.firmware", "hil.core"),
+    "new board to clock": kind("device_profiles.new.firmware", "time"),
+    "a board's test to live": planted("device_profiles.sac.tests.test_new", "hil.live.store"),
+    # ports
+    "port to telemetry": planted("virtual_ports.pty.new", "hil.telemetry"),
+    "port to port": planted("virtual_ports.tcp.new", "virtual_ports.pty.port"),
+    "port to sim": planted("virtual_ports.serial.new", "hil.sim.inputs"),
+    "new port to pty": kind("virtual_ports.new.port", "virtual_ports.pty.port"),
+    "wire to asyncio": planted("virtual_ports.rs485.new", "asyncio"),
+    "a port's test to another's": planted("virtual_ports.tcp.tests.test_new", "virtual_ports.pty.port"),
+    # bridges
+    "bridge to runs": planted("bridges.metrics.new", "hil.runs"),
+    "bridge to client": planted("bridges.metrics.new", "hil.client"),
+    "bridge to bridge": planted("bridges.metrics.new", "bridges.zenoh.keys"),
+    "bridge to board": planted("bridges.zenoh.new", "device_profiles.sac"),
+    "new bridge to operations": kind("bridges.new.bridge", "hil.operations"),
+    # pure rooms
+    "sim to asyncio": planted("hil.sim.new", "asyncio"),
+    "sim to clock": planted("hil.sim.new", "time"),
+    "sim to system": planted("hil.sim.new", "os"),
+    "sim to threads": planted("hil.sim.new", "threading"),
+    "sim to chance": planted("hil.sim.new", "random"),
+    "vocab to socket": planted("hil.vocab.new", "socket"),
+    "wire to clock": planted("hil.wire.new", "time"),
+    "firmware to asyncio": planted("hil.firmware.new", "asyncio"),
+    "core to clock": planted("hil.core.new", "time"),
+    "runs to clock": planted("hil.runs.new", "time"),
+    # upwards
+    "vocab to wire": planted("hil.vocab.new", "hil.wire.packet"),
+    "firmware to sim": planted("hil.firmware.new", "hil.sim.uart"),
+    "core to sim": planted("hil.core.new", "hil.sim"),
+    "telemetry to sim": planted("hil.telemetry.new", "hil.sim.bench"),
+    "sim to compose": planted("hil.sim.new", "hil.compose"),
+    "config to core": planted("hil.config.new", "hil.core"),
+    "config to compose": planted("hil.config.new", "hil.compose"),
+    "runs to live": planted("hil.runs.new", "hil.live.guard"),
+    "host to live": planted("hil.host.new", "hil.live.guard"),
+    "net to operations": planted("hil.net.new", "hil.operations.health"),
+    "live to operations": planted("hil.live.new", "hil.operations.health"),
+    "live to cli": planted("hil.live.new", "hil.cli.views"),
+    "health to daemon": planted("hil.operations.new", "hil.daemon"),
+    "client to sim": planted("hil.client.new", "hil.sim.inputs"),
+    "arduino to live": planted("hil.arduino.new", "hil.live.store"),
+    "testing to daemon": planted("hil.testing.new", "hil.daemon"),
+    "daemon's room to board": planted("hil.live.new", "device_profiles.sac"),
+    "compose to port": planted("hil.compose.new", "virtual_ports.pty.port"),
+    # whatever form it has
+    "for types alone": planted("hil.sim.new", "hil.live.guard", TYPES),
+    "when it runs": planted("hil.host.new", "hil.sim.bench", LATER),
+    "relative": planted("hil.sim.new", "hil.live.guard", "from ..live import guard  # {}\n"),
+    "a name of a module": planted("hil.wire.new", "hil.sim.uart", "from {} import DeviceUart\n"),
+    # around the signs
+    "a room without a sign": Plant({"hil/attic/__init__.py": '"""Old things."""\n'}, "hil.attic has no sign"),
+    "a module without a sign": Plant({"hil/attic.py": '"""Old things."""\n'}, "hil.attic has no sign"),
+    "a folder that is no package": Plant(
+        {"hil/sim/attic/new.py": "import time\n"}, "hil.sim.attic.new is in a folder without __init__.py"
+    ),
+    "a sign for nothing": Plant(
+        {"hil/attic.py": '"""Old.\n\nMay import: hil.cellar.\n"""\n'},
+        "the sign of hil.attic allows hil.cellar, which does not exist",
+    ),
+    "circle of two": Plant(
+        {"hil/sim/new1.py": "import hil.sim.new2\n", "hil/sim/new2.py": "import hil.sim.new1\n"},
+        "these import each other: hil.sim.new1, hil.sim.new2",
+    ),
+    "circle for types": Plant(
+        {
+            "hil/live/new1.py": "import hil.live.new2\n",
+            "hil/live/new2.py": TYPES.format("hil.live.new3"),
+            "hil/live/new3.py": LATER.format("hil.live.new1"),
+        },
+        "these import each other: hil.live.new1, hil.live.new2, hil.live.new3",
+    ),
+    "circle by the package": Plant(
+        {
+            "hil/live/new/__init__.py": "from hil.live.new import a\n",
+            "hil/live/new/a.py": "import hil.live.new\n",
+        },
+        "these import each other: hil.live.new, hil.live.new.a",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
+    """What is found in a copy as it is, and with each plant."""
+    copy = tmp_path_factory.mktemp("copy")
+    for source in [path for root in ROOTS for path in (ROOT / root).rglob("*.py*")]:
+        if source.suffix in (".py", ".pyi"):
+            target = copy / source.relative_to(ROOT)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, target)
+    for name in ("import_rules.py", "pyproject.toml"):
+        shutil.copy(ROOT / name, copy)
+    done = subprocess.run(
+        [sys.executable, Path(__file__).with_name("plant_imports.py")],
+        input=json.dumps([plant.files for plant in PLANTS.values()]),
+        cwd=copy,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found: list[list[str]] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def test_the_tree_keeps_its_contracts(answers: list[list[str]]) -> None:
+    assert answers[0] == []
+
+
+@pytest.mark.parametrize("sort", PLANTS)
+def test_a_planted_import_is_found(answers: list[list[str]], sort: str) -> None:
+    found = set(answers[1 + [*PLANTS].index(sort)]) - set(answers[0])
+    assert [line for line in found if line.startswith(PLANTS[sort].found)], found
+    assert len(found) == 1, found
+
+
+def said_in_contributing() -> dict[str, set[str]]:
+    """Rooms that each folder may import, by the table."""
+    table = (ROOT / "CONTRIBUTING.md").read_text().partition("\n## Commands")[0]
+    rooms: dict[str, set[str]] = {}
+    for folder, names in re.findall(r"^\| `([\w/]+)(?:\.py|/<x>)?` \|.*\| (.*) \|$", table, re.MULTILINE):
+        above = {room for room in rooms if room.count(".") == 1}
+        named = {f"hil.{name}" for name in re.findall(r"`(\w+)`", names)}
+        rooms[folder.replace("/", ".")] = above if names == "all above" else named
+    return rooms
+
+
+def test_contributing_says_what_the_signs_say() -> None:
+    said = said_in_contributing()
+    for module, path in House([*ROOTS]).files.items():
+        sign = signs_in(path.read_text()).get(EACH_MAY if module in ROOTS else MAY)
+        if sign is not None and (module in ROOTS or re.fullmatch(r"hil\.\w+", module)):
+            assert said.pop(module) == {name for name in sign if name.startswith("hil.")}, module
+    assert not any(said.values()), "folders that have no sign"
