@@ -8,6 +8,7 @@ from e2e_support import Place, Server, config, until
 
 PROGRAM = """
 import asyncio, logging, re, sys, time
+from dataclasses import replace
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
@@ -67,11 +68,11 @@ class Runaway:
 def started(serving):
     device = serving.live.sim.devices["m1"]
     device._sketch._make = Runaway
-    before = device._on_failed
+    around = device._home.around
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
-        before(device)
-    device._on_failed = failed
+        around.on_failed(device)
+    device._home = replace(device._home, around=replace(around, on_failed=failed))
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
