@@ -145,11 +145,8 @@ class DeviceUart:
 
     def put(self, data: bytes, baud: int | None) -> None:
         """What was written goes out, through the faults."""
-        if self.tx_faults:
-            for delay_ns, piece in apply_all(self.tx_faults.values(), data):
-                self._send(piece, baud, delay_ns)
-        else:
-            self._send(data, baud, 0)
+        for delay_ns, piece in apply_all(self.tx_faults.values(), data) if self.tx_faults else ((0, data),):
+            self._send(piece, baud, delay_ns)
 
     def _send(self, data: bytes, baud: int | None, delay_ns: int) -> None:
         if baud is None:
@@ -172,12 +169,9 @@ class DeviceUart:
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
         """A client starts to send ``data`` now, at its own baud (None: at ours)."""
-        if self.rx_faults:
-            for delay_ns, piece in apply_all(self.rx_faults.values(), data):
-                self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
-                self._begin(piece, client_baud)
-        else:
-            self._begin(data, client_baud)
+        for delay_ns, piece in apply_all(self.rx_faults.values(), data) if self.rx_faults else ((0, data),):
+            self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
+            self._begin(piece, client_baud)
 
     def _begin(self, data: bytes, client_baud: int | None) -> None:
         if self.baud is None:
