@@ -60,7 +60,7 @@ class Daemon:
         self._at = Paths(config_folder, config_file, runtime, state, input_log, port_group)
         self._require_rt = require_rt
         self._notifier = notifier or Notifier({}, 0)
-        self._stop = asyncio.Event()
+        self._stop, self._hang_up = asyncio.Event(), asyncio.Event()
 
     async def run(self, started: Callable[[Serving], None]) -> None:
         """Start, say so, and serve until told to stop.
@@ -101,23 +101,18 @@ class Daemon:
         await live.bridges.open(config.bridges, desk)
         server = ControlServer(desk, claimed)
         stack.push_async_callback(server.close)
-        self._be_reloaded(stack, live)
+        live.reloader.open(self._hang_up)
+        stack.push_async_callback(live.reloader.close)
         self._tell_service(stack, live, grant)
         return Serving(live, grant, desk)
 
     def _answer_signals(self, stack: AsyncExitStack) -> None:
         loop, calls = asyncio.get_running_loop(), {signal.SIGINT: self.stop, signal.SIGTERM: self.stop}
         if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as under nohup
-            calls[signal.SIGHUP] = self.stop if has_terminal() else lambda: None
+            calls[signal.SIGHUP] = self.stop if has_terminal() else self._hang_up.set
         signals.answer(loop, calls)
         stack.callback(signals.ignore, loop, calls)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
-
-    def _be_reloaded(self, stack: AsyncExitStack, live: LiveBench) -> None:
-        live.reloader.is_open = True
-        stack.push_async_callback(live.reloader.close)
-        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN and not has_terminal():
-            signals.answer(asyncio.get_running_loop(), {signal.SIGHUP: live.reloader.request})
 
     def _tell_service(self, stack: AsyncExitStack, live: LiveBench, grant: Grant) -> None:
         service = Service(

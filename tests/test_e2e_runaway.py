@@ -65,13 +65,13 @@ class Runaway:
                     time.sleep(3600)
 
 def started(serving):
-    device = serving.live.sim.devices["m1"]
-    device._sketch._make = Runaway
-    before = device._on_failed
+    sim = serving.live.sim
+    sim.devices["m1"]._sketch._make = Runaway
+    before = sim._around.on_failed
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
         before(device)
-    device._on_failed = failed
+    object.__setattr__(sim._around, "on_failed", failed)
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)

@@ -39,7 +39,7 @@ def run(
     Its problems are listed before anything moves. Ctrl-C and SIGTERM end it with grace. Exits with 1 if it
     fails. A run that has ended is carried out again.
     """
-    from hil.runs.document import DOCUMENT_BYTES
+    from hil.runs.run_document import DOCUMENT_BYTES
 
     try:
         text = file.read_text()

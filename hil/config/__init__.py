@@ -17,7 +17,7 @@ from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
 from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig, WireConfig
 from hil.config.problem import ConfigError, Problem
-from hil.config.reference import reference
+from hil.config.reference_page import reference
 from hil.config.schema import schema
 
 __all__ = [

@@ -53,6 +53,14 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return by_lower[close[0]] if close else None
 
 
+def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Finding:
+    """A name of something that does not exist."""
+    near = nearest(name, known)
+    meant = f'did you mean "{near}"? ' if near else ""
+    remedy = f"{meant}known are: {', '.join(sorted(known)) or 'none'}"
+    return Finding(path, f"there is no {what} {shown(name)}", remedy)
+
+
 def findings_of(
     error: ValidationError, model: type[BaseModel], prefix: KeyPath, document: Document
 ) -> list[Finding]:

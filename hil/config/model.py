@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.explain import NAME_PATTERN, suggestion
-from hil.config.load import LoadConfig
+from hil.config.shaft_load import LoadConfig
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import SERIAL_FORMS, is_serial_url

@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
-from hil.config.check import DEFAULT_PORT
+from hil.config.check_ports import DEFAULT_PORT
 from hil.config.model import BenchConfig
 
 

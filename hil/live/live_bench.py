@@ -25,7 +25,7 @@ from hil.live.reload import Reloader
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
-from hil.live.runs.real import AllAxes, RealAxes
+from hil.live.runs.real_axes import AllAxes, RealAxes
 from hil.live.staging import Stage
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals

@@ -42,25 +42,28 @@ class Reloader:
         self._apply = apply
         self._changes = changes
         self._lock = asyncio.Lock()
-        self._requested: set[asyncio.Task[None]] = set()
-        self.is_open = False
+        self._is_open = False
         """The bench serves, and can be reloaded."""
+        self._waiting: asyncio.Task[None] | None = None
 
-    def request(self) -> None:
-        """Somebody wants a reload and no answer: SIGHUP."""
-        task = asyncio.get_running_loop().create_task(self._quietly())
-        self._requested.add(task)
-        task.add_done_callback(self._requested.discard)
+    def open(self, wanted: asyncio.Event) -> None:
+        """The bench serves. ``wanted`` is set, perhaps already, where nobody waits for an answer: SIGHUP."""
+        self._is_open = True
+        self._waiting = asyncio.get_running_loop().create_task(self._wait(wanted))
 
-    async def _quietly(self) -> None:
-        with suppress(ConfigError, Refused):  # the log has it
-            await self.reload()
+    async def _wait(self, wanted: asyncio.Event) -> None:
+        while True:
+            await wanted.wait()
+            wanted.clear()
+            with suppress(Exception):  # the log has it
+                await self.reload()
 
     async def close(self) -> None:
         """The daemon ends: a reload that has begun is finished, none begins any more."""
-        self.is_open = False
+        self._is_open = False
         async with self._lock:
-            pass
+            if self._waiting:
+                self._waiting.cancel()
 
     async def reload(self) -> dict[str, Any]:
         """Names of devices that were kept, restarted, added and removed.
@@ -70,7 +73,7 @@ class Reloader:
             Refused: it cannot be done; nothing has changed.
         """
         async with self._lock:
-            if not self.is_open:
+            if not self._is_open:
                 raise Refused("the daemon is starting or ending")
             trouble = ""
             self._changes.tell_begun()

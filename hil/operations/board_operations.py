@@ -10,7 +10,7 @@ from hil.core.fields import OF_KIND, SERVO, packed
 from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
-from hil.live.runs.real import RealAxes
+from hil.live.runs.real_axes import RealAxes
 from hil.operations.desk import Answerer, Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from hil.core.fields import OF_KIND, SERVO
 from hil.runs.axes import AxisNow, Refused, Rows
-from hil.runs.execute import ANGLES, TURNS_RPM
+from hil.runs.run_axis import ANGLES, TURNS_RPM
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Do, Input

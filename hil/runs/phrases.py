@@ -5,8 +5,8 @@ from itertools import pairwise
 
 from hil.core.trajectory import Trajectory
 from hil.runs.axes import AxisNow
-from hil.runs.document import WaitUntil
 from hil.runs.plan import Event, Phrase
+from hil.runs.run_document import WaitUntil
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_S
 

@@ -6,7 +6,7 @@ from hashlib import sha256
 from struct import Struct
 
 from hil.runs.axes import AxisNow
-from hil.runs.document import RunDocument, WaitUntil
+from hil.runs.run_document import RunDocument, WaitUntil
 from hil.vocab.path import PathPiece
 
 _PIECE = Struct("<q4d")

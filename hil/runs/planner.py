@@ -18,9 +18,9 @@ from hil.core.trajectory import (
     plan_spline_within,
 )
 from hil.runs.axes import AxisNow
-from hil.runs.document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
 from hil.runs.phrases import Phrases
 from hil.runs.plan import Plan
+from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
@@ -158,7 +158,7 @@ class StepPlanner:
     ) -> Trajectory:
         here = [self.phrases.position_deg[name] for name in servos]
         there = [targets_deg[name] for name in servos]
-        limits = [self._limits(name) for name in servos]
+        limits = [_limits(self._run.axes[name]) for name in servos]
         try:
             if kind.startswith("line"):
                 return plan_line(here, there, limits, self._run.profile, duration_ns)
@@ -216,7 +216,7 @@ class StepPlanner:
         times_s: Sequence[float | None],
     ) -> Trajectory:
         """Through the rows of positions, at the times or as soon as can be. Raises PlanError."""
-        limits = [self._limits(name) for name in names]
+        limits = [_limits(self._run.axes[name]) for name in names]
         if times_s[0] is None:
             return plan_spline_within(rows, limits)
         trajectory = plan_spline(rows, [0, *(round((at_s or 0.0) * NS_PER_S) for at_s in times_s)])
@@ -291,19 +291,19 @@ class StepPlanner:
             else:
                 self.phrases.happen(axis, "pin", {"pin": pin, "level": level})
 
-    def _limits(self, name: str) -> AxisLimits:
-        rules = self._run.axes[name]
-        return AxisLimits(
-            rules.velocity_rpm * DEG_PER_S,
-            rules.acceleration_rpm_per_s * DEG_PER_S,
-            rules.jerk_rpm_per_s2 * DEG_PER_S,
-        )
-
     def _find(self, path: KeyPath, message: str, remedy: str) -> None:
         """Once, however often the step is repeated."""
         if path not in self._said:
             self._said.add(path)
             self.findings.append(Finding(path, message, remedy))
+
+
+def _limits(rules: AxisRules) -> AxisLimits:
+    return AxisLimits(
+        rules.velocity_rpm * DEG_PER_S,
+        rules.acceleration_rpm_per_s * DEG_PER_S,
+        rules.jerk_rpm_per_s2 * DEG_PER_S,
+    )
 
 
 def _range(rules: AxisRules) -> str:

@@ -13,7 +13,7 @@ from hil.core import Core, Snapshot
 from hil.sim.around import Around
 from hil.sim.device import Answer, Device
 from hil.sim.drive import RealTimeDrive
-from hil.sim.faults import Faults
+from hil.sim.faults.in_force import Faults
 from hil.sim.group import Group
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.later import LaterVerbs, Refused

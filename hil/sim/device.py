@@ -91,7 +91,7 @@ class Device:
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
         for uart in self._lines:
-            if (arrival_ns := uart.next_arrival_ns) < due_ns:
+            if (arrival_ns := uart.incoming.next_ns) < due_ns:
                 due_ns = arrival_ns
         return due_ns if due_ns < self.setpoints.due_ns else self.setpoints.due_ns
 

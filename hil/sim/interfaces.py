@@ -99,10 +99,10 @@ class Interfaces:
         """After the main program's turn: whether it takes bytes as they come."""
         for uart in self.all:
             if not is_polling:
-                if not uart.ignores_mark:
-                    uart.ignore_mark()
-            elif uart.ignores_mark and self.print_returns(now_ns) <= now_ns:
-                uart.ignores_mark = False
+                if not uart.incoming.ignores_mark:
+                    uart.incoming.ignore_mark()
+            elif uart.incoming.ignores_mark and self.print_returns(now_ns) <= now_ns:
+                uart.incoming.ignores_mark = False
             if uart.segment:
                 uart.tell_polling(is_polling)
 
@@ -111,7 +111,7 @@ class Interfaces:
         written is out."""
         if self._written:
             for uart in self.all:
-                uart.ignore_mark()
+                uart.incoming.ignore_mark()
 
     def _put_written(self) -> None:
         for uart, baud, data in self._written[self._put :]:

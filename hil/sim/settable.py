@@ -2,7 +2,7 @@
 
 from hil.core.fields import OF_KIND
 from hil.sim.device import Device
-from hil.sim.faults import Faults
+from hil.sim.faults.in_force import Faults
 
 SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that are the world around the board and not the firmware's memory."""

@@ -4,17 +4,14 @@ Without a baud (USB CDC) bytes take no time and the host is held up while the de
 baud each character has its time, there is no flow control, and what finds no room is an overrun.
 """
 
-from bisect import bisect_right
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable, Sequence
 
 from hil.firmware.uart import RxBuffer
+from hil.sim.incoming import Flight, Incoming, flight_of, heard
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all
-from hil.wire.serial_line import character_ns, resample
+from hil.wire.serial_line import character_ns
 
 USB_HELD_BYTES = 16
 """What the device takes from a USB host that its sketch has not read yet; more waits at the host. Each may
@@ -26,30 +23,14 @@ Sent = Callable[[SimTimeNs, bytes], None]
 """Called with what is sent: when its first bit is on the line, and the bytes."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Flight:
-    """Characters on the line, at least one. Equal is only one to itself, so that it is found quickly."""
-
-    times_ns: tuple[int, ...]
-    """When each is complete, ascending."""
-    data: bytes
-
-    def part(self, first: int, end: int) -> "_Flight":
-        """Some of the characters."""
-        return _Flight(self.times_ns[first:end], self.data[first:end])
-
-    def characters(self) -> Iterator[tuple[int, int]]:
-        return zip(self.times_ns, self.data, strict=True)
-
-
 class DeviceUart:
     """``hil.vocab.firmware.Uart`` for the sketch; ``arrive`` and ``take_arrivals`` for the line.
 
     ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on
     the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
     ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit. ``later``: where
-    what is written waits for ``put``; None: it does not. ``due_changed`` is called when ``next_arrival_ns``
-    may be earlier than it was.
+    what is written waits for ``put``; None: it does not. ``due_changed``: as
+    ``Incoming`` takes it.
     """
 
     def __init__(
@@ -82,20 +63,7 @@ class DeviceUart:
         self._told_polling = True
         self._sent = sent
         self._later = later
-        self._due_changed = due_changed
-        self._in_flight: deque[_Flight] = deque()
-        self._taken = 0
-        """How many characters of the first flight have come."""
-        self.next_arrival_ns = FOREVER
-        """When the next character on the line is complete, of those that the sketch is woken for."""
-        self._wake_byte: int | None = None
-        self._mark: int | None = None
-        self._before = b""
-        """The last two bytes on the line, if they are known."""
-        self._is_gapless = True
-        """What the sketch gets has stood on the line like that."""
-        self.ignores_mark = False
-        self._wakes: deque[int] = deque()
+        self.incoming = Incoming(due_changed)
         self._is_woken = False
         self._rx_free_ns = 0
         self.tx_free_ns = 0
@@ -140,26 +108,14 @@ class DeviceUart:
             self.segment.set_polling(self.station, is_polling)
 
     def wake_on(self, byte: int | None, mark: int | None = None) -> None:
-        if byte != self._wake_byte:
+        if byte != self.incoming.wake_byte:
             self._is_woken = False
-        self._wake_byte, self._mark = byte, mark
-        self._wakes = deque(at_ns for at_ns, flying in self.in_flight() if flying == byte)
-        self._find_next()
-
-    def ignore_mark(self) -> None:
-        """Until ``ignores_mark`` is false again every wake byte counts."""
-        self.ignores_mark = True
-        self.wake_on(self._wake_byte, self._mark)
-
-    def in_flight(self) -> list[tuple[int, int]]:
-        """What is on the line: when each character is complete, and the character."""
-        every = [each for flight in self._in_flight for each in flight.characters()]
-        return every[self._taken :]
+        self.incoming.wake_on(byte, mark)
 
     @property
     def has_input(self) -> bool:
         """Whether a byte has come that the sketch is woken for."""
-        return self._rx.available() > 0 if self._wake_byte is None else self._is_woken
+        return self._rx.available() > 0 if self.incoming.wake_byte is None else self._is_woken
 
     def set_baud(self, baud: int | None) -> None:
         """What is on the line already keeps its times."""
@@ -211,10 +167,7 @@ class DeviceUart:
 
     def room(self) -> int:
         """Bytes that may be taken from a client now."""
-        if self.baud is None:
-            waiting = self._rx.available()
-        else:
-            waiting = sum(len(flight.data) for flight in self._in_flight) - self._taken
+        waiting = self._rx.available() if self.baud is None else self.incoming.waiting
         return max(0, USB_HELD_BYTES - waiting)
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
@@ -243,69 +196,23 @@ class DeviceUart:
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         if characters:
-            self._fly(_flight_of(tuple(characters)))
+            self.incoming.add(flight_of(tuple(characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
-        if not self._in_flight:
-            self._before = b""
-            return
-        left = [each for each in self.in_flight() if each[0] <= after_ns]
-        self._in_flight.clear()
-        self._taken = 0
-        self._before = b""
-        if left:
-            self._in_flight.append(
-                _Flight(tuple(at_ns for at_ns, _ in left), bytes(byte for _, byte in left))
-            )
-        self.wake_on(self._wake_byte, self._mark)
-        self._due_changed()
+        self.incoming.retract(after_ns)
 
     def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
-        if flight := _heard(start_ns, data, sent_baud, self.baud_now):
-            self._fly(flight)
-
-    def _fly(self, flight: _Flight) -> None:
-        self._in_flight.append(flight)
-        if self._wake_byte is not None:
-            mark = self._mark if self._is_gapless and not self.ignores_mark else None
-            self._wakes.extend(_wakes(flight, self._wake_byte, mark, self._before))
-        self._before = flight.data[-2:]
-        if self.next_arrival_ns == FOREVER:
-            self._find_next()
-            self._due_changed()
-
-    def _find_next(self) -> None:
-        next_ns: int = FOREVER
-        if self._wake_byte is not None:
-            if self._wakes:
-                next_ns = self._wakes[0]
-        elif self._in_flight:
-            next_ns = self._in_flight[0].times_ns[self._taken]
-        self.next_arrival_ns = SimTimeNs(next_ns)
+        if flight := heard(start_ns, data, sent_baud, self.baud_now):
+            self.incoming.add(flight)
 
     def take_arrivals(self) -> None:
         """Characters complete by now enter the receive buffer, or are lost to an overrun."""
-        if not self._in_flight:
-            return
-        now_ns = self.now_ns
-        while self._in_flight:
-            flight, first = self._in_flight[0], self._taken
-            if flight.times_ns[-1] <= now_ns:
-                self._in_flight.popleft()
-                self._taken = 0
-                self._take_in(flight if first == 0 else flight.part(first, len(flight.data)))
-                continue
-            end = bisect_right(flight.times_ns, now_ns, first)
-            if end > first:
-                self._taken = end
-                self._take_in(flight.part(first, end))
-            break
-        while self._wakes and self._wakes[0] <= now_ns:
-            self._wakes.popleft()
-        self._find_next()
+        if self.incoming.flights:
+            for flight in self.incoming.take(self.now_ns):
+                self._take_in(flight)
 
-    def _take_in(self, flight: _Flight) -> None:
-        wake_byte = self._wake_byte
+    def _take_in(self, flight: Flight) -> None:
+        wake_byte = self.incoming.wake_byte
         at_once = wake_byte is not None and flight.times_ns[0] >= self.polls_from_ns
         if at_once or len(flight.data) <= self._rx.room():
             self._rx.feed(flight.data, at_once=at_once)
@@ -321,46 +228,8 @@ class DeviceUart:
             elif byte == wake_byte:
                 self._is_woken = True
         if not is_gapless:
-            self._is_gapless = False
-            self.wake_on(wake_byte, self._mark)
+            self.incoming.note_gap()
 
 
 Written = tuple[DeviceUart, int | None, bytes]
 """What a sketch has written: where, and at which baud."""
-
-
-@lru_cache(maxsize=4)
-def _flight_of(characters: tuple[HeardCharacter, ...]) -> _Flight:
-    """Kept, because all receivers on a line hear the same."""
-    return _Flight(tuple(each.at_ns for each in characters), bytes(each.byte for each in characters))
-
-
-@lru_cache(maxsize=4)
-def _heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> _Flight | None:
-    """What a receiver makes of bytes on a line; kept, because all receivers on it make the same."""
-    if sent_baud == baud:
-        times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
-        return _Flight(times_ns, data) if data else None
-    one_ns = character_ns(1, baud)
-    sampled = resample(data, sent_baud, baud)
-    times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)
-    return _Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None
-
-
-@lru_cache(maxsize=4)
-def _wakes(flight: _Flight, byte: int, mark: int | None, before: bytes) -> tuple[int, ...]:
-    """When that byte is complete, each time; with a mark, unless it is known to be no end behind it
-    (``hil.vocab.firmware.Uart.wake_on``). ``before``: what stands before the flight."""
-    stream = before + flight.data
-    places = range(len(before), len(stream))
-    return tuple(
-        at_ns
-        for at_ns, place in zip(flight.times_ns, places, strict=True)
-        if stream[place] == byte
-        and (mark is None or place < 2 or _is_end(stream[place - 2 : place], byte, mark))
-    )
-
-
-def _is_end(before: bytes, byte: int, mark: int) -> bool:
-    """Whether that byte ends what the mark has announced, two bytes standing before it."""
-    return before[1] == mark or (before[0] == mark and before[1] != byte)

@@ -1,7 +1,6 @@
 """A bench in memory, on the virtual clock."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -9,22 +8,17 @@ from typing import Any
 from hil.compose import bench_runtime, find_catalogue, read_text, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
-from hil.core import CoreMotion
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
 from hil.sim.around import VIRTUAL, Around
 from hil.sim.bench import Store
 from hil.sim.device import Device
-from hil.sim.inputs import Input
-from hil.sim.station import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.faults import fault_refusal
-from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.parameters import Values
+from hil.vocab.firmware import MAIN
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-from hil.wire.serial_line import character_ns
 
 RUN_LEAD_NS = 1_000_000
 """Between a run's phrases: in virtual time nothing needs longer."""
@@ -69,44 +63,33 @@ class Bench:
             names = ", ".join(self.config.real)
             raise ValueError(f"real boards (at:) know no simulated time: {names}; leave them out")
         self.seed = seed
-        self._now_ns = SimTimeNs(0)
         memories = {name: start_sections(device, {}, folder) for name, device in self.config.devices.items()}
         self._runtime = bench_runtime(
             self.config, find_catalogue({"memory": MemoryOptions}), memories, store, around
         )
-        devices = self._runtime.devices
+        runtime, devices = self._runtime, self._runtime.devices
         self._ports = {
-            (name, uart): PortFace(self, device, uart)
+            (name, uart): PortFace(runtime, device, uart)
             for name, device in devices.items()
             for uart in device.uarts
         }
-        self._axes = {name: AxisFace(self, device) for name, device in devices.items()}
-        self._devices = {name: DeviceFace(self, device) for name, device in devices.items()}
-        self._taps = {name: TapFace(self, tap) for name, tap in self._runtime.taps.items()}
-        self._sampler = Sampler(self._runtime)
-        self._run_axes = BenchAxes(self._runtime, self._sampler)
-        self._edges: dict[str, list[tuple[SimTimeNs, str, int]]] = {name: [] for name in devices}
-        for device in devices.values():
-            if isinstance(device.axis, CoreMotion):
-                device.axis.record_edges(True)
+        self._axes = {name: AxisFace(runtime, device, self._record) for name, device in devices.items()}
+        self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
+        self._taps = {name: TapFace(runtime, tap) for name, tap in runtime.taps.items()}
+        self._sampler = Sampler(runtime)
+        self._run_axes = BenchAxes(runtime, self._sampler)
         for fault in self.config.faults:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self._recordings: list[tuple[Subscription, Recording]] = []
-        self._busy: dict[str, list[tuple[SimTimeNs, SimTimeNs]]] = {name: [] for name in devices}
-        for (name, uart), port in self._ports.items():
-            listeners = devices[name].uarts[uart].listeners
-            listeners.append(port.sent)
-            if NETWORK in devices[name].uarts:
-                listeners.append(partial(self._note_busy, devices[name], uart))
 
     @property
     def now_ns(self) -> SimTimeNs:
         """Simulated time since the bench's start."""
-        return self._now_ns
+        return self._runtime.now_ns
 
     def run(self, ms: float) -> None:
         """Let ``ms`` milliseconds of simulated time pass."""
-        self._advance(SimTimeNs(self._now_ns + round(ms * NS_PER_MS)))
+        self._advance(SimTimeNs(self.now_ns + round(ms * NS_PER_MS)))
 
     def run_until(self, ms: float) -> None:
         """Run until the simulated time is ``ms`` milliseconds; never back."""
@@ -140,19 +123,6 @@ class Bench:
     def device(self, name: str) -> DeviceFace:
         """A device."""
         return self._devices[name]
-
-    def give(self, to: Device | Tap, given: Input) -> None:
-        """An input takes effect now; what the faces call."""
-        self._runtime.give(to, given)
-
-    def load_problem(self, device: Device, torque_Nm: float) -> str | None:
-        """What ``AxisFace.load_torque_Nm`` asks."""
-        return self._runtime.faults.load_problem(device, torque_Nm)
-
-    def do(self, device: Device, verb: str, parameters: Values) -> dict[str, Any]:
-        """What ``AxisFace.do`` calls."""
-        at_ns, answer = self._runtime.do(device, verb, parameters)
-        return dict(answer) | {"effective_at_ns": at_ns}
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
         """A multi-axis run (``hil.runs``), checked and planned now; drive it with ``perform``.
@@ -188,13 +158,13 @@ class Bench:
                 if isinstance(step, Send):
                     port.write(step.data)
                 elif isinstance(step, Listen):
-                    end_ns = self._now_ns + step.timeout_ns
-                    while (not heard or heard[0][0] > self._now_ns) and self._now_ns < end_ns:
-                        next_ns = heard[0][0] if heard else self._now_ns + LISTEN_SLICE_NS
+                    end_ns = self.now_ns + step.timeout_ns
+                    while (not heard or heard[0][0] > self.now_ns) and self.now_ns < end_ns:
+                        next_ns = heard[0][0] if heard else self.now_ns + LISTEN_SLICE_NS
                         self._advance(SimTimeNs(min(next_ns, end_ns)))
                         heard += port.read_complete()
-                    is_there = heard and heard[0][0] <= self._now_ns
-                    answer = Heard(*heard.pop(0)) if is_there else Heard(self._now_ns, b"")
+                    is_there = heard and heard[0][0] <= self.now_ns
+                    answer = Heard(*heard.pop(0)) if is_there else Heard(self.now_ns, b"")
         except StopIteration as done:
             result: Result = done.value
             return result
@@ -211,43 +181,19 @@ class Bench:
     ) -> None:
         self.close()
 
-    def edges(self, device: Device) -> list[tuple[SimTimeNs, str, int]]:
-        """What ``PinFace.edges`` calls: (simulated time, output, level)."""
-        kept = self._edges[device.name]
-        assert isinstance(device.axis, CoreMotion)
-        kept += [(SimTimeNs(at_ns), name, level) for at_ns, name, level in device.axis.take_edges()]
-        return kept
-
-    def transmissions(self, device: Device) -> list[tuple[SimTimeNs, int]]:
-        """What ``PinFace.edges`` calls for TxEn: high while any of the device's ports sends."""
-        edges: list[tuple[SimTimeNs, int]] = []
-        for start_ns, end_ns in sorted(self._busy[device.name]):
-            if edges and start_ns <= edges[-1][0]:
-                edges[-1] = (max(end_ns, edges[-1][0]), 0)
-            else:
-                edges += [(start_ns, 1), (end_ns, 0)]
-        return [edge for edge in edges if edge[0] <= self._now_ns]
-
-    def _note_busy(self, device: Device, uart: str, at_ns: SimTimeNs, data: bytes) -> None:
-        if baud := device.uarts[uart].baud:
-            end_ns = SimTimeNs(at_ns + character_ns(len(data), baud))
-            self._busy[device.name].append((at_ns, end_ns))
-
-    def record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
-        """What ``AxisFace.record`` calls."""
+    def _record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
         subscription = self._sampler.subscribe(device.name, signals, interval_ns)
         recording = Recording(signals)
         self._recordings.append((subscription, recording))
         return recording
 
     def _advance(self, until_ns: SimTimeNs) -> None:
-        while (slice_ns := self._sampler.period_ns) and self._now_ns + slice_ns < until_ns:
-            self._advance_to(SimTimeNs(self._now_ns + slice_ns))
+        while (slice_ns := self._sampler.period_ns) and self.now_ns + slice_ns < until_ns:
+            self._advance_to(SimTimeNs(self.now_ns + slice_ns))
         self._advance_to(until_ns)
 
     def _advance_to(self, until_ns: SimTimeNs) -> None:
         self._runtime.advance(until_ns)
-        self._now_ns = max(self._now_ns, until_ns)
         if self._recordings:
             self._sampler.poll()
         for subscription, recording in self._recordings:

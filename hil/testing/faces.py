@@ -1,44 +1,41 @@
 """What a test holds of a bench: ports, taps, axes, pins, boards and faults."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from hil.core import CoreMotion, Snapshot
+from hil.core import Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.station import Tap
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
-from hil.vocab.axis_plan import OUTPUTS
-from hil.vocab.firmware import NETWORK
+from hil.testing.outputs import Outputs
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
 
-if TYPE_CHECKING:
-    from hil.testing.bench import Bench
-
-TX_ENABLE = "TxEn"
-"""The output that switches a board's RS485 driver on; boards with two serial interfaces have it."""
+Record = Callable[[Device, tuple[str, ...], int], Recording]
+"""Begins a recording of a device's signals at every multiple of an interval in nanoseconds."""
 
 
 class PortFace:
     """A device's port, seen by a client that reads everything at once."""
 
-    def __init__(self, bench: "Bench", device: Device, uart: str) -> None:
-        self._bench = bench
+    def __init__(self, runtime: BenchRuntime, device: Device, uart: str) -> None:
+        self._runtime = runtime
         self._device = device
         self._uart = uart
         self._unread: list[tuple[SimTimeNs, bytes]] = []
         self.timeline: list[tuple[SimTimeNs, bytes]] = []
         """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
         first bit is on the line."""
+        device.uarts[uart].listeners.append(self.sent)
 
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
-        self._bench.give(self._device, Bytes(bytes(data), client_baud, self._uart))
+        self._runtime.give(self._device, Bytes(bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
         """Everything the device has sent since the last call."""
@@ -71,7 +68,7 @@ class PortFace:
         return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends; called by the bench."""
+        """The device sends."""
         self._unread.append((at_ns, data))
         self.timeline.append((at_ns, data))
 
@@ -79,21 +76,21 @@ class PortFace:
 class TapFace:
     """A tap on a segment, seen by the program that has it open."""
 
-    def __init__(self, bench: "Bench", tap: Tap) -> None:
-        self._bench = bench
+    def __init__(self, runtime: BenchRuntime, tap: Tap) -> None:
+        self._runtime = runtime
         self._tap = tap
 
     def write(self, data: bytes) -> None:
         """Send bytes on the wire, now, or when what was written before has gone out."""
-        self._bench.give(self._tap, Bytes(bytes(data)))
+        self._runtime.give(self._tap, Bytes(bytes(data)))
 
     def read(self) -> bytes:
         """What was complete on the wire since the last call."""
-        return self._tap.take(self._bench.now_ns)
+        return self._tap.take(self._runtime.now_ns)
 
     def read_timed(self) -> list[tuple[SimTimeNs, int]]:
         """As ``read``: when each character was complete, and the character."""
-        heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._bench.now_ns]
+        heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._runtime.now_ns]
         self.read()
         return heard
 
@@ -125,9 +122,10 @@ class FaultFace:
 class AxisFace:
     """A device's axis: its state, and the world around its shaft."""
 
-    def __init__(self, bench: "Bench", device: Device) -> None:
-        self._bench = bench
+    def __init__(self, runtime: BenchRuntime, device: Device, record: Record) -> None:
+        self._runtime = runtime
         self._device = device
+        self._record = record
 
     def snapshot(self) -> Snapshot:
         """The state now; its fields are ``hil.core.FIELDS``."""
@@ -142,7 +140,7 @@ class AxisFace:
         """
         kind = self._device.axis.kind
         names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
-        return self._bench.record(self._device, names, ms(interval_ms))
+        return self._record(self._device, names, ms(interval_ms))
 
     def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
         """Carry out a verb of the board's table (``hil axis NAME`` lists it), now: what it answers, and
@@ -155,7 +153,8 @@ class AxisFace:
         if known is None or not (known.run or known.types):
             names = ", ".join(name for name, each in self._device.verbs.items() if each.run or each.types)
             raise VerbRefused("no_verb", f"there is no {verb!r} here; there are {names or 'none'}")
-        return self._bench.do(self._device, verb, known.filled(parameters))
+        at_ns, answer = self._runtime.do(self._device, verb, known.filled(parameters))
+        return dict(answer) | {"effective_at_ns": at_ns}
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -172,7 +171,7 @@ class AxisFace:
         timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
         if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
             raise ValueError("times of the encoder's script have to ascend")
-        self._bench.give(self._device, ScriptEncoder(timed, interp == "linear"))
+        self._runtime.give(self._device, ScriptEncoder(timed, interp == "linear"))
 
     @property
     def load_torque_Nm(self) -> float:
@@ -186,47 +185,42 @@ class AxisFace:
 
     @load_torque_Nm.setter
     def load_torque_Nm(self, torque_Nm: float) -> None:
-        if problem := self._bench.load_problem(self._device, torque_Nm):
+        if problem := self._runtime.faults.load_problem(self._device, torque_Nm):
             raise ValueError(f"load_torque_Nm: {problem}")
-        self._bench.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
+        self._runtime.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
 
 
 class PinFace:
     """One pin of a board: an input that can be driven, or an output whose edges are kept from the bench's
     start."""
 
-    def __init__(self, bench: "Bench", device: Device, name: str) -> None:
-        self._bench = bench
+    def __init__(self, runtime: BenchRuntime, device: Device, outputs: Outputs, name: str) -> None:
+        self._runtime = runtime
         self._device = device
+        self._outputs = outputs
         self._name = name.replace(" ", "_")
-        outputs = [*OUTPUTS] if isinstance(device.axis, CoreMotion) else []
-        outputs += [TX_ENABLE] if NETWORK in device.uarts else []
-        if self._name not in device.axis.pins and self._name not in outputs:
-            raise KeyError(
-                f"{device.name} has no pin {name!r}; it has {', '.join([*device.axis.pins, *outputs])}"
-            )
+        pins = [*device.axis.pins, *outputs.names]
+        if self._name not in pins:
+            raise KeyError(f"{device.name} has no pin {name!r}; it has {', '.join(pins)}")
 
     def set(self, level: int) -> None:
         """Drive an input, now."""
         if self._name not in self._device.axis.pins:
             raise ValueError(f"{self._name} of {self._device.name} is an output")
-        self._bench.give(self._device, Pin(self._name, level))
+        self._runtime.give(self._device, Pin(self._name, level))
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
         """All edges of an output so far: (simulated time, level)."""
-        if self._name == TX_ENABLE:
-            return self._bench.transmissions(self._device)
-        return [
-            (at_ns, level) for at_ns, name, level in self._bench.edges(self._device) if name == self._name
-        ]
+        return self._outputs.edges(self._name)
 
 
 class DeviceFace:
     """The board itself, from outside: what an operator's hand or a fault can do to it."""
 
-    def __init__(self, bench: "Bench", device: Device) -> None:
-        self._bench = bench
+    def __init__(self, runtime: BenchRuntime, device: Device) -> None:
+        self._runtime = runtime
         self._device = device
+        self._outputs = Outputs(runtime, device)
         self._pins: dict[str, PinFace] = {}
 
     @property
@@ -254,7 +248,7 @@ class DeviceFace:
             raise ValueError(f'registers are "diaagc" and "errfl", not {name!r}')
         if not 0 <= value <= 0x7FFF:
             raise ValueError(f"{value:#x} does not fit a register's 15 bits")
-        self._bench.give(self._device, SetField(name, value))
+        self._runtime.give(self._device, SetField(name, value))
 
     def pin(self, name: str, level: int | None = None) -> "PinFace":
         """A pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
@@ -263,7 +257,7 @@ class DeviceFace:
         Raises:
             KeyError: the board has no such pin.
         """
-        pin = self._pins.setdefault(name, PinFace(self._bench, self._device, name))
+        pin = self._pins.setdefault(name, PinFace(self._runtime, self._device, self._outputs, name))
         if level is not None:
             pin.set(level)
         return pin
@@ -271,8 +265,8 @@ class DeviceFace:
     def drive(self, train: Sequence[Edges]) -> None:
         """Play a pulse train (``hil.wire.step_dir``) on the step/dir inputs from now on, instead of the one
         before; an empty one ends it."""
-        self._bench.give(self._device, Drive(tuple(train)))
+        self._runtime.give(self._device, Drive(tuple(train)))
 
     def reset(self) -> None:
         """Switch the power off and on; the shaft stays where it is."""
-        self._bench.give(self._device, Reset())
+        self._runtime.give(self._device, Reset())

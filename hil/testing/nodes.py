@@ -1,16 +1,14 @@
 """A segment full of nodes, ready to be talked to."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from hil.testing.bench import Bench
+from hil.testing.bench import Bench
 
 NODE = "sac"
 COLD_START_MS = 1100
 
 
-def segment_of(make: "Callable[..., Bench]", nodes: int, *, baud: int, first: int, seed: int) -> "Bench":
+def segment_of(make: Callable[..., Bench], nodes: int, *, baud: int, first: int, seed: int) -> Bench:
     """A bench of SACs on ``bus0`` with a tap ``bus0.master``; each has its address and the line's speed.
 
     Raises:

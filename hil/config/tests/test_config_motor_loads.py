@@ -58,3 +58,15 @@ def test_a_constant_load_that_drags_any_motor_along() -> None:
         ConfigError, match=r"b.yaml:3:\d+: devices.s1.load.torque_Nm: 99.0 is not .* 10 times"
     ):
         parse(text.format(99.0), "b.yaml", find_catalogue())
+
+
+@pytest.mark.parametrize("profile", ["", "profile: mechadunio, "])
+def test_a_load_is_checked_without_a_profile_too(profile: str) -> None:
+    load = "load: {kind: end_stops, min_deg: low, max_deg: 9, colour: 1}"
+    with pytest.raises(ConfigError) as caught:
+        parse(f"bench: t\ndevices:\n  m1: {{{profile}{load}}}\n", "b.yaml", find_catalogue())
+    said = str(caught.value)
+    assert "devices.m1.load.min_deg: a number is wanted here" in said
+    assert "devices.m1.load.colour: unknown key" in said
+    assert "devices.m1.profile: " in said
+    assert len(caught.value.problems) == 3

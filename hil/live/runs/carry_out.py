@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from hil.config import ConfigError
 from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
-from hil.live.runs import real as real_axes
+from hil.live.runs import real_axes
 from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
-from hil.live.runs.real import AllAxes
+from hil.live.runs.real_axes import AllAxes
 from hil.runs import Execution, Progress, Soon
 from hil.vocab.benches import BenchGone
 from hil.vocab.bridges import Source

@@ -68,10 +68,7 @@ class Together:
         findings = []
         for member, found in zip(self._members, looked, strict=True):
             if isinstance(found, BenchGone | VerbRefused):
-                first = next(iter(member.names))
-                is_gone = isinstance(found, BenchGone)
-                remedy = "see `hil benches` for those that are joined" if is_gone else "leave it out"
-                findings.append(Finding(("axes", first), str(found), remedy, at_key=True))
+                findings.append(_refusal(member, found))
             elif isinstance(found, BaseException):
                 raise found
             else:
@@ -98,16 +95,10 @@ class Together:
             BenchGone, VerbRefused: one does not take part.
         """
         axes = {name: asdict(plan.axes[name]) for name in plan.run.axes}
-        given = {
-            "do": "join",
-            "leader": self._config.bench,
-            "document": text,
-            "axes": axes,
-            "digest": plan.digest(),
-        }
+        given = {"do": "join", "leader": self._config.bench, "document": text, "digest": plan.digest()}
         for member in self._members:
             member.joined = True  # it may be, even if it does not say so
-            await self._ask(member, given, JOIN_S)
+            await self._ask(member, given | {"axes": axes}, JOIN_S)
             if member.clock.error_ns > CLOCK_ERROR_NS:
                 error_ms, most_ms = member.clock.error_ns / 1e6, CLOCK_ERROR_NS / 1e6
                 why = f"the clock of {member.bench} is known to {error_ms:.0f} ms, {most_ms:.0f} are allowed"
@@ -130,7 +121,7 @@ class Together:
         whole.why = own.why
         whole.axes |= own.axes
         for member in self._members:
-            self._notice(member)
+            _notice(member, self._execution, self._run.on_fault)
             whole.axes |= _axes_of(member, self._execution.plan)
             clock = member.clock
             whole.benches[member.bench] = BenchReport(
@@ -158,10 +149,8 @@ class Together:
         own, whole = self._execution.progress, self._progress
         whole.state, whole.why, whole.ended_at_ns = own.state, own.why, own.ended_at_ns
         if own.state == "done" and (undone := [m for m in self._members if m.state != "done"]):
-            whole.state, whole.why = (
-                "failed",
-                undone[0].gone or f"{undone[0].bench}: {undone[0].progress['why']}",
-            )
+            first = undone[0]
+            whole.state, whole.why = "failed", first.gone or f"{first.bench}: {first.progress['why']}"
 
     async def release(self) -> None:
         """It does not begin: the others' axes are free again."""
@@ -223,16 +212,6 @@ class Together:
                     log.warning("run %s: %s", self._run.run, member.gone)
             await asyncio.sleep(BEAT_S)
 
-    def _notice(self, member: Member) -> None:
-        """A part that ends before its end ends the run."""
-        if self._execution is None or self._execution.ended:
-            return
-        how = self._run.on_fault
-        if member.gone:
-            self._execution.stop(how, member.gone, "failed")
-        elif ending := member.report.get("ending"):
-            self._execution.stop(how, f"{member.bench}: {ending['why']}", ending["state"])
-
     async def _ask(
         self, member: Member, given: Mapping[str, Any], timeout_s: float = ANSWER_S
     ) -> Mapping[str, Any]:
@@ -250,6 +229,22 @@ class Together:
         log.error("run %s", self._run.run, exc_info=error)  # ours: without it the run would never end
         if self._execution:
             self._execution.stop(self._run.on_fault, "an error of hil; its log has more", "failed")
+
+
+def _refusal(member: Member, why: BenchGone | VerbRefused) -> Finding:
+    is_gone = isinstance(why, BenchGone)
+    remedy = "see `hil benches` for those that are joined" if is_gone else "leave it out"
+    return Finding(("axes", next(iter(member.names))), str(why), remedy, at_key=True)
+
+
+def _notice(member: Member, execution: Execution, how: How) -> None:
+    """A part that ends before its end ends the run."""
+    if execution.ended:
+        return
+    if member.gone:
+        execution.stop(how, member.gone, "failed")
+    elif ending := member.report.get("ending"):
+        execution.stop(how, f"{member.bench}: {ending['why']}", ending["state"])
 
 
 def _axes_of(member: Member, plan: Plan) -> dict[str, AxisReport]:

@@ -20,7 +20,7 @@ from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names
 from hil.live.runs.other_benches import LOST_S, stood_still
 from hil.live.runs.queue import RunQueue
-from hil.live.runs.real import AllAxes
+from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, RunDocument, Told, parse_run, plan_run
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused

@@ -9,7 +9,7 @@ from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names, other_benches, taken_twice
 from hil.live.runs.lead import Together
 from hil.live.runs.other_benches import OtherBenches
-from hil.live.runs.real import AllAxes
+from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Plan, RunDocument, parse_run, plan_run
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import VerbRefused

@@ -12,7 +12,7 @@ other benches are not waited for: they have to be free when a run is submitted a
 import asyncio
 import hashlib
 import logging
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Collection, Coroutine, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -23,9 +23,9 @@ from hil.live.off_loop import SHORT
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
-from hil.live.runs.real import AllAxes
+from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, How, Plan, Progress
-from hil.runs.document import DOCUMENT_BYTES
+from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -77,24 +77,23 @@ class RunQueue:
             ConfigError: it cannot be done, with all problems.
             VerbRefused: not by this source, or not now.
         """
-        self._refuse(source, text)
+        _refuse(source, text, self._entries.values())
         loop = asyncio.get_running_loop()
-        if len(text) > SHORT:
-            return loop.create_task(self._submit_later(source, text, file, anew))
-        run, document = self._planning.read(text, file)
-        if self._planning.is_shared(run):
-            return loop.create_task(self._submit_later(source, text, file, anew))
-        answer: asyncio.Future[Progress] = loop.create_future()
-        known = self._known(run.run, text, anew)
-        if known is None:
-            plan = self._planning.plan(run, document, self._expected())
-            known = self._accept(source, text, file, plan)
-        answer.set_result(known)
-        return answer
+        if len(text) <= SHORT:
+            run, document = self._planning.read(text, file)
+            if not self._planning.is_shared(run):
+                progress = self._known(run.run, text, anew)
+                if progress is None:
+                    plan = self._planning.plan(run, document, self._expected())
+                    progress = self._accept(source, text, file, plan)
+                answer: asyncio.Future[Progress] = loop.create_future()
+                answer.set_result(progress)
+                return answer
+        return loop.create_task(self._submit_later(source, text, file, anew))
 
     async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
         """Whether it can be done, without doing it; raises as ``submit``."""
-        self._refuse(source, text)
+        _refuse(source, text, self._entries.values())
         plan = await self._planning.plan_text(source, text, file, self._expected)
         return {"run": plan.run.run, "steps": plan.steps}
 
@@ -150,15 +149,6 @@ class RunQueue:
 
     # ---- accepting ----
 
-    def _refuse(self, source: Source, text: str) -> None:
-        if source.role < Role.OPERATOR:
-            raise VerbRefused("forbidden", "a run needs the role operator")
-        if len(text) > DOCUMENT_BYTES:
-            raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
-        characters = sum(len(entry.text) for entry in self._entries.values())
-        if len(self._entries) >= WAITING or characters + len(text) > WAITING_CHARACTERS:
-            raise VerbRefused("not_now", f"{len(self._entries)} runs wait already; submit it again later")
-
     def _known(self, name: str, text: str, anew: bool) -> Progress | None:
         known, under_way = self.progress.get(name), self.is_under_way(name)
         if known is None or (anew and not under_way):
@@ -182,7 +172,7 @@ class RunQueue:
 
     async def _submit_later(self, source: Source, text: str, file: str, anew: bool) -> Progress:
         plan = await self._planning.plan_text(source, text, file, self._expected)
-        self._refuse(source, text)  # others were submitted meanwhile
+        _refuse(source, text, self._entries.values())  # others were submitted meanwhile
         return self._known(plan.run.run, text, anew) or self._accept(source, text, file, plan)
 
     def _accept(self, source: Source, text: str, file: str, plan: Plan) -> Progress:
@@ -249,6 +239,16 @@ class RunQueue:
     def _tell(self, progress: Progress) -> None:
         for listener in self.listeners:
             listener(progress)
+
+
+def _refuse(source: Source, text: str, waiting: Collection[Entry]) -> None:
+    if source.role < Role.OPERATOR:
+        raise VerbRefused("forbidden", "a run needs the role operator")
+    if len(text) > DOCUMENT_BYTES:
+        raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
+    characters = sum(len(entry.text) for entry in waiting)
+    if len(waiting) >= WAITING or characters + len(text) > WAITING_CHARACTERS:
+        raise VerbRefused("not_now", f"{len(waiting)} runs wait already; submit it again later")
 
 
 def _digest(text: str) -> bytes:

@@ -27,8 +27,8 @@ def uart(baud: int | None, sent: list[tuple[int, bytes]] | None = None) -> Devic
 def arrivals(line: DeviceUart) -> list[tuple[int, int]]:
     """Everything on the line: when each character is complete, and the byte."""
     found = []
-    while line.next_arrival_ns < FOREVER:
-        line.now_ns = line.next_arrival_ns
+    while line.incoming.next_ns < FOREVER:
+        line.now_ns = line.incoming.next_ns
         before = line.available()
         line.take_arrivals()
         found += [(int(line.now_ns), line.read()) for _ in range(line.available() - before)]
@@ -59,7 +59,7 @@ def test_a_client_sends_one_character_after_the_other(baud: int, writes: list[tu
 
 def _in_flight(line: DeviceUart) -> list[tuple[int, int]]:
     # Arrivals may be in the past of the last write; only their own times count here.
-    return line.in_flight()
+    return line.incoming.characters()
 
 
 @given(BAUDS, st.lists(st.tuples(st.integers(0, 10**7), st.binary(min_size=1, max_size=100)), max_size=6))
@@ -92,7 +92,7 @@ def test_without_a_baud_bytes_take_no_time() -> None:
     sent: list[tuple[int, bytes]] = []
     line = uart(None, sent)
     line.arrive(b"abc", 300)
-    assert (line.available(), line.next_arrival_ns) == (3, FOREVER)
+    assert (line.available(), line.incoming.next_ns) == (3, FOREVER)
     line.write(bytes(100_000))
     assert sent == [(T0, bytes(100_000))]
     assert line.print_returns(line.now_ns) == T0
@@ -193,7 +193,7 @@ def marked() -> DeviceUart:
 def wakes(line: DeviceUart) -> list[int]:
     """Numbers of the characters that the sketch is woken for, from 1 on."""
     numbers = []
-    while (at_ns := line.next_arrival_ns) < FOREVER:
+    while (at_ns := line.incoming.next_ns) < FOREVER:
         numbers.append((at_ns - T0) // 10**6)
         line.now_ns = at_ns
         line.take_arrivals()
@@ -220,10 +220,10 @@ def test_every_such_byte_wakes_while_marks_are_ignored_and_after_an_overrun() ->
     line = marked()
     line.hear(SimTimeNs(T0), b"xxxx\0", MS_BAUD)
     assert wakes(line) == []
-    line.ignore_mark()
+    line.incoming.ignore_mark()
     assert wakes(line) == [5]
     line.polls_from_ns = FOREVER
-    line.ignores_mark = False
+    line.incoming.ignores_mark = False
     line.hear(SimTimeNs(character_end_ns(5, MS_BAUD)), b"x" * 70 + b"\0\3x\0x\0", MS_BAUD)
     line.hear(SimTimeNs(character_end_ns(81, MS_BAUD)), b"xxx\0", MS_BAUD)
     assert wakes(line) == [79, 81, 85]

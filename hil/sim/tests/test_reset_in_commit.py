@@ -31,11 +31,13 @@ class SlowStore:
 
     def __init__(self) -> None:
         self.asked: list[dict[str, bytes]] = []
+        self.answered: list[Callable[[bool], bool]] = []
 
     def commit(
         self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self.asked.append(dict(sections))
+        self.answered.append(answered)
         return None
 
 
@@ -124,3 +126,19 @@ def test_an_answer_that_nobody_asked_for_changes_nothing() -> None:
     assert bench.give(CommitDone(True)) == b""
     assert bench.give(Bytes(b"a")) == b""
     assert bench.give(CommitDone(True)) == b"a kept\n"
+
+
+def test_a_store_answers_by_the_call_it_was_given() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.heard = b""
+    assert bench.store.answered[0](True)
+    assert bench.heard == b"a kept\n"
+
+
+def test_a_store_is_told_that_nobody_waits_for_its_answer() -> None:
+    bench = Bench()
+    bench.give(Bytes(b"a"))
+    bench.runtime.remove("m1")
+    assert not bench.store.answered[0](True)
+    assert bench.heard == b""

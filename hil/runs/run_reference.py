@@ -1,7 +1,7 @@
 """The part of the reference about runs, written from the models that check them."""
 
-from hil.config.reference import keys_table
-from hil.runs.document import RunDocument
+from hil.config.reference_page import keys_table
+from hil.runs.run_document import RunDocument
 
 
 def run_reference() -> str:

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
-from hil.config.load import LOAD_KINDS
 from hil.config.schema import schema
+from hil.config.shaft_load import LOAD_KINDS
 
 
 def reference(catalogue: Catalogue) -> str:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from hil.config.catalogue import Catalogue
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
-from hil.config.load import ConstantLoad
 from hil.config.model import BenchConfig
+from hil.config.shaft_load import ConstantLoad
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.loads import load_problem
 

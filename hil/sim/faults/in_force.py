@@ -1,0 +1,149 @@
+"""Those that were injected into a bench: where they may be, when they begin and end."""
+
+from functools import partial
+
+from hil.sim.device import Device
+from hil.sim.faults import byte, node
+from hil.sim.faults.physics import AxisFaults
+from hil.sim.inputs import Clear, Inject
+from hil.sim.roster import Place, Roster
+from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
+from hil.vocab.loads import load_problem
+from hil.vocab.time import NS_PER_S, SimTimeNs
+from hil.wire.byte_faults import Chance
+
+LOAD = "shaft_load"
+
+
+class Faults:
+    """Those that were injected into a bench, by their numbers."""
+
+    def __init__(self, roster: Roster) -> None:
+        self._roster = roster
+        self._count = 0
+        self._in_force: dict[int, tuple[Fault, Place]] = {}
+        """In the order that they began."""
+        self._axes = AxisFaults()
+        self.active: dict[int, Fault] = {}
+        """Those that are listed: in force, or still to begin."""
+
+    def listed(self, number: int) -> Fault:
+        """In force, or still to begin.
+
+        Raises:
+            FaultRefused: there is none of this number.
+        """
+        if number not in self.active:
+            active = ", ".join(map(str, self.active)) or "none"
+            raise FaultRefused(f"there is no fault {number}; there are: {active}")
+        return self.active[number]
+
+    def check(self, fault: Fault, *, with_others: bool) -> None:
+        """Whether it can be where it is wanted. ``with_others``: also beside the loads that are there; not
+        for what a log has, which was taken then, when the faults here may have been others.
+
+        Raises:
+            FaultRefused: it cannot, and why.
+        """
+        place = self._roster.place(fault.target)
+        if place is None:
+            raise FaultRefused(f"there is no {fault.target!r}; there are {', '.join(self._roster.targets())}")
+        wanted = FAULT_KINDS[fault.kind].target
+        if not place.has(wanted):
+            places = {name: self._roster.place(name) for name in self._roster.targets()}
+            choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
+            raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
+        if fault.kind == LOAD and place.device:
+            torque_Nm, axis = fault.number("torque_Nm"), place.device.axis
+            problem = load_problem(torque_Nm, axis.holding_Nm)
+            if with_others and not problem:
+                others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
+                problem = load_problem(torque_Nm, axis.holding_Nm, others_Nm)
+            if problem:
+                raise FaultRefused(f"torque_Nm: {problem}")
+
+    def load_problem(self, device: Device, torque_Nm: object) -> str | None:
+        """What is wrong with a torque to be set on a device's shaft, or None."""
+        return load_problem(torque_Nm, device.axis.holding_Nm, self._loads_Nm(device))
+
+    def _loads_Nm(self, device: Device) -> list[float]:
+        """Of the faults on a device, in force or still to begin."""
+        here = [fault for fault in self.active.values() if fault.target.partition(".")[0] == device.name]
+        return [fault.number("torque_Nm") for fault in here if fault.kind == LOAD]
+
+    def new_number(self) -> int:
+        """One that no other fault of this bench has."""
+        self._count += 1
+        return self._count
+
+    def apply(self, target: str, given: Inject | Clear, now_ns: SimTimeNs) -> None:
+        """An input takes effect."""
+        if isinstance(given, Inject):
+            self.inject(given.number, Fault(given.kind, target, dict(given.parameters)), now_ns)
+        else:
+            self.clear(given.number, now_ns)
+
+    def inject(self, number: int, fault: Fault, now_ns: SimTimeNs) -> None:
+        """An input: a fault is to begin now or later. ``check`` has found it good."""
+        place = self._roster.place(fault.target)
+        assert place
+        self.active[number] = fault
+        begin_ns = now_ns + round(fault.number("start_s") * NS_PER_S)
+        for_ns = round(fault.number("for_s") * NS_PER_S)
+        if begin_ns > now_ns:
+            place.group.at(begin_ns, partial(self._begin, number, fault, place))
+        else:
+            self._begin(number, fault, place, now_ns)
+        if for_ns:
+            place.group.at(begin_ns + for_ns, partial(self.clear, number))
+
+    def clear(self, number: int, now_ns: SimTimeNs) -> None:
+        """An input, or its time is over: a fault ends, or does not begin."""
+        self.active.pop(number, None)
+        if begun := self._in_force.pop(number, None):
+            self._end(number, *begun, now_ns)
+
+    def forget(self, name: str) -> None:
+        """A device goes, and what was wrong with it."""
+        for number, fault in list(self.active.items()):
+            if fault.target.partition(".")[0] == name and fault.target not in self._roster.taps:
+                del self.active[number]
+                self._in_force.pop(number, None)
+        self._axes.forget(name)
+
+    def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+        if number not in self.active:
+            return
+        kind = FAULT_KINDS[fault.kind]
+        if kind.is_once:
+            del self.active[number]
+            node.happen(fault, place, now_ns)
+            return
+        self._in_force[number] = fault, place
+        if kind.layer in ("byte", "host"):
+            byte.begin(number, fault, place)
+        elif fault.kind == "node_babble":
+            chance = Chance(int(fault.number("seed")))
+            node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
+        elif place.segment and kind.target in (SEGMENT, STATION):
+            place.segment.inject(number, fault, place.station, partial(node.answer, place))
+        elif place.device:
+            self._renew(place.device, place, kind.layer, now_ns)
+
+    def _end(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+        kind = FAULT_KINDS[fault.kind]
+        if kind.layer in ("byte", "host"):
+            byte.end(number, fault, place)
+        elif place.segment and kind.target in (SEGMENT, STATION):
+            if fault.kind != "node_babble":  # which hears of it when it wants to speak again
+                place.segment.clear(number, fault, place.station)
+        elif place.device:
+            self._renew(place.device, place, kind.layer, now_ns)
+
+    def _renew(self, device: Device, place: Place, layer: str, now_ns: SimTimeNs) -> None:
+        """A fault of ``layer`` on a board has begun or ended."""
+        here = {number: fault for number, (fault, at) in self._in_force.items() if at.device is device}
+        self._axes.renew(device, here.values())
+        node.renew(place, here, now_ns)
+        if layer == "node":
+            node.run(place, now_ns)

@@ -1,0 +1,67 @@
+"""Faults of an axis: its shaft, coils, supply and encoder."""
+
+import math
+from collections.abc import Iterable
+
+from hil.sim.device import Device
+from hil.vocab.faults import Fault
+
+COUNTS = 16384
+"""Of an encoder, in a turn."""
+
+
+def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
+    """What ``CoreAxis.fault`` is to be told of an axis, from what is in force on it, the oldest first.
+    ``supply_V``: what the configuration gives the full plant, 0 for the simple one.
+
+    Loads and slips add up. Of two supplies or two noises the later one counts. Everything else is so as long
+    as one of its kind is.
+    """
+    state = dict.fromkeys(
+        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line"), 0.0
+    )
+    if supply_V:
+        state["supply_V"] = supply_V
+    loads_Nm, slips = [], 0.0
+    for fault in faults:
+        match fault.kind:
+            case "shaft_load":
+                loads_Nm.append(fault.number("torque_Nm"))
+            case "shaft_jam":
+                state["jam"] = 1
+            case "phase_open":
+                state["open_a" if fault.parameters["coil"] == "A" else "open_b"] = 1
+            case "thermal_trip" | "node_brown_out":
+                state |= {"open_a": 1, "open_b": 1}
+            case "supply_sag":
+                state["supply_V"] = fault.number("supply_V")
+            case "encoder_slip":
+                slips += fault.number("counts")
+            case "encoder_noise":
+                state |= {"noise_seed": fault.number("seed"), "noise_counts": fault.number("counts")}
+            case "encoder_freeze":
+                state["freeze"] = 1
+            case "encoder_disconnect":
+                state["open_line"] = 1
+    return state | {"load_Nm": math.fsum(loads_Nm), "slip_counts": math.fmod(slips, COUNTS)}
+
+
+class AxisFaults:
+    """What axes were told last."""
+
+    def __init__(self) -> None:
+        self._told: dict[Device, dict[str, float]] = {}
+
+    def renew(self, device: Device, faults: Iterable[Fault]) -> None:
+        """Make a device's axis what all the faults that are in force on it say."""
+        supply_V = device.axis.nominal_supply_V
+        state = axis_state(faults, supply_V)
+        before = self._told.get(device) or axis_state((), supply_V)
+        for what, value in state.items():
+            if value != before[what]:
+                device.axis.fault(what, value)
+        self._told[device] = state
+
+    def forget(self, name: str) -> None:
+        """A device goes."""
+        self._told = {device: state for device, state in self._told.items() if device.name != name}
