@@ -66,12 +66,7 @@ class Desk:
 
     def describe(self) -> Description:
         return Description(
-            self._bench,
-            self._clock,
-            self._devices,
-            self._segments.keys(),
-            self._watches.ports(),
-            OPERATIONS,
+            self._bench, self._clock, self._devices, self._segments.keys(), self._watches.ports(), OPERATIONS
         )
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:

@@ -31,37 +31,19 @@ def make_desk(
 ) -> Desk:
     """Of a bench that runs. ``is_service``: a service manager started the daemon; ``stop``: ends it."""
     sim, configured, places = live.sim, live.configured, live.places
+    commits, faults, bridges = live.commits, live.faults, live.bridges
     devices = Devices(sim, configured)
-    health = Health(sim, places, live.commits, live.vitals, grant, state_dir, is_service=is_service)
+    health = Health(sim, places, commits, live.vitals, grant, state_dir, is_service=is_service)
     metrics = Metrics(
-        sim,
-        configured,
-        places,
-        clock,
-        live.commits,
-        live.faults,
-        runs.queue,
-        live.bridges,
-        live.vitals,
-        health,
+        sim, configured, places, clock, commits, faults, runs.queue, bridges, live.vitals, health
     )
     looking_on = LookingOn(sim, live.watches, Captures(sim, places, clock), runs.queue)
     reports = Reports(
-        sim,
-        configured,
-        places,
-        devices,
-        live.commits,
-        live.faults,
-        live.bridges,
-        live.notes,
-        grant,
-        health,
-        metrics,
+        sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health, metrics
     )
     parts = (
         BoardOperations(sim, places, configured, runs.real),
-        FaultOperations(live.faults),
+        FaultOperations(faults),
         RunOperations(runs.queue, runs.parts, runs.others),
         looking_on,
         reports,

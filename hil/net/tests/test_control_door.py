@@ -26,3 +26,25 @@ def test_who_is_let_go_before_anybody_served_it_is_not_kept_waiting(tmp_path: Pa
                 visitors.close()
 
     assert asyncio.run(let_go()) == b""
+
+
+async def echo(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
+    writer.write(await reader.readline())
+    await writer.drain()
+
+
+def test_who_comes_before_anybody_is_served_waits_and_is_answered(tmp_path: Path) -> None:
+    async def answered() -> bytes:
+        listener = listen_at(tmp_path / "control.sock")
+        reader, writer = await asyncio.open_unix_connection(tmp_path / "control.sock")
+        writer.write(b"hello\n")
+        await writer.drain()
+        visitors = let_in(listener, echo, 1000)
+        try:
+            return await asyncio.wait_for(reader.readline(), 5)
+        finally:
+            writer.close()
+            visitors.close()
+            await asyncio.gather(*visitors.send_away(), return_exceptions=True)
+
+    assert asyncio.run(answered()) == b"hello\n"
