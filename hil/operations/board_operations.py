@@ -24,6 +24,7 @@ from hil.vocab.ports import port_label
 from hil.vocab.verbs import Verb, VerbRefused
 from hil.wire.step_dir import Train, train_length_ns, train_problem
 
+EDGE_COLUMNS = 5
 BURST_BYTES = 65536
 """Of one burst."""
 _POLL_NS = 20_000_000
@@ -191,6 +192,10 @@ class BoardOperations:
 
 
 def _train(rows: list[Any]) -> Train:
+    if any(isinstance(row, list) and len(row) != EDGE_COLUMNS for row in rows):
+        raise VerbRefused(
+            "bad_parameter", f"train: write rows of {EDGE_COLUMNS}"
+        )  # in logs some are left out
     train: Train = _read(Drive, "train", rows)
     if problem := train_problem(train):
         raise VerbRefused("bad_parameter", problem)
