@@ -135,8 +135,8 @@ def test_monitor_in_a_terminal(place: Place, device: str) -> None:
             shown += os.read(terminal, 65536)
         return wanted in shown
 
+    os.write(terminal, b"p")  # before it has begun: the terminal keeps it
     until(lambda: shows(b"Ctrl-] ends the monitor."), "the monitor's start")
-    os.write(terminal, b"p")
     until(lambda: shows(b"raw encoder: "), "an answer")
     os.write(terminal, b"\x03")  # Ctrl-C is a byte for the board, which ignores it
     os.write(terminal, b"m")

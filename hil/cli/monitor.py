@@ -31,9 +31,9 @@ def _raw_terminal() -> Iterator[None]:
         yield
         return
     before = termios.tcgetattr(0)
-    print("Ctrl-] ends the monitor.\r")
     try:
-        tty.setraw(0)
+        tty.setraw(0, termios.TCSADRAIN)  # what was typed already is for the board, too
+        print("Ctrl-] ends the monitor.\r", flush=True)
         yield
     finally:
         termios.tcsetattr(0, termios.TCSADRAIN, before)
