@@ -1,0 +1,70 @@
+"""The bridge of ``docs/how-to/add-a-bridge.md``, as it stands there, in a daemon."""
+
+import asyncio
+import re
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import bridges
+from hil.compose import bridge_reference, find_catalogue
+from hil.config import ConfigError, parse
+from hil.daemon import Daemon, Serving
+
+PAGE = Path(__file__).parent.parent / "docs" / "how-to" / "add-a-bridge.md"
+CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{port: {port}}}}}\n"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    (tmp_path / "datagrams").mkdir()
+    (code,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.S | re.M)
+    (tmp_path / "datagrams" / "bridge.py").write_text(code)
+    (tmp_path / "datagrams" / "__init__.py").write_text('"""Verbs by UDP."""\n')
+    folders = [*bridges.__path__, str(tmp_path)]
+    monkeypatch.setattr(bridges, "__path__", folders)
+    monkeypatch.setattr(bridges.__spec__, "submodule_search_locations", folders)
+    yield
+    for name in [name for name in sys.modules if name.startswith("bridges.datagrams")]:
+        del sys.modules[name]
+
+
+async def said(serving: Serving, text: str) -> str:
+    loop = asyncio.get_running_loop()
+    port = int(serving.live.bridges["datagrams"].status()["listen"][0].rpartition(":")[2])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+        client.setblocking(False)
+        await loop.sock_sendto(client, text.encode(), ("127.0.0.1", port))
+        async with asyncio.timeout(30):
+            return (await loop.sock_recv(client, 4096)).decode()
+
+
+def test_it_carries_out_and_refuses(tmp_path: Path) -> None:
+    async def main() -> None:
+        config = parse(CONFIG.format(port=0), "h.yaml", find_catalogue())
+        daemon = Daemon(config, config_folder=tmp_path, runtime_base=tmp_path, state_base=tmp_path / "state")
+        answers: list[str] = []
+
+        async def ask(serving: Serving) -> None:
+            try:
+                for text in ("s1 pin pin=sync level=1", "s1 jump", "s9 reset", "", "s1 pin pin=9 level=x"):
+                    answers.append(await said(serving, text))
+            finally:
+                daemon.stop()
+
+        tasks: list[asyncio.Task[None]] = []
+        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(ask(serving))))
+        await tasks[0]
+        codes = [answer.partition(":")[0] for answer in answers]
+        assert codes == ["ok", "no_verb", "no_device", "no_device", "bad_parameter"], answers
+
+    asyncio.run(main())
+
+
+def test_its_options_are_checked_and_its_reference_is_found() -> None:
+    with pytest.raises(ConfigError, match="port"):
+        parse(CONFIG.format(port=70000), "h.yaml", find_catalogue())
+    assert bridge_reference("datagrams").startswith("## The datagrams bridge")
