@@ -76,9 +76,14 @@ class Joint(Generic[EndKind]):
         if self._end is None:
             return 0
         room = self._end.room()
-        if self._is_held != (room == 0):
-            self._is_held = room == 0
-            self._end.hold(self._is_held)
+        if self._is_held and room:
+            self._is_held = False
+            self._end.hold(False)
+            self.port.resume_reading()
+        elif not self._is_held and not room:
+            self._is_held = True
+            self._end.hold(True)
+            room = self._end.room()  # some may have come meanwhile, which the port was told of
         return room
 
     def received(self, data: bytes) -> None:
@@ -100,8 +105,8 @@ class Joint(Generic[EndKind]):
 
     def refresh(self) -> None:
         """Let the port read on if it was held up and there is room again."""
-        if self._is_held and self.room():
-            self.port.resume_reading()
+        if self._is_held:
+            self.room()
 
     def tell(self, towards: str, data: bytes) -> None:
         """Let listeners know what passes."""

@@ -1,0 +1,66 @@
+"""A port that is held up reads on when there is room again, whoever was the first to see it."""
+
+from typing import cast
+
+from hil.live.joint import Joint
+from hil.vocab.ports import Port
+
+
+class OnePort:
+    """Reads as a port does: until there is no room, and again when it is told."""
+
+    def __init__(self) -> None:
+        self.is_reading = True
+
+    def resume_reading(self) -> None:
+        self.is_reading = True
+
+    def looks(self, joint: "Joint[OneEnd]") -> None:
+        if joint.room() == 0:
+            self.is_reading = False
+
+
+class OneEnd:
+    """``room_bytes`` can be taken now; ``comes`` is the room that comes just as the port is held up."""
+
+    def __init__(self, joint: "Joint[OneEnd]") -> None:
+        self.joint = joint
+        self.room_bytes = 0
+        self.comes = 0
+
+    def room(self) -> int:
+        return self.room_bytes
+
+    def hold(self, is_held: bool) -> None:
+        if is_held and self.comes:
+            self.room_bytes = self.comes
+            self.joint.refresh()
+
+    def take(self, data: bytes) -> None: ...
+    def refresh(self) -> None: ...
+    def client_left(self, baud: int | None) -> None: ...
+    def leave(self) -> None: ...
+
+
+def held_up() -> tuple[OnePort, "Joint[OneEnd]", OneEnd]:
+    port = OnePort()
+    joint: Joint[OneEnd] = Joint("m1", cast(Port, port))
+    end = OneEnd(joint)
+    joint.occupy(end)
+    return port, joint, end
+
+
+def test_room_that_comes_as_the_port_is_held_up_is_not_lost() -> None:
+    port, joint, end = held_up()
+    end.comes = 256
+    port.looks(joint)
+    assert port.is_reading
+
+
+def test_room_that_somebody_else_sees_first_is_the_ports_too() -> None:
+    port, joint, end = held_up()
+    port.looks(joint)
+    assert not port.is_reading
+    end.room_bytes = 16
+    assert joint.room() == 16  # as typing beside the port does
+    assert port.is_reading
