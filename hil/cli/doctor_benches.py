@@ -2,6 +2,7 @@
 where limits are its own."""
 
 import os
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +16,14 @@ from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
 
 PATIENCE_S = 3.0
+START_S = 60.0
+"""Nobody is served before a bench has started. Each real board that cannot be reached takes 5 s of it."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A bench's control socket. ``pid`` 0: nobody listens. ``failure``: why it did not answer."""
+    """A bench's control socket. ``pid`` 0: nobody listens. ``failure``: why it did not answer. ``age_s``: how
+    long it has been there."""
 
     folder: Path
     pid: int
@@ -29,6 +33,7 @@ class Seen:
     """Ports that this user may not open."""
     lost_ports: tuple[str, ...] = ()
     """Ports whose names are gone from the folder."""
+    age_s: float = START_S
 
 
 def look(runtime_dir: Path, is_named: bool = False) -> list[Seen]:
@@ -61,7 +66,14 @@ def _look_at(folder: Path) -> Seen:
     paths = [row["address"] for row in rows if row["address"].startswith("/")]
     lost = tuple(path for path in paths if not os.path.exists(path))
     closed = tuple(path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK))
-    return Seen(folder, pid, failure, status, closed, lost)
+    return Seen(folder, pid, failure, status, closed, lost, _age_s(socket))
+
+
+def _age_s(socket: Path) -> float:
+    try:
+        return max(time.time() - socket.stat().st_mtime, 0.0)
+    except OSError:
+        return START_S
 
 
 def judge_benches(seen: list[Seen]) -> list[Finding]:
@@ -79,6 +91,10 @@ def _judge(bench: Seen) -> Iterator[Finding]:
         remedy = f"start it again, which cleans up, or `rm -r {bench.folder}`"
         found = f"no daemon runs: {bench.folder} was left behind"
         yield Finding(name, "note", found, "its ports are dead", remedy)
+    elif bench.status is None and bench.age_s < START_S:
+        found = f"process {bench.pid} has been starting for {bench.age_s:.0f} s"
+        cost = "its ports and commands wait until it serves: for a real board that does not answer, 5 s"
+        yield Finding(name, "note", found, cost, "wait; `hil serve` says what it cannot have")
     elif bench.status is None:
         remedy = f"`systemctl restart hil`, or `kill -9 {bench.pid}`, and start it again"
         found = f"process {bench.pid} does not answer within {PATIENCE_S:g} s"

@@ -26,9 +26,8 @@ class Devices(Mapping[str, DeviceInfo]):
         self._configured = configured
 
     def __getitem__(self, name: str) -> DeviceInfo:
-        config = self._configured.config
-        device = config.devices[name]
-        kind = None if name in config.real else self._sim.devices[name].axis.kind
+        device = self._configured.config.devices[name]
+        kind = None if device.at is not None else self._sim.devices[name].axis.kind
         return _info(name, device.profile, kind)
 
     def __iter__(self) -> Iterator[str]:
