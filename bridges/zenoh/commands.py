@@ -87,11 +87,12 @@ class Commands:
         """At once, and on demand with the state then and when its motion has ended."""
         self.carried_out += 1
         self._reply(query, key, done.answer, done.effective_at_ns)
+        is_seen = not self._here.devices[device].is_real  # nobody sees its axis, or knows when it stands
         wanted = query.parameters
-        if wanted.get("applied") == "true":
-            state = short_state(self._desk, device)
+        if is_seen and wanted.get("applied") == "true":
+            state = short_state(self._desk, self._here.devices, device)
             self._reply(query, key, {"applied": True, "state": state}, done.effective_at_ns)
-        if wanted.get("done") == "true":
+        if is_seen and wanted.get("done") == "true":
             self._work.await_end(self._wait(source, key, device, done, query))
         else:
             self._sender.end(query)
@@ -101,7 +102,7 @@ class Commands:
         given["effective_at_ns"] = done.effective_at_ns
         try:
             ended = await self._desk.ask(source, "wait", device, given)
-            answer = {"done": True, **ended, "state": short_state(self._desk, device)}
+            answer = {"done": True, **ended, "state": short_state(self._desk, self._here.devices, device)}
             self._reply(query, key, answer, done.effective_at_ns)
             self._sender.end(query)
         except VerbRefused as refusal:

@@ -15,7 +15,7 @@ import zenoh
 from bridges.zenoh.documents import OURS, dumped
 from bridges.zenoh.keys import SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
-from hil.vocab.bridges import AxisField, Desk, Watch, Watched
+from hil.vocab.bridges import AxisField, Desk, DeviceInfo, Watch, Watched
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
@@ -48,9 +48,12 @@ def undeclare(entity: Any) -> None:
     entity.undeclare()
 
 
-def short_state(desk: Desk, device: str) -> dict[str, float | None]:
-    """What is told of an axis, now; None for what is no number that JSON has."""
-    fields = desk.describe().devices[device].fields
+def short_state(desk: Desk, devices: Mapping[str, DeviceInfo], device: str) -> dict[str, float | None]:
+    """What is told of an axis, now; None for what is no number that JSON has. Nothing of a device that a
+    reload has taken away."""
+    if device not in devices:
+        return {}
+    fields = devices[device].fields
     return {
         name: value for name, value in desk.ask(OURS, "state", device, {}).items() if fields[name].is_state
     }
@@ -244,7 +247,7 @@ class Publications:
         return dumped(next(row for row in segments if row["segment"] == segment), self._here.clock)
 
     def state_now(self, device: str) -> bytes:
-        return dumped(short_state(self._desk, device), self._here.clock)
+        return dumped(short_state(self._desk, self._here.devices, device), self._here.clock)
 
     # ---- who tells ----
 

@@ -31,6 +31,7 @@ class Work:
 
     def _worked(self, task: asyncio.Task[None]) -> None:
         self._working.discard(task)
+        self._waiting.pop(task, None)
         if not task.cancelled() and (error := task.exception()):
             log.error("zenoh: an answer could not be made", exc_info=error)
 
@@ -40,11 +41,10 @@ class Work:
             oldest = next(iter(self._waiting))
             del self._waiting[oldest]
             self._working.add(oldest)
-            oldest.add_done_callback(self._working.discard)
             oldest.cancel()
         task = asyncio.get_running_loop().create_task(waiting)
         self._waiting[task] = None
-        task.add_done_callback(lambda ended: self._waiting.pop(ended, None))
+        task.add_done_callback(self._worked)
 
     async def close(self) -> None:
         under_way = [*self._waiting, *self._working]
