@@ -11,7 +11,7 @@ from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
-from hil.operations.desk import Answerer, Asked
+from hil.operations.desk import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_reading import read_field
@@ -36,21 +36,6 @@ class BoardOperations:
 
     def __init__(self, sim: BenchRuntime, places: Places, configured: Configured, real: RealAxes) -> None:
         self._sim, self._places, self._configured, self._real = sim, places, configured, real
-
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "reset": self.reset,
-            "pin": self.pin,
-            "set": self.set_field,
-            "type": self.type,
-            "send": self.send,
-            "do": self.do,
-            "wait": self.wait,
-            "drive": self.drive,
-            "play": self.play,
-            "state": self.state,
-            "packed": self.packed,
-        }
 
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
         """Of a real board by a dialogue."""

@@ -27,13 +27,6 @@ Answerer = Callable[..., Any]
 """Called with an ``Asked`` and the operation's parameters; answers, or raises VerbRefused."""
 
 
-class Answers(Protocol):
-    """A part that answers operations."""
-
-    def answers(self) -> Mapping[str, Answerer]:
-        """By the operation's name."""
-
-
 class Watches(Protocol):
     """What can be watched."""
 
@@ -46,7 +39,7 @@ class Watches(Protocol):
 
 
 class Desk:
-    """``hil.vocab.bridges.Desk``. ``parts`` answer all operations of the table, each exactly one."""
+    """``hil.vocab.bridges.Desk``. ``answerers``: of all operations of the table, by name."""
 
     def __init__(
         self,
@@ -55,14 +48,11 @@ class Desk:
         devices: Mapping[str, DeviceInfo],
         segments: Mapping[str, object],
         watches: Watches,
-        parts: Sequence[Answers],
+        answerers: Mapping[str, Answerer],
     ) -> None:
         self._bench, self._clock, self._devices, self._segments = bench, clock, devices, segments
-        self._watches = watches
-        self._answerers: dict[str, Answerer] = {}
-        for part in parts:
-            self._answerers |= part.answers()
-        assert self._answerers.keys() == OPERATIONS.keys(), self._answerers.keys() ^ OPERATIONS.keys()
+        self._watches, self._answerers = watches, answerers
+        assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
 
     def describe(self) -> Description:
         return Description(

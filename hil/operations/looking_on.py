@@ -1,13 +1,13 @@
 """What is watched: samples of axes, packets on segments, bytes at ports, runs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 from hil.live.captures import Capture, Captures, watch_segment
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
-from hil.operations.desk import Answerer, Asked
+from hil.operations.desk import Asked
 from hil.operations.table import WATCH_IDLE_S
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
@@ -23,14 +23,6 @@ class LookingOn:
 
     def __init__(self, sim: BenchRuntime, watches: Watches, captures: Captures, runs: RunQueue) -> None:
         self._sim, self._watches, self._captures, self._runs = sim, watches, captures, runs
-
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "watch": self.watch,
-            "samples": self.samples,
-            "unwatch": self.unwatch,
-            "capture": self.capture,
-        }
 
     def ports(self) -> Sequence[str]:
         """Names of what bytes pass at."""

@@ -1,7 +1,7 @@
 """What is told of a bench: its devices, segments and bridges, and how they do."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,14 +15,11 @@ from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.joint import Joint
 from hil.live.places import Places
-from hil.operations.desk import Answerer, Asked
+from hil.operations.desk import Asked
 from hil.operations.health import Health
-from hil.operations.metrics import Metrics
-from hil.operations.segments import listed as listed_segments
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridges import Bridge, DeviceInfo
 from hil.vocab.firmware import NETWORK
-from hil.vocab.metrics import Reading
 from hil.vocab.ports import port_label
 from hil.vocab.verbs import described
 
@@ -44,17 +41,6 @@ class Reports:
     notes: Mapping[str, str]
     grant: Grant
     health: Health
-    metrics: Metrics
-
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "list": lambda asked: self.listed(),
-            "status": lambda asked: self.status(),
-            "segments": lambda asked: listed_segments(self.sim, self.places),
-            "health": lambda asked: self._health(),
-            "metrics": self._metrics,
-            "verbs": self._verbs,
-        }
 
     def listed(self) -> dict[str, Any]:
         """The bench's devices and taps, and where their ports are."""
@@ -133,7 +119,7 @@ class Reports:
             "snapshot": device.axis.published().as_dict(),
         }
 
-    def _health(self) -> dict[str, Any]:
+    def health_in_short(self) -> dict[str, Any]:
         rt, devices = self.sim.core.native.rt_stats(), self.sim.devices.values()
         return {
             "rt": self.grant.state,
@@ -144,10 +130,7 @@ class Reports:
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
         } | self.health.as_dict()
 
-    def _metrics(self, asked: Asked) -> Iterator[Reading]:
-        return self.metrics.read()
-
-    def _verbs(self, asked: Asked) -> list[dict[str, Any]]:
+    def verbs(self, asked: Asked) -> list[dict[str, Any]]:
         return described(self.devices[asked.target].verbs)
 
 
@@ -172,6 +155,25 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
         "snapshot": None,
         "board": {"connects": line.connects, "rx_bytes": line.rx_bytes, "tx_bytes": line.tx_bytes},
     }
+
+
+def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
+    """Each segment with its stations, taps and counters."""
+    now_ns = sim.now_ns
+    rows = []
+    for name, segment in sim.segments.items():
+        own = {label: tap for label, tap in places.taps().items() if label.startswith(f"{name}.")}
+        taps = [
+            {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
+            for label, tap in own.items()
+        ]
+        clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
+        notes = [f"two stations have one {clash}" for clash in clashes]
+        for tap in own.values():
+            notes += [tap.failure] if tap.failure else []
+            notes += tap.end.tap.notes.values()
+        rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
+    return rows
 
 
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import VerbRefused
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
@@ -203,5 +204,8 @@ class Fault:
         return float(self.parameters[name])
 
 
-class FaultRefused(Exception):
+class FaultRefused(VerbRefused):
     """A fault cannot be: ``str(error)`` says why."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__("bad_parameter", why)
