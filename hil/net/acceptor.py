@@ -49,7 +49,6 @@ class Acceptor:
         self._loop.add_reader(self._listener, self.accept)
 
     def close(self) -> None:
-        """Let nobody in any more."""
         if self._timer:
             self._timer.cancel()
         self._loop.remove_reader(self._listener)
