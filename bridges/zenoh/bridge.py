@@ -21,8 +21,7 @@ from bridges.zenoh.reference import reference
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.users import SecurityError
 from bridges.zenoh.work import Work
-from hil.vocab.benches import Answered, BenchGone
-from hil.vocab.bridges import BridgeError, Desk, Source
+from hil.vocab.bridges import Answered, BenchGone, BridgeError, Desk, Source
 
 __all__ = ["Options", "make", "reference"]
 

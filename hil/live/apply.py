@@ -55,11 +55,7 @@ class Apply:
     notes: dict[str, str]
 
     async def carry_out(self, plan: Plan) -> None:
-        """Do what the plan says.
-
-        Raises:
-            Refused: it cannot be had; nothing has changed.
-        """
+        """Do what the plan says. Raises Refused: it cannot be had; nothing has changed."""
         staged = Staged()
         try:
             await self.stage.prepare(plan, staged)
@@ -74,7 +70,7 @@ class Apply:
         for port in gone:
             await port.close()
         for name, line in staged.lines.items():
-            await line.open(self.places.boards()[name].end.from_board)
+            await line.open(self.places.boards[name].end.from_board)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 
     async def _until_stored(self, plan: Plan) -> None:
@@ -119,8 +115,8 @@ class Apply:
         for name, (group, device) in staged.twins.items():
             stored = own.get(name, {})
             if memory := plan.memories.get(name):
-                stored = dict(memory.sections)
-                self.commits.begin(name, memory.counter)
+                stored = dict(memory.content.sections)
+                self.commits.begin(name, memory.content.counter)
                 if note := asides.get(name, memory.note):
                     self.notes[name] = note
                     log.warning("%s: %s", name, note)
@@ -140,7 +136,7 @@ class Apply:
         """What leaves of a device; ports that the new one goes on with are only vacated."""
         gone: list[Port] = []
         self.faults.forget(name)
-        boards, uarts = self.places.boards(), self.places.uarts()
+        boards, uarts = self.places.boards, self.places.uarts
         if name in boards:
             gone.append(boards[name].end.line)
         else:
@@ -160,8 +156,7 @@ class Apply:
         return gone
 
     def _occupy(self, plan: Plan, staged: Staged) -> None:
-        """Put what begins behind its ports."""
-        uarts, taps, boards = self.places.uarts(), self.places.taps(), self.places.boards()
+        uarts, taps, boards = self.places.uarts, self.places.taps, self.places.boards
         profiles = self.configured.catalogue.profiles
         for name, (_, device) in staged.twins.items():
             native_usb = profiles[device.profile].usb == "native"

@@ -14,11 +14,7 @@ class Bridges(dict[str, Bridge]):
     """By kind, in the order of the configuration."""
 
     async def open(self, wanted: Mapping[str, Any], desk: Desk) -> None:
-        """Open those that the configuration wants.
-
-        Raises:
-            BridgeError: one cannot be opened; says which.
-        """
+        """Open those that the configuration wants. Raises BridgeError: one cannot be opened; says which."""
         for kind, options in wanted.items():
             bridge = make_bridge(kind, options, desk)
             try:

@@ -104,7 +104,6 @@ class Joint(Generic[EndKind]):
             self.port.resume_reading()
 
     def tell(self, towards: str, data: bytes) -> None:
-        """Let listeners know what passes."""
         for listener in self.listeners:
             listener(towards, data)
 

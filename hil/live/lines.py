@@ -68,7 +68,6 @@ class Lines:
         self.refresh()
 
     def flush(self) -> None:
-        """Put what was sent on its lines."""
         if self._fresh:
             fresh, self._fresh = self._fresh, []
             for line in fresh:
@@ -77,7 +76,6 @@ class Lines:
             self._release()
 
     def refresh(self) -> None:
-        """Let ports read on that were held up, where there is room again."""
         for line in list(self._held):
             line.refresh()
 

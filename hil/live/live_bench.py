@@ -79,12 +79,7 @@ class LiveRuns:
 
 
 def make_live(
-    stack: AsyncExitStack,
-    configured: Configured,
-    plan: Plan,
-    files: NvmStore,
-    at: Paths,
-    watch_idle_s: float,
+    stack: AsyncExitStack, configured: Configured, plan: Plan, files: NvmStore, at: Paths, watch_idle_s: float
 ) -> LiveBench:
     """A bench without devices, which stands still; ``plan`` is what it will be first. ``stack`` puts it away.
 
@@ -135,5 +130,5 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
 def _input_log(stack: AsyncExitStack, plan: Plan, path: Path) -> InputLogWriter:
     file = LogFile(path, asyncio.get_running_loop())
     stack.callback(file.close)
-    memories = {name: plan.sections(name, memory.sections) for name, memory in plan.memories.items()}
+    memories = {name: plan.sections(name, memory.content.sections) for name, memory in plan.memories.items()}
     return InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)

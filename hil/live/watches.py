@@ -63,7 +63,6 @@ class Watches:
             self.sampler.unsubscribe(held.subscription)
 
     def stop(self) -> None:
-        """No more polling."""
         if self._timer:
             self._timer.cancel()
             self._timer = None

@@ -10,7 +10,7 @@ from hil.live.fault_registry import FaultRegistry
 from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.reload import Reloader
 from hil.live.runs.queue import RunQueue
-from hil.operations.desk import Asked
+from hil.operations.table import Asked
 from hil.runs import Progress
 from hil.vocab.verbs import VerbRefused
 
@@ -49,7 +49,7 @@ class BenchOperations:
             return _planned(self.queue.check(asked.source, text, file))
         try:
             submitted = self.queue.submit(asked.source, text, file, anew=anew)
-            return submitted.result().as_dict() if submitted.done() else _planned(submitted)
+            return submitted.as_dict() if isinstance(submitted, Progress) else _planned(submitted)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
 

@@ -55,10 +55,6 @@ class Problem:
     what: str
     remedy: str
 
-    def line(self) -> str:
-        """One line for people."""
-        return f"{self.about}: {self.what}; {self.remedy}" if self.about else f"{self.what}; {self.remedy}"
-
 
 @dataclass(frozen=True)
 class Health:
@@ -107,8 +103,8 @@ class Health:
             yield Problem("flash", name, f"its flash was not written: {why}", remedy)
 
     def _of_ports(self) -> Iterator[Problem]:
-        boards = self.places.boards()
-        for name, place in (self.places.uarts() | self.places.taps()).items():
+        boards = self.places.boards
+        for name, place in (self.places.uarts | self.places.taps).items():
             if place.failure:
                 yield Problem("port", name, place.failure, "restart the bench")
         for name, board in boards.items():

@@ -4,17 +4,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hil.host.real_time import Grant
-from hil.live.captures import Captures
 from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
-from hil.operations.desk import Answerer, Desk
+from hil.operations.desk import Desk
 from hil.operations.devices import Devices
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
 from hil.operations.reports import Reports, listed_segments
+from hil.operations.table import Answerer
 
 
 def make_desk(
@@ -33,7 +33,7 @@ def make_desk(
     devices = Devices(sim, configured)
     health = Health(sim, places, commits, vitals, grant, state_dir, is_service)
     metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
-    looks = LookingOn(sim, live.watches, Captures(sim, places, clock), queue)
+    looks = LookingOn(sim, places, clock, live.watches, queue)
     reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
     boards = BoardOperations(sim, places, configured, runs.real)
     bench = BenchOperations(faults, queue, live.reloader, stop)
@@ -65,7 +65,7 @@ def make_desk(
         "faults": lambda asked: faults.listed(),
         "run": bench.run,
         "runs": bench.runs,
-        "cancel_run": lambda asked, how: queue.cancel(asked.source, asked.target, how).as_dict(),
+        "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
         "reload": bench.reload,
         "stop": bench.stop,
