@@ -84,13 +84,11 @@ def make(options: Options, desk: Desk) -> "MetricsBridge":
 
 def reference() -> str:
     """The table of metrics is the daemon's; what is served is said here."""
-    return "\n".join(
-        [
-            "## The metrics bridge\n",
-            "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
-            f" At most {CONNECTIONS} connections at a time, of which silent"
-            " ones give way; each carries one request.",
-        ]
+    return (
+        "## The metrics bridge\n\n"
+        "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
+        f" At most {CONNECTIONS} connections at a time, of which silent ones give way; each carries one"
+        " request."
     )
 
 
