@@ -77,11 +77,6 @@ class Options(BaseModel):
         return self
 
 
-def make(options: Options, desk: Desk) -> "MetricsBridge":
-    """The bridge, not yet open."""
-    return MetricsBridge(options, desk)
-
-
 def reference() -> str:
     """The table of metrics is the daemon's; what is served is said here."""
     return (
@@ -213,6 +208,9 @@ class MetricsBridge:
             if count % SLICE == 0:
                 await asyncio.sleep(0)
         return bytes(parts)
+
+
+make = MetricsBridge
 
 
 def _shown(host: str, number: int) -> str:

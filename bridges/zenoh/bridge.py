@@ -31,11 +31,6 @@ log = logging.getLogger("hil")
 _NOBODY_THERE = "Unable to connect"
 
 
-def make(options: Options, desk: Desk) -> "ZenohBridge":
-    """The bridge, not yet open."""
-    return ZenohBridge(options, desk)
-
-
 class _Joined:
     """All that there is while a session is open."""
 
@@ -176,6 +171,9 @@ class ZenohBridge:
             "waiting": self._work.waiting,
             "insecure": self._options.insecure,
         }
+
+
+make = ZenohBridge
 
 
 def first_line(error: Exception) -> str:

@@ -99,7 +99,8 @@ class _Told:
         self._begin = begin
         self._watch: Watch | None = None
         self._is_refused = False
-        self._lost_before = 0
+        self.lost = 0
+        """Samples that found no room in the core's ring, in watches that have ended."""
 
     def look(self) -> None:
         """Begin, or end."""
@@ -123,18 +124,13 @@ class _Told:
     def is_on(self) -> bool:
         return self._watch is not None
 
-    @property
-    def lost(self) -> int:
-        """Samples that found no room in the core's ring, in watches that have ended."""
-        return self._lost_before
-
     def flush(self) -> None:
         if self._watch is not None:
             self._watch.take()
 
     def _end(self) -> None:
         if self._watch is not None:
-            self._lost_before += self._watch.lost
+            self.lost += self._watch.lost
             self._watch.close()
             self._watch = None
 
