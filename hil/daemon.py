@@ -104,9 +104,15 @@ class Daemon:
         await live.bridges.open(config.bridges, desk)
         server = ControlServer(desk, claimed)
         stack.push_async_callback(server.close)
-        live.reloader.open(self._hang_up)
+        service = Service(
+            self._notifier,
+            lambda: status_line(live.sim, live.configured, live.places, grant),
+            lambda: live.sim.core.native.rt_stats()["ticks"],
+        )
+        live.reloader.open(self._hang_up, service)
         stack.push_async_callback(live.reloader.close)
-        self._tell_service(stack, live, grant)
+        stack.callback(service.stop)
+        service.start()
         return Serving(live, grant, desk)
 
     def _answer_signals(self, stack: AsyncExitStack) -> None:
@@ -116,13 +122,3 @@ class Daemon:
         signals.answer(loop, calls)
         stack.callback(signals.ignore, loop, calls)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
-
-    def _tell_service(self, stack: AsyncExitStack, live: LiveBench, grant: Grant) -> None:
-        service = Service(
-            self._notifier,
-            lambda: status_line(live.sim, live.configured, live.places, grant),
-            lambda: live.sim.core.native.rt_stats()["ticks"],
-        )
-        live.changes.around_reloads(service.reloading, service.reloaded)
-        stack.callback(service.stop)
-        service.start()

@@ -347,7 +347,7 @@ fsync = Files.fsync
 def slow(self, fd):
     while Path(sys.argv[-1], "slow").exists():
         time.sleep(0.01)
-    fsync(self, fd)
+    fsync(fd)
 
 Files.fsync = slow
 app(["serve", sys.argv[1], "--runtime-dir", sys.argv[2], "--state-dir", sys.argv[3]])

@@ -10,7 +10,7 @@ from hil.live.joint import Joint
 from hil.live.places import Places
 from hil.live.sim_ends import TapEnd
 from hil.operations.metrics import METRICS
-from hil.operations.segments import listed
+from hil.operations.reports import listed_segments
 from hil.testing import Bench
 from hil.vocab.time import SimTimeNs
 from hil.wire.packet import encode
@@ -34,7 +34,7 @@ def look(bench: Bench) -> None:
     runtime = bench._runtime
     ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
     sim: Any = ahead
-    listed(sim, Places())
+    listed_segments(sim, Places())
     scrape: Any = SimpleNamespace(of=SimpleNamespace(sim=sim))
     for row in METRICS:
         if row.metric.labels[:1] == ("segment",):

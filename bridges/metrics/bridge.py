@@ -77,20 +77,13 @@ class Options(BaseModel):
         return self
 
 
-def make(options: Options, desk: Desk) -> "MetricsBridge":
-    """The bridge, not yet open."""
-    return MetricsBridge(options, desk)
-
-
 def reference() -> str:
     """The table of metrics is the daemon's; what is served is said here."""
-    return "\n".join(
-        [
-            "## The metrics bridge\n",
-            "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
-            f" At most {CONNECTIONS} connections at a time, of which silent"
-            " ones give way; each carries one request.",
-        ]
+    return (
+        "## The metrics bridge\n\n"
+        "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
+        f" At most {CONNECTIONS} connections at a time, of which silent ones give way; each carries one"
+        " request."
     )
 
 
@@ -215,6 +208,9 @@ class MetricsBridge:
             if count % SLICE == 0:
                 await asyncio.sleep(0)
         return bytes(parts)
+
+
+make = MetricsBridge
 
 
 def _shown(host: str, number: int) -> str:

@@ -3,6 +3,7 @@
 import ipaddress
 import re
 import socket
+from contextlib import suppress
 
 _FORM = re.compile(r"(\[[^\s\[\]]+\]|[^\s\[\]]+):([0-9]{1,5})", re.ASCII)
 _NAME_CHARACTERS = 253
@@ -18,37 +19,26 @@ def endpoint(text: str) -> tuple[str, int]:
     if not (match := _FORM.fullmatch(text)) or int(match[2]) > MAX_PORT:
         raise ValueError(f"{text!r} is no address and port")
     host = match[1].removeprefix("[").removesuffix("]")
-    if not _is_address(host) and not _is_name(host):
+    if _address(host) is None and not _is_name(host):
         raise ValueError(f"{host!r} is no address and no name of a computer")
     return host, int(match[2])
 
 
 def is_loopback(host: str) -> bool:
     """Only programs of this computer reach it."""
-    if host.lower() == "localhost":
-        return True
-    try:
-        address = ipaddress.ip_address(host)
-    except ValueError:
-        return _is_short(host) and ipaddress.ip_address(socket.inet_aton(host)).is_loopback
+    address = _address(host)
+    if address is None:
+        return host.lower() == "localhost"
     return (getattr(address, "ipv4_mapped", None) or address).is_loopback
 
 
-def _is_address(host: str) -> bool:
-    try:
-        ipaddress.ip_address(host)
-    except ValueError:
-        return _is_short(host)
-    return True
-
-
-def _is_short(host: str) -> bool:
-    """An address that inet_aton(3) takes, as 127.1."""
-    try:
-        socket.inet_aton(host)
-    except (OSError, ValueError):
-        return False
-    return True
+def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Also one that inet_aton(3) takes, as 127.1."""
+    with suppress(ValueError):
+        return ipaddress.ip_address(host)
+    with suppress(OSError, ValueError):
+        return ipaddress.ip_address(socket.inet_aton(host))
+    return None
 
 
 def _is_name(host: str) -> bool:

@@ -3,6 +3,8 @@ all else is in the loop."""
 
 import asyncio
 import logging
+import os
+import time
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -11,29 +13,22 @@ import zenoh
 from bridges.zenoh.commands import Commands
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
-from bridges.zenoh.keys import prefix
-from bridges.zenoh.opening import open_session
+from bridges.zenoh.keys import prefix, reference
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
-from bridges.zenoh.reference import reference
 from bridges.zenoh.sender import Sender
-from bridges.zenoh.users import SecurityError
+from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
-from hil.vocab.benches import Answered, BenchGone
-from hil.vocab.bridges import BridgeError, Desk, Source
+from bridges.zenoh.zenoh_config import made, session_config
+from hil.vocab.bridges import Answered, BenchGone, BridgeError, Desk, Source
 
 __all__ = ["Options", "make", "reference"]
 
 log = logging.getLogger("hil")
 
 _NOBODY_THERE = "Unable to connect"
-
-
-def make(options: Options, desk: Desk) -> "ZenohBridge":
-    """The bridge, not yet open."""
-    return ZenohBridge(options, desk)
 
 
 class _Joined:
@@ -178,6 +173,34 @@ class ZenohBridge:
         }
 
 
+make = ZenohBridge
+
+
 def first_line(error: Exception) -> str:
     """Of zenoh's errors, which end in a path of its sources."""
     return str(error).partition(" at /")[0].partition("\n")[0]
+
+
+def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | None]:
+    """A daemon's session, and what checks its commands; None: there are no users, everybody may do all.
+
+    Raises:
+        SecurityError: strangers could reach the bench, or the users' file is wrong.
+        zenoh.ZError: an address is taken, a certificate cannot be read.
+    """
+    users = read_users(options.users) if options.users else []
+    for path in (options.tls.ca, options.tls.certificate, options.tls.key) if options.tls else ():
+        try:
+            refuse_endless(path)
+            path.open("rb").close()  # zenoh would only say that nobody is there
+        except OSError as error:
+            why = f"cannot be read: {error.strerror}"
+            raise SecurityError(f"tls: {path} {why}; `hil zenoh keys` makes such files") from None
+    # Zenoh wants passwords in a file. This one is in memory, of this process, and gone afterwards.
+    memory = os.memfd_create("users")
+    try:
+        os.write(memory, "".join(f"{user.name}:{user.secret}\n" for user in users).encode())
+        entries = session_config(options, bench, users, f"/proc/self/fd/{memory}")
+        return zenoh.open(made(entries)), Gate(users, time.time_ns()) if users else None
+    finally:
+        os.close(memory)

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import zenoh
 
-from bridges.zenoh.documents import OURS, RUN_BYTES, acknowledged, read_payload, read_text, refused
+from bridges.zenoh.documents import OURS, RUN_BYTES, dumped, read_payload, read_text
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.keys import prefix
-from bridges.zenoh.publications import Publications, short_state
-from bridges.zenoh.readings import Readings, encoding
+from bridges.zenoh.publications import Publications, encoding, short_state
+from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
 from hil.vocab.bridges import Desk, Done, Source
@@ -137,13 +137,14 @@ class Commands:
     def _reply(
         self, query: zenoh.Query, key: str, answer: Mapping[str, Any], effective_at_ns: int | None
     ) -> None:
-        text = acknowledged(answer, effective_at_ns, self._here.clock.times_ns())
-        self._sender.reply(query, key, text, ACKNOWLEDGED)
+        effect = {} if effective_at_ns is None else {"effective_at_ns": effective_at_ns}
+        self._sender.reply(query, key, dumped({**effect, **answer}, self._here.clock), ACKNOWLEDGED)
 
     def _refuse(self, key: str, query: zenoh.Query | None, refusal: VerbRefused) -> None:
-        text = refused(refusal, key, self._here.clock.times_ns())
+        content = {"key": key, "code": refusal.code, "error": str(refusal)}
+        text = dumped(content, self._here.clock)
         if query is not None:
-            self._sender.refuse(query, text, REFUSED)
+            self._sender.reply(query, None, text, REFUSED)
             self._sender.end(query)
         self._publications.rejected(text)
 

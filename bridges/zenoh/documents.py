@@ -37,11 +37,7 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest
 
 
 def read_text(payload: bytes | None) -> str:
-    """A run's payload, which its own reader checks.
-
-    Raises:
-        VerbRefused: it is too long, or no text.
-    """
+    """A run's payload, which its own reader checks. Raises VerbRefused: it is too long, or no text."""
     if len(payload or b"") > RUN_BYTES:
         raise VerbRefused("bad_request", f"{len(payload or b'')} bytes; a run has at most {RUN_BYTES}")
     try:
@@ -50,21 +46,7 @@ def read_text(payload: bytes | None) -> str:
         raise VerbRefused("bad_request", f"the payload is no UTF-8: {error}") from None
 
 
-def acknowledged(answer: Mapping[str, Any], effective_at_ns: int | None, times_ns: tuple[int, int]) -> bytes:
-    """The reply to a command."""
-    head: dict[str, Any] = {"v": VERSION, "sim_ns": times_ns[0], "wall_ns": times_ns[1]}
-    if effective_at_ns is not None:
-        head["effective_at_ns"] = effective_at_ns
-    return json.dumps(head | dict(answer)).encode()
-
-
-def refused(refusal: VerbRefused, key: str, times_ns: tuple[int, int]) -> bytes:
-    """The reply to a command that was not carried out."""
-    head = {"v": VERSION, "sim_ns": times_ns[0], "wall_ns": times_ns[1]}
-    return json.dumps(head | {"key": key, "code": refusal.code, "error": str(refusal)}).encode()
-
-
 def dumped(content: Mapping[str, Any], clock: BenchClock) -> bytes:
-    """Whatever else is told, with the times."""
+    """Whatever is told or answered, with the times."""
     sim_ns, wall_ns = clock.times_ns()
     return json.dumps({"v": VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()

@@ -15,8 +15,7 @@ from bridges.zenoh.documents import RUN_BYTES
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
 from hil.net.signature import signed
-from hil.vocab.benches import Answered, BenchGone
-from hil.vocab.bridges import Description, Source
+from hil.vocab.bridges import Answered, BenchGone, Description, Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
@@ -27,7 +26,7 @@ _REFUSED = b"{"
 
 
 class Others:
-    """``hil.vocab.benches.BenchDoor`` of a session."""
+    """``hil.vocab.bridges.BenchDoor`` of a session."""
 
     def __init__(self, session: zenoh.Session, here: Description, gate: Gate | None) -> None:
         self._session = session

@@ -3,17 +3,18 @@
 import asyncio
 import json
 import logging
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from struct import Struct
 from typing import Any
 
 import zenoh
 
 from bridges.zenoh.documents import OURS, dumped
-from bridges.zenoh.keys import SCHEMAS, VERSION, prefix
+from bridges.zenoh.keys import BYTES, KEYS, PACKED, SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
 from hil.vocab.bridges import AxisField, Desk, DeviceInfo, Watch, Watched
 from hil.vocab.segment import SegmentEvent
@@ -27,10 +28,18 @@ SLOW_S = 1.0
 TAKES_PER_S = 4000
 """Of samples from the core; with many axes each take brings several."""
 SHORTEST_S = 0.005
+_BINARY = {key.schema for key in KEYS if key.payload in (PACKED, BYTES)}
 _CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
 
-
 log = logging.getLogger("hil")
+
+
+@cache
+def encoding(schema: str) -> zenoh.Encoding:
+    """Of what is told or answered."""
+    is_binary = schema in _BINARY
+    kind = zenoh.Encoding.APPLICATION_OCTET_STREAM if is_binary else zenoh.Encoding.APPLICATION_JSON
+    return kind.with_schema(schema)
 
 
 def _interval_ns(rate_hz: float) -> Fraction:
@@ -93,7 +102,8 @@ class _Told:
         self._begin = begin
         self._watch: Watch | None = None
         self._is_refused = False
-        self._lost_before = 0
+        self.lost = 0
+        """Samples that found no room in the core's ring, in watches that have ended."""
 
     def look(self) -> None:
         """Begin, or end."""
@@ -117,18 +127,13 @@ class _Told:
     def is_on(self) -> bool:
         return self._watch is not None
 
-    @property
-    def lost(self) -> int:
-        """Samples that found no room in the core's ring, in watches that have ended."""
-        return self._lost_before
-
     def flush(self) -> None:
         if self._watch is not None:
             self._watch.take()
 
     def _end(self) -> None:
         if self._watch is not None:
-            self._lost_before += self._watch.lost
+            self.lost += self._watch.lost
             self._watch.close()
             self._watch = None
 
@@ -156,12 +161,11 @@ class Publications:
         self._lost_before = 0
         self._begin(self._here.devices)
         slow = {"sim/clock": self.clock, "sim/health": self.health}
-        self._slow = [(self._publisher(key, SCHEMAS[key]), content) for key, content in slow.items()]
+        self._slow = [(self._publisher(key), content) for key, content in slow.items()]
         for name in self._here.segments:
-            publisher = self._publisher(f"segment/{name}/stats", "hil.stats.v1")
-            self._slow.append((publisher, partial(self.stats, name)))
+            self._slow.append((self._publisher("segment/<name>/stats", name), partial(self.stats, name)))
         self._runs = desk.watch(OURS, Watched.RUNS, "", self._tell_run)
-        self._rejected = self._publisher("sim/rejected", "hil.error.v1")
+        self._rejected = self._publisher("sim/rejected")
 
     def _begin(self, devices: Collection[str]) -> None:
         """Whatever these devices tell: their axes and their ports; at the first time the taps' ports too."""
@@ -186,12 +190,7 @@ class Publications:
 
     @property
     def _demand(self) -> list[_Told]:
-        return [
-            *self._states.values(),
-            *self._packed.values(),
-            *self._segments,
-            *self._ports.values(),
-        ]
+        return [*self._states.values(), *self._packed.values(), *self._segments, *self._ports.values()]
 
     @property
     def dropped(self) -> int:
@@ -201,20 +200,14 @@ class Publications:
 
     def start(self) -> None:
         loop = asyncio.get_running_loop()
-        for streams, rate_hz in (
-            (self._states, self._options.state_hz),
-            (self._packed, self._options.packed_hz),
-        ):
-            self._tasks.append(loop.create_task(self._pump(streams, 1 / rate_hz)))
-        self._tasks.append(loop.create_task(self._look()))
-        self._tasks.append(loop.create_task(self._tell_slowly()))
+        states = self._pump(self._states, 1 / self._options.state_hz)
+        packed = self._pump(self._packed, 1 / self._options.packed_hz)
+        self._tasks += map(loop.create_task, (states, packed, self._look(), self._tell_slowly()))
 
     def _tell_run(self, progress: Mapping[str, Any]) -> None:
         key = f"{self._prefix}/run/{progress['run']}/state"
-        kind = zenoh.Encoding.APPLICATION_JSON.with_schema("hil.run.v1")
-        self._session.put(
-            key, dumped(progress, self._here.clock), encoding=kind, allowed_destination=zenoh.Locality.REMOTE
-        )
+        text, kind = dumped(progress, self._here.clock), encoding("hil.run.v1")
+        self._session.put(key, text, encoding=kind, allowed_destination=zenoh.Locality.REMOTE)
 
     async def stop(self) -> None:
         self._runs.close()
@@ -251,17 +244,17 @@ class Publications:
 
     # ---- who tells ----
 
-    def _publisher(self, key: str, schema: str, *, is_json: bool = True) -> zenoh.Publisher:
-        kind = zenoh.Encoding.APPLICATION_JSON if is_json else zenoh.Encoding.APPLICATION_OCTET_STREAM
+    def _publisher(self, pattern: str, name: str = "") -> zenoh.Publisher:
+        """Of a key of the table, with this name in it."""
         return self._session.declare_publisher(
-            f"{self._prefix}/{key}",
-            encoding=kind.with_schema(schema),
+            f"{self._prefix}/{re.sub('<[a-z]+>', name, pattern)}",
+            encoding=encoding(SCHEMAS[pattern]),
             congestion_control=zenoh.CongestionControl.DROP,
             allowed_destination=zenoh.Locality.REMOTE,
         )
 
     def _state(self, name: str) -> _Told:
-        publisher = self._publisher(f"axis/{name}/state", "hil.state.v1")
+        publisher = self._publisher("axis/<device>/state", name)
         fields = self._here.devices[name].fields.values()
         text, wall_ns = StateText([field for field in fields if field.is_state]), self._here.clock.wall_ns
         at_ns = Struct("<q").unpack_from
@@ -273,7 +266,7 @@ class Publications:
         )
 
     def _packed_state(self, name: str) -> _Told:
-        publisher = self._publisher(f"axis/{name}/state/packed", "hil.snapshot.v1", is_json=False)
+        publisher = self._publisher("axis/<device>/state/packed", name)
         return self._samples(name, publisher, self._options.packed_hz, publisher.put)
 
     def _samples(
@@ -283,23 +276,17 @@ class Publications:
         return _Told([publisher], partial(watch, OURS, Watched.SAMPLES, name, put, interval_ns=interval_ns))
 
     def _packets(self, name: str) -> _Told:
-        publisher = self._publisher(f"segment/{name}/packets", "hil.packet.v1")
+        publisher = self._publisher("segment/<name>/packets", name)
 
         def tell(event: SegmentEvent) -> None:
-            content: dict[str, Any] = {
-                "at_ns": event.at_ns,
-                "data": event.data.hex(),
-                "about": event.about,
-                "is_damaged": event.is_damaged,
-            }
-            publisher.put(dumped(content, self._here.clock))
+            publisher.put(dumped(vars(event) | {"data": event.data.hex()}, self._here.clock))
 
         return _Told([publisher], partial(self._desk.watch, OURS, Watched.PACKETS, name, tell))
 
     def _bytes(self, name: str) -> _Told:
         publishers = {
-            "board": self._publisher(f"port/{name}/rx", "hil.port.v1", is_json=False),
-            "client": self._publisher(f"port/{name}/tx", "hil.port.v1", is_json=False),
+            "board": self._publisher("port/<name>/rx", name),
+            "client": self._publisher("port/<name>/tx", name),
         }
 
         def tell(towards: str, data: bytes) -> None:

@@ -10,7 +10,7 @@ import zenoh
 from bridges.zenoh.documents import OURS, dumped
 from bridges.zenoh.inbox import SLICE
 from bridges.zenoh.keys import SCHEMAS, prefix
-from bridges.zenoh.publications import Publications
+from bridges.zenoh.publications import Publications, encoding
 from bridges.zenoh.sender import Sender
 from hil.vocab.bridges import Desk
 from hil.vocab.verbs import VerbRefused
@@ -19,14 +19,7 @@ WIDE = 100
 """Queries of more keys than a slice that wait for each other."""
 WIDE_ANSWERS = 200
 """Of them the next wait while so many have not gone out: other clients' answers come in between."""
-
-
-def encoding(schema: str) -> zenoh.Encoding:
-    """Of JSON here."""
-    return zenoh.Encoding.APPLICATION_JSON.with_schema(schema)
-
-
-PACKED = zenoh.Encoding.APPLICATION_OCTET_STREAM.with_schema("hil.snapshot.v1")
+_LAYOUT = ("name", "type", "offset", "unit", "meaning")
 
 
 class Readings:
@@ -47,18 +40,10 @@ class Readings:
         self._prefix = prefix(self._here.bench)
         self._wide = asyncio.Lock()
         self._wide_waiting = 0
-        self._encodings = {
-            schema: encoding(schema) for schema in (*SCHEMAS.values(), "hil.param.v1") if schema
-        }
-        self._encodings[SCHEMAS["axis/<device>/state/packed"]] = PACKED
         self.refresh()
 
     def refresh(self) -> None:
         """The bench's devices are others."""
-        self._readers = self._readable()
-
-    def _readable(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
-        """Schema and content by key."""
         desk, here, told = self._desk, self._here, self._publications
         readers: dict[str, tuple[str, Callable[[], bytes]]] = {
             "sim/clock": (SCHEMAS["sim/clock"], told.clock),
@@ -78,14 +63,11 @@ class Readings:
                 if field.is_settable:
                     key = f"axis/{name}/param/{field.name}"
                     readers[key] = ("hil.param.v1", partial(self._parameter, name, field.name))
-        return {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
+        self._readers = {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
+        """Schema and content by key."""
 
     def read(self, key: str, query: zenoh.Query) -> None:
-        """Answer a query; one of very many keys in its turn.
-
-        Raises:
-            VerbRefused: too many such wait.
-        """
+        """Answer a query; one of very many keys in its turn. Raises VerbRefused: too many such wait."""
         found = list(self._matching(key))
         if len(found) > SLICE:
             if self._wide_waiting >= WIDE:
@@ -116,10 +98,10 @@ class Readings:
     def _read_one(self, name: str, query: zenoh.Query) -> None:
         if name in self._readers:
             schema, content = self._readers[name]
-            self._sender.reply(query, name, content(), self._encodings[schema])
+            self._sender.reply(query, name, content(), encoding(schema))
         elif progress := self._runs(name.split("/")[3]):
             text = dumped(progress[0], self._here.clock)
-            self._sender.reply(query, name, text, self._encodings["hil.run.v1"])
+            self._sender.reply(query, name, text, encoding("hil.run.v1"))
 
     def _matching(self, key: str) -> Iterable[str]:
         if "*" not in key:
@@ -153,13 +135,6 @@ class Readings:
         fields: dict[str, dict[str, Any]] = {}
         for device in self._here.devices.values():
             for f in device.fields.values():
-                row = {
-                    "name": f.name,
-                    "type": f.type,
-                    "offset": f.offset,
-                    "unit": f.unit,
-                    "meaning": f.meaning,
-                }
-                fields[f.name] = row
+                fields[f.name] = {name: getattr(f, name) for name in _LAYOUT}
         ordered = sorted(fields.values(), key=lambda row: int(row["offset"]))
         return dumped({"fields": ordered}, self._here.clock)

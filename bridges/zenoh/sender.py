@@ -29,17 +29,12 @@ class Sender:
         """Answers that have not gone out."""
         return self._queue.qsize()
 
-    def reply(self, query: zenoh.Query, key: str, content: bytes, encoding: zenoh.Encoding) -> None:
-        self._put(query, key, content, encoding)
-
-    def refuse(self, query: zenoh.Query, content: bytes, encoding: zenoh.Encoding) -> None:
-        self._put(query, None, content, encoding)
-
     def end(self, query: zenoh.Query) -> None:
         """Nothing more is answered; else the asker waits for its time-out."""
         self._queue.put((query, None, None, None))
 
-    def _put(self, query: zenoh.Query, key: str | None, content: bytes, encoding: zenoh.Encoding) -> None:
+    def reply(self, query: zenoh.Query, key: str | None, content: bytes, encoding: zenoh.Encoding) -> None:
+        """Without a key it is a refusal."""
         if self._queue.qsize() >= WAITING:
             self.dropped += 1
         else:

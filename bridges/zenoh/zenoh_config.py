@@ -206,10 +206,7 @@ def made(entries: Mapping[str, Any]) -> zenoh.Config:
 
 
 def client_config(
-    connect: Sequence[str],
-    user: str | None = None,
-    secret: str | None = None,
-    tls: TlsOptions | None = None,
+    connect: Sequence[str], user: str | None = None, secret: str | None = None, tls: TlsOptions | None = None
 ) -> dict[str, Any]:
     """Zenoh's configuration of a client; with ``tls`` the user's certificate is needed beside the
     password."""

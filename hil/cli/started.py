@@ -26,7 +26,7 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         for name, address in serving.live.places.addresses():
             lines.append(f"{name} at {address}")
         return lines
-    for name, session in serving.live.places.uarts().items():
+    for name, session in serving.live.places.uarts.items():
         address, twin = session.port.address, session.end.device.name
         device = config.devices[twin]
         profile = catalogue.profiles[device.profile]
@@ -44,9 +44,9 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         lines.append(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
-    for name, tap in serving.live.places.taps().items():
+    for name, tap in serving.live.places.taps.items():
         lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.baud_now} baud")
-    for name, real in serving.live.places.boards().items():
+    for name, real in serving.live.places.boards.items():
         away = "" if real.end.line.stats().clients else " (away, tried again each second)"
         lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")
     for kind, bridge in serving.live.bridges.items():

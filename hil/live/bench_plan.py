@@ -7,37 +7,28 @@ import gc
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from hil.compose import LOOKUP_SECTION, TableFileError, load_firmware, load_verbs, read_text, start_sections
 from hil.config import BenchConfig, Catalogue, Change, diff, parse
+from hil.firmware.nvm import Content
 from hil.live.refusals import ConfigUnreadable, Refused
-from hil.live.store import NvmStore, StoreError, belongs_to
+from hil.live.store import Loaded, NvmStore, StoreError, belongs_to
 
 SWITCH_S = 0.0005
 """How long this thread's Python may keep the event loop waiting, at each system call; otherwise 5 ms."""
 
 
 @dataclass(frozen=True)
-class Memory:
-    """What is stored of a twin that does not go on with its own. ``counter``: of the commits that made it;
-    ``unfit``: why the file on disk is another board's, and has to be kept aside."""
-
-    counter: int = 0
-    sections: Mapping[str, bytes] = field(default_factory=dict)
-    note: str | None = None
-    unfit: str | None = None
-
-
-@dataclass(frozen=True)
 class Plan:
-    """A configuration that can be had. ``memories`` and ``tables`` (what it puts into a memory) are of twins
-    that begin. ``is_start``: nothing runs yet, so that devices can be joined."""
+    """A configuration that can be had. ``memories`` (of those that do not go on with their own) and
+    ``tables`` (what it puts into a memory) are of twins that begin. ``is_start``: nothing runs yet, so that
+    devices can be joined."""
 
     config: BenchConfig
     changes: tuple[Change, ...]
-    memories: Mapping[str, Memory]
+    memories: Mapping[str, Loaded]
     tables: Mapping[str, Mapping[str, bytes]]
     is_start: bool = False
 
@@ -107,7 +98,7 @@ def _plan(
     *,
     is_start: bool = False,
 ) -> Plan:
-    memories: dict[str, Memory] = {}
+    memories: dict[str, Loaded] = {}
     tables: dict[str, Mapping[str, bytes]] = {}
     plan, problems = Plan(new, tuple(changes), memories, tables, is_start), []
     for name in plan.begun(twins=True):
@@ -124,14 +115,13 @@ def _plan(
     return plan
 
 
-def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> Memory | None:
+def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> Loaded | None:
     """None: it goes on with its own."""
     before, profile = old.devices.get(name), new.devices[name].profile
     if before is None or before.at is not None:
-        loaded = files.look(name, profile)
-        return Memory(loaded.content.counter, loaded.content.sections, loaded.note, loaded.unfit)
+        return files.look(name, profile)
     if before.profile != profile:  # whose board may still write it
-        return Memory(unfit=belongs_to(before.profile, profile))
+        return Loaded(Content(profile, 0, {}), None, belongs_to(before.profile, profile))
     return None
 
 

@@ -145,11 +145,7 @@ class BoardEnd:
         self.refresh()
 
     def send(self, data: bytes) -> None:
-        """Bytes to the board, as a client's.
-
-        Raises:
-            DialogueError: a run has the board.
-        """
+        """Bytes to the board, as a client's. Raises DialogueError: a run has the board."""
         if self.is_held:
             raise DialogueError(f"{self.name}: a run has this board; cancel it, or wait for its end")
         self.take(data)

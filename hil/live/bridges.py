@@ -1,53 +1,35 @@
 """The bridges of a bench that are open."""
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from hil.compose import make_bridge
-from hil.live.changes import Changed, Changes
 from hil.vocab.bridges import Bridge, BridgeError, Desk
 
 log = logging.getLogger("hil")
 
 
-class Bridges(Mapping[str, Bridge]):
+class Bridges(dict[str, Bridge]):
     """By kind, in the order of the configuration."""
 
-    def __init__(self, changes: Changes) -> None:
-        self._open: dict[str, Bridge] = {}
-        changes.afterwards(self._exchange)
-
-    def __getitem__(self, kind: str) -> Bridge:
-        return self._open[kind]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._open)
-
-    def __len__(self) -> int:
-        return len(self._open)
-
     async def open(self, wanted: Mapping[str, Any], desk: Desk) -> None:
-        """Open those that the configuration wants.
-
-        Raises:
-            BridgeError: one cannot be opened; says which.
-        """
+        """Open those that the configuration wants. Raises BridgeError: one cannot be opened; says which."""
         for kind, options in wanted.items():
             bridge = make_bridge(kind, options, desk)
             try:
                 await bridge.open()
             except BridgeError as error:
                 raise BridgeError(f"bridges.{kind}: {error}") from None
-            self._open[kind] = bridge
+            self[kind] = bridge
 
     async def close(self) -> None:
-        for bridge in self._open.values():
+        for bridge in self.values():
             await bridge.close()
 
-    async def _exchange(self, changed: Changed) -> None:
-        names = [*changed.removed, *changed.begun]
-        for kind, bridge in self._open.items():
+    async def exchanged(self, names: Collection[str]) -> None:
+        """These devices were added, taken away or exchanged, and what has gone is closed."""
+        for kind, bridge in self.items():
             try:
                 await bridge.devices_changed(names)
             except BridgeError as error:

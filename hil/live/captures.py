@@ -2,15 +2,10 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 from hil import __version__
-from hil.live.clock import WallClock
-from hil.live.places import Places
-from hil.sim.bench import BenchRuntime
-from hil.vocab.ports import Tap
-from hil.vocab.segment import SegmentEvent, SegmentView
+from hil.vocab.segment import SegmentEvent
 from hil.wire.pcapng import Event, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
@@ -45,69 +40,11 @@ class Capture:
             writer.write(record(source, time_ns, Event.LOST, comment="the reader was too slow"))
         writer.write(record(source, time_ns, event, data, comment))
 
-    def tap(self, source: int) -> Tap:
-        """For a port: which way, and the bytes."""
+    def passed(self, source: int, towards: str, data: bytes) -> None:
+        """At a port: which way, and the bytes."""
+        self.put(source, Event.TX if towards == "board" else Event.RX, data)
 
-        def put(towards: str, data: bytes) -> None:
-            self.put(source, Event.TX if towards == "board" else Event.RX, data)
-
-        return put
-
-    def segment(self, source: int) -> Callable[[SegmentEvent], None]:
-        """For a segment: each burst with its time; what a disturbed line reads as, with errors."""
-
-        def put(event: SegmentEvent) -> None:
-            kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
-            self.put(source, kind, event.data, event.about, event.at_ns)
-
-        return put
-
-
-class Captures:
-    """What passes at places and on segments, for whoever wants to see it."""
-
-    def __init__(self, bench: BenchRuntime, places: Places, clock: WallClock) -> None:
-        self._bench = bench
-        self._places = places
-        self._clock = clock
-
-    @property
-    def names(self) -> list[str]:
-        """What can be captured: segments, and places by their labels."""
-        return [*self._bench.segments, *self._places]
-
-    def open(self, sources: Sequence[str]) -> tuple[Capture, Callable[[], None]]:
-        """A capture of places and segments by their names, and what ends it.
-
-        Raises:
-            KeyError: there is none of such a name.
-        """
-        segments = self._bench.segments
-        for name in sources:
-            if name not in segments and name not in self._places:
-                raise KeyError(name)
-        capture = Capture(sources, self._clock.epoch_ns)
-        ends = [
-            watch_segment(segments[name], capture.segment(index))
-            if name in segments
-            else self.watch(name, capture.tap(index))
-            for index, name in enumerate(sources)
-        ]
-
-        def end() -> None:
-            for each in ends:
-                each()
-
-        return capture, end
-
-    def watch(self, label: str, tap: Tap) -> Callable[[], None]:
-        """Call with all that passes at a place; answers what ends it. Raises KeyError: there is none."""
-        listeners = self._places[label].listeners
-        listeners.append(tap)
-        return partial(listeners.remove, tap)
-
-
-def watch_segment(segment: SegmentView, put: Callable[[SegmentEvent], None]) -> Callable[[], None]:
-    """Call with what was on the line, when it is over; answers what ends it."""
-    segment.watchers.append(put)
-    return partial(segment.watchers.remove, put)
+    def heard(self, source: int, event: SegmentEvent) -> None:
+        """On a segment: each burst with its time; what a disturbed line reads as, with errors."""
+        kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
+        self.put(source, kind, event.data, event.about, event.at_ns)

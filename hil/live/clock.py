@@ -13,14 +13,11 @@ class WallClock:
         self._speed = speed
 
     def times_ns(self) -> tuple[int, int]:
-        """Simulated time and the wall's, now."""
         now_ns = self._bench.now_ns
         return now_ns, self.wall_ns(now_ns)
 
     def wall_ns(self, sim_ns: int) -> int:
-        """The wall's time at a simulated one."""
         return self.epoch_ns + round(sim_ns / self._speed)
 
     def sim_ns(self, wall_ns: int) -> int:
-        """The simulated time at one of the wall."""
         return round((wall_ns - self.epoch_ns) * self._speed)

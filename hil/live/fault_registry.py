@@ -16,7 +16,7 @@ class FaultRegistry:
 
     def __init__(self, bench: BenchRuntime, places: Places) -> None:
         self._bench = bench
-        self._boards = places.boards()
+        self._boards = places.boards
         self._active: dict[int, Fault] = {}
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
@@ -38,11 +38,7 @@ class FaultRegistry:
         return number
 
     def clear(self, number: int) -> None:
-        """Take a fault away.
-
-        Raises:
-            FaultRefused: there is none of this number.
-        """
+        """Take a fault away. Raises FaultRefused: there is none of this number."""
         if fault := self._active.pop(number, None):
             self._boards[fault.target].end.clear(number)
         else:

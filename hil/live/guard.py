@@ -114,7 +114,6 @@ class StepGuard(AbstractContextManager[None]):
         return self._aside
 
     def close(self) -> None:
-        """No more bells."""
         self._watchdog.disarm()
 
     def _ring(self, number: int, frame: FrameType | None) -> None:
@@ -135,7 +134,6 @@ class StepGuard(AbstractContextManager[None]):
         raise self._struck
 
     def _look_at_wait(self, bells: int) -> None:
-        """At the bells of the wall's time in a step."""
         usage = resource.getrusage(resource.RUSAGE_THREAD)
         cpu_s = usage.ru_utime + usage.ru_stime
         if bells == 1:
@@ -206,16 +204,9 @@ class _Aside(AbstractContextManager[None]):
 
 def note_hung(file: Path, notes: dict[str, str]) -> None:
     """Tell the operator of the device whose firmware ended the daemon the last time."""
-    if hung := take_breadcrumb(file):
-        notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
-        log.error("%s: %s", hung, notes[hung])
-
-
-def take_breadcrumb(file: Path) -> str | None:
-    """The device whose firmware ended the daemon the last time, once."""
-    try:
-        name = file.read_text()
+    with suppress(OSError, UnicodeDecodeError):
+        hung = file.read_text()
         file.unlink()
-        return name
-    except (OSError, UnicodeDecodeError):
-        return None
+        if hung:
+            notes[hung] = "its firmware could not be interrupted, which ended this bench the last time"
+            log.error("%s: %s", hung, notes[hung])

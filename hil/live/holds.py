@@ -17,7 +17,6 @@ class Holds:
         self._runs[run] = tuple(devices)
 
     def release(self, run: str) -> None:
-        """A run is over."""
         self._runs.pop(run, None)
 
     def taken(self) -> dict[str, str]:
@@ -26,7 +25,7 @@ class Holds:
 
     def problems(self, devices: Iterable[str]) -> list[str]:
         """Why these devices cannot be exchanged now, a line for each."""
-        leaving, taken, boards = list(devices), self.taken(), self._places.boards()
+        leaving, taken, boards = list(devices), self.taken(), self._places.boards
         talking = [name for name in leaving if name in boards and boards[name].end.is_busy]
         return [
             f"{name} is in run {taken[name]}: wait for its end, or cancel it"

@@ -109,7 +109,6 @@ class Joint(Generic[EndKind]):
             self.room()
 
     def tell(self, towards: str, data: bytes) -> None:
-        """Let listeners know what passes."""
         for listener in self.listeners:
             listener(towards, data)
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
@@ -22,22 +23,20 @@ class Line(Protocol):
         """Let the port read on if it was held up and there is room again."""
 
 
+@dataclass(eq=False)
 class Lines:
     """The lines of a bench: of hundreds, only those with something on them are looked at. ``now_ns``: the
     bench's time, which goes ``speed`` times as fast as the wall's."""
 
-    def __init__(
-        self, loop: asyncio.AbstractEventLoop, now_ns: Callable[[], SimTimeNs], speed: float = 1.0
-    ) -> None:
-        self._loop = loop
-        self._now_ns = now_ns
-        self._speed = speed
-        self._is_handing_on = False
-        self._timer: asyncio.TimerHandle | None = None
-        self._fresh: list[Line] = []
-        """Those with something that was sent since the last ``flush``."""
-        self._busy: dict[Line, None] = {}
-        self._held: dict[Line, None] = {}
+    loop: asyncio.AbstractEventLoop
+    now_ns: Callable[[], SimTimeNs]
+    speed: float = 1.0
+    _is_handing_on: bool = field(default=False, init=False)
+    _timer: asyncio.TimerHandle | None = field(default=None, init=False)
+    _fresh: list[Line] = field(default_factory=list, init=False)
+    """Those with something that was sent since the last ``flush``."""
+    _busy: dict[Line, None] = field(default_factory=dict, init=False)
+    _held: dict[Line, None] = field(default_factory=dict, init=False)
 
     def has_sent(self, line: Line) -> None:
         """It has something to ``flush`` when the present turn is over."""
@@ -60,7 +59,7 @@ class Lines:
         what it has room for."""
         if (self._fresh or self._held) and not self._is_handing_on:
             self._is_handing_on = True
-            self._loop.call_soon(self._hand_on)
+            self.loop.call_soon(self._hand_on)
 
     def _hand_on(self) -> None:
         self._is_handing_on = False
@@ -68,7 +67,6 @@ class Lines:
         self.refresh()
 
     def flush(self) -> None:
-        """Put what was sent on its lines."""
         if self._fresh:
             fresh, self._fresh = self._fresh, []
             for line in fresh:
@@ -77,7 +75,6 @@ class Lines:
             self._release()
 
     def refresh(self) -> None:
-        """Let ports read on that were held up, where there is room again."""
         for line in list(self._held):
             line.refresh()
 
@@ -93,11 +90,11 @@ class Lines:
     def _release(self) -> None:
         """Release what is due now, and set the timer for the next."""
         self.close()
-        now_ns = self._now_ns()
+        now_ns = self.now_ns()
         due_ns = self.release(now_ns)
         if due_ns < FOREVER:
-            delay_s = (due_ns - now_ns) / NS_PER_S / self._speed
-            self._timer = self._loop.call_later(max(delay_s, _MIN_RELEASE_S), self._release)
+            delay_s = (due_ns - now_ns) / NS_PER_S / self.speed
+            self._timer = self.loop.call_later(max(delay_s, _MIN_RELEASE_S), self._release)
 
     def close(self) -> None:
         """No more releases by time."""

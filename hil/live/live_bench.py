@@ -10,7 +10,6 @@ from hil.compose import empty_bench
 from hil.live.apply import Apply
 from hil.live.bench_plan import Plan
 from hil.live.bridges import Bridges
-from hil.live.changes import Changes
 from hil.live.clock import WallClock
 from hil.live.commits import Commits
 from hil.live.configured import Configured
@@ -61,7 +60,6 @@ class LiveBench:
     commits: Commits
     faults: FaultRegistry
     holds: Holds
-    changes: Changes
     watches: Watches
     vitals: Vitals
     bridges: Bridges
@@ -81,12 +79,7 @@ class LiveRuns:
 
 
 def make_live(
-    stack: AsyncExitStack,
-    configured: Configured,
-    plan: Plan,
-    files: NvmStore,
-    at: Paths,
-    watch_idle_s: float,
+    stack: AsyncExitStack, configured: Configured, plan: Plan, files: NvmStore, at: Paths, watch_idle_s: float
 ) -> LiveBench:
     """A bench without devices, which stands still; ``plan`` is what it will be first. ``stack`` puts it away.
 
@@ -95,7 +88,7 @@ def make_live(
     """
     loop, config = asyncio.get_running_loop(), configured.config
     log = _input_log(stack, plan, at.input_log) if at.input_log else None
-    places, changes, notes = Places(), Changes(), dict[str, str]()
+    places, bridges, notes = Places(), Bridges(), dict[str, str]()
     stack.push_async_callback(places.close)
     guard = StepGuard(at.state / BREADCRUMB, config.speed)
     stack.callback(guard.close)
@@ -106,7 +99,7 @@ def make_live(
     sim = empty_bench(config, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log))
     stack.callback(sim.stop)
     faults, holds = FaultRegistry(sim, places), Holds(places)
-    watches = Watches(sim, changes, config.speed, watch_idle_s)
+    watches = Watches(sim, config.speed, watch_idle_s)
     stack.callback(watches.stop)
     vitals = Vitals(sim)
     stack.callback(vitals.stop)
@@ -115,23 +108,12 @@ def make_live(
         return PortContext(config.bench, label, at.runtime, at.port_group)
 
     stage = Stage(sim, configured, places, context)
-    apply = Apply(sim, configured, stage, places, lines, files, commits, faults, holds, changes, notes)
-    reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply, changes)
-    bridges = Bridges(changes)
+    apply = Apply(
+        sim, configured, stage, places, lines, files, commits, faults, holds, watches, bridges, notes
+    )
+    reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply)
     return LiveBench(
-        configured,
-        sim,
-        places,
-        commits,
-        faults,
-        holds,
-        changes,
-        watches,
-        vitals,
-        bridges,
-        apply,
-        reloader,
-        notes,
+        configured, sim, places, commits, faults, holds, watches, vitals, bridges, apply, reloader, notes
     )
 
 
@@ -148,5 +130,5 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
 def _input_log(stack: AsyncExitStack, plan: Plan, path: Path) -> InputLogWriter:
     file = LogFile(path, asyncio.get_running_loop())
     stack.callback(file.close)
-    memories = {name: plan.sections(name, memory.sections) for name, memory in plan.memories.items()}
+    memories = {name: plan.sections(name, memory.content.sections) for name, memory in plan.memories.items()}
     return InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)

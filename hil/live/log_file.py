@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+from collections.abc import Callable
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
@@ -49,17 +50,11 @@ class LogFile:
 
     def write(self, text: str) -> None:
         if not self._ended:
-            try:
-                self._file.write(text)
-            except OSError as error:
-                self._end(error)
+            self._try(self._file.write, text)
 
     def flush(self) -> None:
         if not self._ended:
-            try:
-                self._file.flush()
-            except OSError as error:
-                self._end(error)
+            self._try(self._file.flush)
 
     def _flush_again(self) -> None:
         self.flush()
@@ -68,12 +63,12 @@ class LogFile:
     def close(self) -> None:
         self._timer.cancel()
         self.flush()
-        try:
-            self._file.close()
-        except OSError as error:  # what was left in its buffer
-            if not self._ended:
-                self._end(error)
+        self._try(self._file.close)  # writes what was left in its buffer
 
-    def _end(self, error: OSError) -> None:
-        self._ended = True
-        _log.error("log %s: %s; nothing more is written to it", self._path, error.strerror)
+    def _try(self, call: Callable[..., object], *arguments: str) -> None:
+        try:
+            call(*arguments)
+        except OSError as error:
+            if not self._ended:
+                self._ended = True
+                _log.error("log %s: %s; nothing more is written to it", self._path, error.strerror)

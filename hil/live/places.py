@@ -17,41 +17,30 @@ log = logging.getLogger("hil")
 
 class Places:
     """Joints by label: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
-    board). In order: UARTs, taps, real boards, each as they came."""
+    board). In order: UARTs, taps, real boards, each as they came. Only ``hil.live.apply`` changes them."""
 
     def __init__(self) -> None:
-        self._uarts: dict[str, Joint[UartEnd]] = {}
-        self._taps: dict[str, Joint[TapEnd]] = {}
-        self._boards: dict[str, Joint[BoardEnd]] = {}
+        self.uarts: dict[str, Joint[UartEnd]] = {}
+        self.taps: dict[str, Joint[TapEnd]] = {}
+        self.boards: dict[str, Joint[BoardEnd]] = {}
 
     def __getitem__(self, label: str) -> Joint[Any]:
         """Raises KeyError: there is no such place."""
-        return self._uarts.get(label) or self._taps.get(label) or self._boards[label]
+        return self.uarts.get(label) or self.taps.get(label) or self.boards[label]
 
     def __contains__(self, label: object) -> bool:
-        return label in self._uarts or label in self._taps or label in self._boards
+        return label in self.uarts or label in self.taps or label in self.boards
 
     def __iter__(self) -> Iterator[str]:
-        return chain(self._uarts, self._taps, self._boards)
+        return chain(self.uarts, self.taps, self.boards)
 
     def joints(self) -> Iterator[Joint[Any]]:
-        """All of them."""
-        return chain(self._uarts.values(), self._taps.values(), self._boards.values())
-
-    def uarts(self) -> dict[str, Joint[UartEnd]]:
-        """Those of twins that have a port; only ``hil.live.apply`` changes it."""
-        return self._uarts
-
-    def taps(self) -> dict[str, Joint[TapEnd]]:
-        return self._taps
-
-    def boards(self) -> dict[str, Joint[BoardEnd]]:
-        return self._boards
+        return chain(self.uarts.values(), self.taps.values(), self.boards.values())
 
     def of_device(self, name: str) -> list[Joint[Any]]:
         """A device's joints: of a twin's UARTs that have a port, or of a real board."""
         labels = (port_label(name, uart) for uart in (MAIN, NETWORK))
-        return [self[label] for label in labels if label in self and label not in self._taps]
+        return [self[label] for label in labels if label in self and label not in self.taps]
 
     def addresses(self) -> list[tuple[str, str]]:
         """All labels, and where clients reach each."""
@@ -61,12 +50,11 @@ class Places:
         """Say in the log, and at its port, that a device has stopped."""
         again = f"the other devices go on; `hil reset {device.name}` restarts it"
         log.error("%s stopped: %s; %s", device.name, device.failed, again)
-        if joint := self._uarts.get(device.name):
+        if joint := self.uarts.get(device.name):
             joint.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
 
     async def close(self) -> None:
-        """Close all ports."""
         for joint in self.joints():
             await joint.port.close()
-        for board in self._boards.values():
+        for board in self.boards.values():
             await board.end.line.close()

@@ -3,13 +3,14 @@
 import asyncio
 import logging
 from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from hil.config import ConfigError
+from hil.host.service import Service
 from hil.live.apply import Apply
 from hil.live.bench_plan import Plan, plan_reload, problems_of
-from hil.live.changes import Changes
 from hil.live.configured import Configured
 from hil.live.holds import Holds
 from hil.live.refusals import Refused
@@ -19,36 +20,26 @@ from hil.sim.bench import BenchRuntime
 log = logging.getLogger("hil")
 
 
+@dataclass
 class Reloader:
     """Of one bench, one reload at a time. ``path``: its configuration, if it has a file; files that it names
     are looked up from ``folder``."""
 
-    def __init__(
-        self,
-        path: Path | None,
-        folder: Path,
-        bench: BenchRuntime,
-        configured: Configured,
-        files: NvmStore,
-        holds: Holds,
-        apply: Apply,
-        changes: Changes,
-    ) -> None:
-        self._path, self._folder = path, folder
-        self._bench = bench
-        self._configured = configured
-        self._files = files
-        self._holds = holds
-        self._apply = apply
-        self._changes = changes
-        self._lock = asyncio.Lock()
-        self._is_open = False
-        """The bench serves, and can be reloaded."""
-        self._waiting: asyncio.Task[None] | None = None
+    path: Path | None
+    folder: Path
+    bench: BenchRuntime
+    configured: Configured
+    files: NvmStore
+    holds: Holds
+    apply: Apply
+    _lock: asyncio.Lock = field(default_factory=asyncio.Lock, init=False)
+    _service: Service | None = field(default=None, init=False)
+    """Is told of reloads; None: the bench does not serve yet, or no more, and cannot be reloaded."""
+    _waiting: asyncio.Task[None] | None = field(default=None, init=False)
 
-    def open(self, wanted: asyncio.Event) -> None:
+    def open(self, wanted: asyncio.Event, service: Service) -> None:
         """The bench serves. ``wanted`` is set, perhaps already, where nobody waits for an answer: SIGHUP."""
-        self._is_open = True
+        self._service = service
         self._waiting = asyncio.get_running_loop().create_task(self._wait(wanted))
 
     async def _wait(self, wanted: asyncio.Event) -> None:
@@ -60,7 +51,7 @@ class Reloader:
 
     async def close(self) -> None:
         """The daemon ends: a reload that has begun is finished, none begins any more."""
-        self._is_open = False
+        self._service = None
         async with self._lock:
             if self._waiting:
                 self._waiting.cancel()
@@ -73,10 +64,10 @@ class Reloader:
             Refused: it cannot be done; nothing has changed.
         """
         async with self._lock:
-            if not self._is_open:
+            if (service := self._service) is None:
                 raise Refused("the daemon is starting or ending")
             trouble = ""
-            self._changes.tell_begun()
+            service.reloading()
             try:
                 return await self._reload()
             except (ConfigError, Refused) as error:
@@ -87,18 +78,18 @@ class Reloader:
                 log.exception("the reload failed")
                 raise
             finally:
-                self._changes.tell_ended(trouble)
+                service.reloaded(trouble)
 
     async def _reload(self) -> dict[str, Any]:
-        if self._path is None:
+        if self.path is None:
             raise Refused("this bench has no configuration file")
-        configured = self._configured
+        configured = self.configured
         plan = await asyncio.to_thread(
-            plan_reload, self._path, self._folder, configured.catalogue, configured.config, self._files
+            plan_reload, self.path, self.folder, configured.catalogue, configured.config, self.files
         )
         if plan.named("add", "remove", "restart"):
             self._check(plan)
-            await self._apply.carry_out(plan)
+            await self.apply.carry_out(plan)
         words = {"keep": "kept", "restart": "restarted", "add": "added", "remove": "removed"}
         done = {word: plan.named(action) for action, word in words.items()}
         names = [
@@ -109,11 +100,11 @@ class Reloader:
 
     def _check(self, plan: Plan) -> None:
         """What only the running bench knows."""
-        problems = self._holds.problems(plan.named("remove", "restart"))
-        if self._bench.log:
+        problems = self.holds.problems(plan.named("remove", "restart"))
+        if self.bench.log:
             problems.append("the run is being logged (--log), and a log holds one bench from its start")
         needed = len(plan.begun(twins=True))
-        if needed > (free := self._bench.core.native.max_axes - len(self._bench.devices)):
+        if needed > (free := self.bench.core.native.max_axes - len(self.bench.devices)):
             problems.append(
                 f"{needed} boards begin, and the core has room for {free} beside those that run: change fewer"
                 " at a time, or restart the daemon"

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections import deque
+from dataclasses import dataclass, field
 
 from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
@@ -22,57 +23,50 @@ bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms b
 the bootloader runs first."""
 
 
+@dataclass(eq=False)
 class UartEnd:
     """One of a twin's UARTs, and the line between it and the port. ``native_usb``: the board's own processor
     is on the USB, and resets at ``TOUCH_BAUD``."""
 
-    def __init__(
-        self,
-        bench: BenchRuntime,
-        lines: Lines,
-        joint: "Joint[UartEnd]",
-        device: Device,
-        uart: str = MAIN,
-        *,
-        native_usb: bool = False,
-    ) -> None:
-        self.device = device
-        self._bench = bench
-        self._lines = lines
-        self._joint = joint
-        self._name = uart
-        self._uart = device.uarts[uart]
-        self._native_usb = native_usb
-        self._typed = bytearray()
-        self._is_typing = False
-        self._fresh: list[tuple[int, bytes]] = []
-        self._line: deque[tuple[int, bytes]] = deque()
+    bench: BenchRuntime
+    lines: Lines
+    joint: "Joint[UartEnd]"
+    device: Device
+    name: str = MAIN
+    native_usb: bool = field(default=False, kw_only=True)
+    _typed: bytearray = field(default_factory=bytearray, init=False)
+    _is_typing: bool = field(default=False, init=False)
+    _fresh: list[tuple[int, bytes]] = field(default_factory=list, init=False)
+    _line: deque[tuple[int, bytes]] = field(default_factory=deque, init=False)
+
+    def __post_init__(self) -> None:
+        self._uart = self.device.uarts[self.name]
         self._uart.listeners.append(self.send)
 
     # ---- End ----
 
     def room(self) -> int:
-        return 0 if self._joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
+        return 0 if self.joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
 
     def hold(self, is_held: bool) -> None:
-        self._lines.hold(self, is_held)
+        self.lines.hold(self, is_held)
 
     def take(self, data: bytes) -> None:
-        self._joint.tell("board", data)
-        client_baud = self._joint.port.client_baud() if self._uart.baud else None
-        self._bench.give(self.device, Bytes(data, client_baud, self._name))
+        self.joint.tell("board", data)
+        client_baud = self.joint.port.client_baud() if self._uart.baud else None
+        self.bench.give(self.device, Bytes(data, client_baud, self.name))
 
     def refresh(self) -> None:
-        self._joint.refresh()
+        self.joint.refresh()
         self._go_on_typing()
 
     def client_left(self, baud: int | None) -> None:
-        if self._native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
-            self._bench.give(self.device, Reset())
+        if self.native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
+            self.bench.give(self.device, Reset())
 
     def leave(self) -> None:
         self._uart.listeners.remove(self.send)
-        self._lines.forget(self)
+        self.lines.forget(self)
         self._typed.clear()
 
     # ---- typing beside the port ----
@@ -85,25 +79,25 @@ class UartEnd:
             VerbRefused: too much that was typed before waits still.
         """
         if self._uart.baud is not None:
-            return self._bench.give(self.device, Bytes(data, None, self._name))
+            return self.bench.give(self.device, Bytes(data, None, self.name))
         if len(self._typed) + len(data) > TYPED_BYTES:
             raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
         self._typed += data
-        return self._bench.now_ns if self._is_typing else self._type_on()
+        return self.bench.now_ns if self._is_typing else self._type_on()
 
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
-        if not self._typed or not self._bench.drive.is_on or not (room := self._joint.room()):
-            return self._bench.now_ns
+        if not self._typed or not self.bench.drive.is_on or not (room := self.joint.room()):
+            return self.bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]
-        at_ns = self._bench.give(self.device, Bytes(piece, None, self._name))
+        at_ns = self.bench.give(self.device, Bytes(piece, None, self.name))
         self._go_on_typing()
         return at_ns
 
     def _go_on_typing(self) -> None:
         """In the next turn of the event loop, so that others have theirs between."""
-        if self._typed and not self._is_typing and self._joint.room():
+        if self._typed and not self._is_typing and self.joint.room():
             self._is_typing = True
             asyncio.get_running_loop().call_soon(self._type_on)
 
@@ -112,10 +106,10 @@ class UartEnd:
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
         """The device sends; on a paced line ``flush`` comes when its group's turn is over."""
         if self._uart.baud is None:
-            self._joint.send(data)
+            self.joint.send(data)
             return
         if not self._fresh:
-            self._lines.has_sent(self)
+            self.lines.has_sent(self)
         self._fresh.append((at_ns, data))
 
     def flush(self) -> None:
@@ -124,7 +118,7 @@ class UartEnd:
         if not self._fresh or baud is None:
             return
         for start_ns, data in _joined(self._fresh, baud):
-            client_baud = self._joint.port.client_baud() or baud
+            client_baud = self.joint.port.client_baud() or baud
             if client_baud == baud:
                 due = ((start_ns + character_ns(i + 1, baud), data[i : i + 1]) for i in range(len(data)))
                 self._line.extend(due)
@@ -139,7 +133,7 @@ class UartEnd:
         while self._line and self._line[0][0] <= now_ns:
             out += self._line.popleft()[1]
         if out:
-            self._joint.send(bytes(out))
+            self.joint.send(bytes(out))
         return SimTimeNs(self._line[0][0]) if self._line else FOREVER
 
 

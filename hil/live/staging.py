@@ -35,21 +35,15 @@ def ports_of(config: DeviceConfig) -> dict[str, PortConfig | None]:
     return {MAIN: config.port, NETWORK: config.network}
 
 
+@dataclass
 class Stage:
     """Of one bench. ``context``: where the port of a label belongs."""
 
-    def __init__(
-        self,
-        bench: BenchRuntime,
-        configured: Configured,
-        places: Places,
-        context: Callable[[str], PortContext],
-    ) -> None:
-        self._bench = bench
-        self._configured = configured
-        self._places = places
-        self._context = context
-        self._seeds: dict[str, int] = {}
+    bench: BenchRuntime
+    configured: Configured
+    places: Places
+    context: Callable[[str], PortContext]
+    _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
     async def prepare(self, plan: Plan, staged: Staged) -> None:
         """Make what begins; what is there already is in ``staged``, whatever happens.
@@ -74,7 +68,7 @@ class Stage:
                     await self._open(staged, f"{segment}.{tap}", tap_config.port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
-            staged.lines[name] = make_port(serial_port_config(device), self._context(name))
+            staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if not self.keeps_port(plan, name, MAIN):
                 await self._open(staged, name, device.port, problems)
         if problems:
@@ -85,7 +79,7 @@ class Stage:
         for joint in staged.joints.values():
             await joint.port.close()
         for group in {group.id: group for group, _ in staged.twins.values()}.values():
-            self._bench.discard(group)
+            self.bench.discard(group)
 
     def done(self, plan: Plan, staged: Staged) -> None:
         """It runs."""
@@ -94,7 +88,7 @@ class Stage:
 
     def keeps_port(self, plan: Plan, name: str, uart: str) -> bool:
         """Whether a changed device's port stays as it is, with its clients."""
-        old, new = self._configured.config.devices.get(name), plan.config.devices.get(name)
+        old, new = self.configured.config.devices.get(name), plan.config.devices.get(name)
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False
         return ports_of(old)[uart] == ports_of(new)[uart]
@@ -103,9 +97,9 @@ class Stage:
         config = plan.config.devices[name]
         staged.seeds[name] = self._seed_index(plan, staged, name)
         seed = axis_seed(plan.config, staged.seeds[name])
-        profile = self._configured.catalogue.profiles[config.profile]
-        group = staged.twins[partner][0] if partner else self._bench.open_group()
-        staged.twins[name] = group, make_device(self._bench, name, config, profile, {}, seed, group)
+        profile = self.configured.catalogue.profiles[config.profile]
+        group = staged.twins[partner][0] if partner else self.bench.open_group()
+        staged.twins[name] = group, make_device(self.bench, name, config, profile, {}, seed, group)
 
     def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
         """A twin keeps its number, a new one gets the first that is free."""
@@ -117,7 +111,7 @@ class Stage:
 
     async def _open(self, staged: Staged, label: str, config: PortConfig, problems: list[str]) -> None:
         """Open a port beside those that run, and if one of them is in its way, say so."""
-        joint = Joint[Any](label, make_port(config, self._context(label)))
+        joint = Joint[Any](label, make_port(config, self.context(label)))
         try:
             await joint.port.open(joint)
             staged.joints[label] = joint
@@ -128,7 +122,7 @@ class Stage:
         if getattr(error.__cause__, "errno", None) != errno.EADDRINUSE:
             return ""
         end = f":{getattr(config.options, 'port', None)}"
-        addresses = self._places.addresses()
+        addresses = self.places.addresses()
         holders = [name for name, address in addresses if "://" in address and address.endswith(end)]
         if not holders:
             return ""

@@ -57,26 +57,15 @@ class Files:
             os.unlink(path)
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
 
-    def write(self, fd: int, data: memoryview) -> int:
-        return os.write(fd, data)
-
     def open_directory(self, path: Path) -> int:
         return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
 
-    def fsync(self, fd: int) -> None:
-        os.fsync(fd)
-
-    def close(self, fd: int) -> None:
-        os.close(fd)
-
-    def link(self, existing: Path, new: Path) -> None:
-        os.link(existing, new)
-
-    def rename(self, old: Path, new: Path) -> None:
-        os.rename(old, new)
-
-    def unlink(self, path: Path) -> None:
-        os.unlink(path)
+    write = staticmethod(os.write)
+    fsync = staticmethod(os.fsync)
+    close = staticmethod(os.close)
+    link = staticmethod(os.link)
+    rename = staticmethod(os.rename)
+    unlink = staticmethod(os.unlink)
 
 
 class NvmStore:
@@ -97,24 +86,12 @@ class NvmStore:
         self._worker = threading.Thread(target=self._work, name="nvm-store", daemon=True)
         self._worker.start()
 
-    def load(self, device: str, profile: str) -> Loaded:
-        """The device's memory as it was last stored; empty if there is none that can be used.
-
-        Called before the device's first commit. A file that cannot be used is kept under another name; one of
-        a newer format stays where it is, for the newer program.
-
-        Raises:
-            StoreError: the file is newer, cannot be read, or cannot be kept aside.
-        """
-        loaded = self.look(device, profile)
-        kept = self.keep_aside(device, loaded.unfit) if loaded.unfit else None
-        return replace(loaded, note=kept.note) if kept else loaded
-
     def look(self, device: str, profile: str) -> Loaded:
-        """As ``load``, but a file that cannot be used stays where it is, and ``unfit`` says why.
+        """The device's memory as it was last stored; empty if there is none, or ``unfit`` says why the file
+        cannot be used.
 
         Raises:
-            StoreError: the file is newer, or cannot be read.
+            StoreError: the file is newer, and for the newer program, or cannot be read.
         """
         path = self._path(device)
         empty = Content(profile=profile, counter=0, sections={})

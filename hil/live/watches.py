@@ -1,9 +1,9 @@
 """Watches of the control socket's clients: samples that wait for them, and an end when they forget."""
 
 import asyncio
+from collections.abc import Collection
 from dataclasses import dataclass
 
-from hil.live.changes import Changed, Changes
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import Sampler, Subscription
 from hil.telemetry.sampler import MAX_SAMPLES_PER_S
@@ -23,23 +23,22 @@ class _Watch:
 class Watches:
     """Polls the bench's sampler while anybody watches. Runs in the event loop."""
 
-    def __init__(self, bench: BenchRuntime, changes: Changes, speed: float, idle_s: float) -> None:
+    def __init__(self, bench: BenchRuntime, speed: float, idle_s: float) -> None:
         self.sampler = Sampler(bench, MAX_SAMPLES_PER_S)
         self._bench = bench
-        changes.at_once(self._exchange)
         self._speed = speed
         self._idle_s = idle_s
         self._open: dict[int, _Watch] = {}
         self._next_id = 1
         self._timer: asyncio.TimerHandle | None = None
 
-    def _exchange(self, changed: Changed) -> None:
-        for device in changed.left:
-            if device not in self._bench.devices:
-                self.sampler.gone(device)
-        for device in changed.begun:
+    def exchanged(self, names: Collection[str]) -> None:
+        """These devices were added, taken away or exchanged, in this very step."""
+        for device in names:
             if device in self._bench.devices:
                 self.sampler.exchanged(device)
+            else:
+                self.sampler.gone(device)
 
     def open(self, device: str, signals: tuple[str, ...], interval_ns: int) -> int:
         """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
@@ -64,7 +63,6 @@ class Watches:
             self.sampler.unsubscribe(held.subscription)
 
     def stop(self) -> None:
-        """No more polling."""
         if self._timer:
             self._timer.cancel()
             self._timer = None

@@ -80,35 +80,25 @@ _RUN: dict[str, Any] = {
     "submissions": int,
     "why": _MAYBE_TEXT,
     "axes": {
-        str: {
-            "target_deg": float,
-            "at_end": (None, "stands", "moves", "off", "failed", "unknown"),
-        }
+        str: {"target_deg": float, "at_end": (None, "stands", "moves", "off", "failed", "unknown")}
         | dict.fromkeys(("commanded_deg", "position_deg", "error_max_deg", "error_rms_deg"), _MAYBE_NUMBER)
     },
     "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
 }
 _PROBLEMS: dict[str, Any] = {"problems": str}
-FORMS: dict[str, Any] = {
+_DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "stop")
+FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "list": _LIST,
     "status": _STATUS,
-    "reset": dict,
-    "pin": dict,
-    "set": dict,
-    "type": dict,
-    "send": dict,
     "wait": {"interrupted": (True, False)},
     "health": {"state": str},
     "state": {str: (float, None)},
     "drive": _AT | {"length_ns": int},
     "watch": {"watch": int, "signals": [str]},
     "samples": {"rows": [[float]], "lost": int},
-    "unwatch": dict,
     "inject": {"number": int},
     "clear": dict,
     "faults": [_FAULT],
-    "capture": dict,
-    "play": dict,
     "do": {str: (str, float, True, False, None, list, dict)},
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
     "run": (_RUN, _PROBLEMS, {"run": str, "steps": int}),
@@ -122,7 +112,6 @@ FORMS: dict[str, Any] = {
     ],
     "segments": [_SEGMENT],
     "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),
-    "stop": dict,
 }
 
 

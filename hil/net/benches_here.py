@@ -78,28 +78,24 @@ def find(option: Path | None, env: Mapping[str, str]) -> Found:
 
 def find_in(bases: Sequence[Path], is_named: bool) -> Found:
     """As ``find``, below these folders; ``is_named``: the user said so."""
-    found = Found([], [])
+    benches: dict[Path, Here] = {}
+    left_out: list[str] = []
     for base in bases:
-        _find_in(base, is_named, found)
-    return found
-
-
-def _find_in(base: Path, is_named: bool, found: Found) -> None:
-    """Who names a folder means its owner. /run is root's, who says whose /run/hil is, and what is in it."""
-    is_service = base.is_relative_to(SERVICES)
-    owners = {_owner(base)} if is_named or is_service else set()
-    if why := distrust(base, owners):
-        found.left_out.append(why)
-        return
-    known = {each.socket for each in found.benches}
-    for socket in control_sockets(base):
-        owner = _owner(socket.parent)
-        # Root has given it to him, as the service manager does.
-        given = {owner} if is_service and _owner(socket.parent.parent) == 0 else set()
-        if why := distrust(socket.parent, owners | given):
-            found.left_out.append(why)
-        elif socket not in known:
-            found.benches.append(Here(socket, owner, socket.is_relative_to(SERVICES)))
+        # Who names a folder means its owner. /run is root's, who says whose /run/hil is, and what is in it.
+        is_service = base.is_relative_to(SERVICES)
+        owners = {_owner(base)} if is_named or is_service else set()
+        if why := distrust(base, owners):
+            left_out.append(why)
+            continue
+        for socket in control_sockets(base):
+            owner = _owner(socket.parent)
+            # Root has given it to him, as the service manager does.
+            given = {owner} if is_service and _owner(socket.parent.parent) == 0 else set()
+            if why := distrust(socket.parent, owners | given):
+                left_out.append(why)
+            else:
+                benches.setdefault(socket, Here(socket, owner, socket.is_relative_to(SERVICES)))
+    return Found(list(benches.values()), left_out)
 
 
 def _owner(folder: Path) -> int:

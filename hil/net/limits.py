@@ -37,7 +37,6 @@ class Limit:
             self._tell(f"{self._text} ({more} more in the last {AGAIN_S:g} s)")
 
     def close(self) -> None:
-        """Say nothing more."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 QUEUE_BYTES = 4 * 1024 * 1024  # thirty answers of the longest kind (q of a Mechaduino: 126 kB)
 
@@ -18,6 +18,7 @@ class Traffic:
     unheard_bytes: int = 0
 
 
+@dataclass(eq=False)
 class Outgoing:
     """Bytes for a file descriptor: sent at once, or queued while its reader is slow.
 
@@ -26,28 +27,17 @@ class Outgoing:
     on all is dropped.
     """
 
-    def __init__(
-        self,
-        fd: int,
-        send: Callable[[bytes | bytearray], int],
-        loop: asyncio.AbstractEventLoop,
-        traffic: Traffic,
-        drained: Callable[[], None],
-        died: Callable[[OSError], None],
-        queue_bytes: int = QUEUE_BYTES,
-        look: Callable[[], None] = lambda: None,
-    ) -> None:
-        """``look`` is called before queued bytes are sent; it may call ``stop`` or ``discard``."""
-        self._fd = fd
-        self._write = send
-        self._loop = loop
-        self._traffic = traffic
-        self._drained = drained
-        self._died = died
-        self._queue_bytes = queue_bytes
-        self._look = look
-        self._queue = bytearray()
-        self._is_stopped = False
+    fd: int
+    send: Callable[[bytes | bytearray], int]
+    loop: asyncio.AbstractEventLoop
+    traffic: Traffic
+    drained: Callable[[], None]
+    died: Callable[[OSError], None]
+    queue_bytes: int = QUEUE_BYTES
+    look: Callable[[], None] = lambda: None
+    """Called before queued bytes are sent; it may call ``stop`` or ``discard``."""
+    _queue: bytearray = field(default_factory=bytearray, init=False)
+    _is_stopped: bool = field(default=False, init=False)
 
     @property
     def backlog_bytes(self) -> int:
@@ -58,15 +48,15 @@ class Outgoing:
         sent = 0 if self._queue else self._send(data)
         if sent == len(data):
             return
-        fits = 0 if self._is_stopped else self._queue_bytes - len(self._queue)
+        fits = 0 if self._is_stopped else self.queue_bytes - len(self._queue)
         waiting = data[sent : sent + fits]
-        self._traffic.dropped_bytes += len(data) - sent - len(waiting)
+        self.traffic.dropped_bytes += len(data) - sent - len(waiting)
         if waiting and not self._queue:
-            self._loop.add_writer(self._fd, self._writable)
+            self.loop.add_writer(self.fd, self._writable)
         self._queue += waiting
 
     def _writable(self) -> None:
-        self._look()
+        self.look()
         if self._queue:
             del self._queue[: self._send(self._queue)]
             if not self._queue and not self._is_stopped:
@@ -76,24 +66,24 @@ class Outgoing:
         if self._is_stopped:
             return 0
         try:
-            sent = self._write(data)
+            sent = self.send(data)
         except BlockingIOError:
             return 0
         except OSError as error:
             self.stop()
-            self._died(error)
+            self.died(error)
             return 0
-        self._traffic.tx_bytes += sent
+        self.traffic.tx_bytes += sent
         return sent
 
     def _leave(self) -> None:
-        self._loop.remove_writer(self._fd)
-        self._drained()
+        self.loop.remove_writer(self.fd)
+        self.drained()
 
     def discard(self) -> None:
         """Drop what waits."""
         if self._queue:
-            self._traffic.dropped_bytes += len(self._queue)
+            self.traffic.dropped_bytes += len(self._queue)
             self._queue.clear()
             self._leave()
 

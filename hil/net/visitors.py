@@ -3,7 +3,7 @@
 import asyncio
 import socket
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.net.limits import Limit
@@ -25,32 +25,27 @@ class Visit:
     task: asyncio.Task[None] | None = None
 
 
+@dataclass(eq=False)
 class Visitors:
     """``stay`` serves each one and closes its connection; it is cancelled where it waits when its client has
     to go. ``name`` begins the lines of the log."""
 
-    def __init__(
-        self,
-        name: str,
-        most: int,
-        loop: asyncio.AbstractEventLoop,
-        stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]],
-        say: Callable[[str], object],
-    ) -> None:
-        self.turned_away = 0
-        """How many were let go, or not let in."""
-        self.visits: set[Visit] = set()
-        self._name = name
-        self._most = most
-        self._loop = loop
-        self._stay = stay
-        self._acceptors: list[Acceptor] = []
-        self._full = Limit(say, loop)
-        self._no_file = Limit(say, loop)
+    name: str
+    most: int
+    loop: asyncio.AbstractEventLoop
+    stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]]
+    say: Callable[[str], object]
+    turned_away: int = field(default=0, init=False)
+    """How many were let go, or not let in."""
+    visits: set[Visit] = field(default_factory=set, init=False)
+    _acceptors: list[Acceptor] = field(default_factory=list, init=False)
+
+    def __post_init__(self) -> None:
+        self._full, self._no_file = Limit(self.say, self.loop), Limit(self.say, self.loop)
 
     def listen(self, listener: socket.socket) -> None:
         """Let those in who come here, too."""
-        self._acceptors.append(Acceptor(listener, self._loop, self.take, self._wait))
+        self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait))
 
     def take(self, connection: socket.socket) -> None:
         """Serve it, or hang up."""
@@ -58,9 +53,9 @@ class Visitors:
             self.turned_away += 1
             connection.close()
             return
-        visit = Visit(self._loop.time())
+        visit = Visit(self.loop.time())
         self.visits.add(visit)
-        visit.task = task = self._loop.create_task(self._begin(connection, visit))
+        visit.task = task = self.loop.create_task(self._begin(connection, visit))
 
         def has_gone(_: object) -> None:
             self.visits.discard(visit)
@@ -71,17 +66,17 @@ class Visitors:
 
     async def _begin(self, connection: socket.socket, visit: Visit) -> None:
         visit.has_begun = True
-        await self._stay(connection, visit)
+        await self.stay(connection, visit)
 
     def _wait(self, why: str) -> float:
-        self._no_file.reached(f"{self._name}: new clients have to wait: {why}")
+        self._no_file.reached(f"{self.name}: new clients have to wait: {why}")
         return _GONE_AFTER_S if self.let_go() else ACCEPT_AGAIN_S
 
     def _make_room(self) -> bool:
-        if len(self.visits) < self._most:
+        if len(self.visits) < self.most:
             return True
         self._full.reached(
-            f"{self._name}: {self._most} clients are connected; who has said nothing longest is let go"
+            f"{self.name}: {self.most} clients are connected; who has said nothing longest is let go"
         )
         return self.let_go()
 

@@ -11,7 +11,7 @@ from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
-from hil.operations.desk import Answerer, Asked
+from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_reading import read_field
@@ -37,24 +37,9 @@ class BoardOperations:
     def __init__(self, sim: BenchRuntime, places: Places, configured: Configured, real: RealAxes) -> None:
         self._sim, self._places, self._configured, self._real = sim, places, configured, real
 
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "reset": self.reset,
-            "pin": self.pin,
-            "set": self.set_field,
-            "type": self.type,
-            "send": self.send,
-            "do": self.do,
-            "wait": self.wait,
-            "drive": self.drive,
-            "play": self.play,
-            "state": self.state,
-            "packed": self.packed,
-        }
-
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
         """Of a real board by a dialogue."""
-        if asked.target in self._places.boards():
+        if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, "reset")
         return Done(self._sim.give(self._twin(asked.target), Reset()), {})
 
@@ -89,7 +74,7 @@ class BoardOperations:
     def _type(self, target: str, data: bytes) -> Done:
         name, dot, uart = target.partition(".")
         uart = uart if dot else MAIN
-        board, device = self._places.boards().get(name), self._sim.devices.get(name)
+        board, device = self._places.boards.get(name), self._sim.devices.get(name)
         if uart not in (device.uarts if device else (MAIN,)):
             raise VerbRefused("no_device", f"{name} has no serial interface {uart!r}")
         if device is None and board is not None:
@@ -101,7 +86,7 @@ class BoardOperations:
         device = self._twin(name)
         if device.failed:
             raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
-        if place := self._places.uarts().get(port_label(name, uart)):
+        if place := self._places.uarts.get(port_label(name, uart)):
             return Done(place.end.type(data), {})
         return Done(self._sim.give(device, Bytes(data, port=uart)), {})
 
@@ -109,7 +94,7 @@ class BoardOperations:
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
     ) -> Done | Coroutine[Any, Any, Done]:
         """A verb of the board's own table."""
-        if asked.target in self._places.boards():
+        if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
         return Done(*self._sim.do(self._twin(asked.target), verb.name, parameters))
 
@@ -119,7 +104,7 @@ class BoardOperations:
             raise VerbRefused(
                 "cannot", f"{name} is a real {profile}: its terminal has no {verb}; do it at the board"
             )
-        if self._places.boards()[name].end.is_held:
+        if self._places.boards[name].end.is_held:
             raise VerbRefused("not_now", f"{name}: a run has this board; cancel it, or wait for its end")
         try:
             await self._real.carry_out(name, verb, dialogue())

@@ -9,8 +9,9 @@ import asyncio
 import json
 import logging
 import os
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+import socket
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import closing, suppress
 from inspect import isawaitable
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,7 @@ from typing import Any
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
 from hil.net.control_client import already_running, listener
-from hil.net.unix_door import let_in, listen_at
-from hil.net.visitors import Visit
+from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.bridges import LOCAL, Desk, Done
@@ -28,6 +28,8 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 CONTROL_VERSION = 1
+MAX_CLIENTS = 64
+_BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
@@ -36,6 +38,8 @@ _PROBLEMS = ("bad_run", "bad_config")
 """Refusals that are answers here: the problems of a text."""
 
 log = logging.getLogger("hil")
+
+Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[None]]
 
 
 class SocketRefused(Exception):
@@ -75,6 +79,40 @@ class ClaimedSocket:
         with suppress(OSError):
             if self._path.stat().st_ino == self._inode:
                 self._path.unlink()
+
+
+def listen_at(path: Path) -> socket.socket:
+    """A listening unix socket; whoever comes waits until ``let_in``.
+
+    Raises:
+        OSError: the socket cannot be made.
+    """
+    listener = socket.socket(socket.AF_UNIX)
+    try:
+        listener.bind(str(path))
+        listener.listen(_BACKLOG)
+    except OSError:
+        listener.close()
+        raise
+    listener.setblocking(False)
+    return listener
+
+
+def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
+    """``serve`` is run for each client, and cancelled where it waits when its client has to go."""
+
+    async def stay(connection: socket.socket, visit: Visit) -> None:
+        try:
+            reader, writer = await asyncio.open_unix_connection(sock=connection, limit=line_limit)
+        except BaseException:
+            connection.close()
+            raise
+        with closing(writer), suppress(ConnectionError):
+            await serve(reader, writer, visit)
+
+    visitors = Visitors("control socket", MAX_CLIENTS, asyncio.get_running_loop(), stay, log.warning)
+    visitors.listen(listener)
+    return visitors
 
 
 class ControlServer:

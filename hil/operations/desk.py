@@ -1,52 +1,24 @@
 """The desk: whatever is asked of a bench is checked here against the table and handed to the part that
 answers it, so that it is refused in the same words at every door."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 from hil.config.explain import suggestion
-from hil.operations.table import EVERY_BOARDS, OPERATIONS
+from hil.operations.looking_on import LookingOn
+from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.vocab.bridges import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.operation import Target
-from hil.vocab.verbs import Role, VerbRefused
+from hil.vocab.verbs import Role, VerbRefused, checked
 
 CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
 _SHOWN = 80
 _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
 
-class Asked(NamedTuple):
-    """Who asks, and of what."""
-
-    source: Source
-    target: str
-
-
-Answerer = Callable[..., Any]
-"""Called with an ``Asked`` and the operation's parameters; answers, or raises VerbRefused."""
-
-
-class Answers(Protocol):
-    """A part that answers operations."""
-
-    def answers(self) -> Mapping[str, Answerer]:
-        """By the operation's name."""
-
-
-class Watches(Protocol):
-    """What can be watched."""
-
-    def open(
-        self, what: Watched, target: str, call: Callable[..., object], interval_ns: int | Fraction
-    ) -> Watch: ...
-
-    def ports(self) -> Sequence[str]:
-        """Names of what bytes pass at."""
-
-
 class Desk:
-    """``hil.vocab.bridges.Desk``. ``parts`` answer all operations of the table, each exactly one."""
+    """``hil.vocab.bridges.Desk``. ``answerers``: of all operations of the table, by name."""
 
     def __init__(
         self,
@@ -54,28 +26,25 @@ class Desk:
         clock: BenchClock,
         devices: Mapping[str, DeviceInfo],
         segments: Mapping[str, object],
-        watches: Watches,
-        parts: Sequence[Answers],
+        looks: LookingOn,
+        answerers: Mapping[str, Answerer],
     ) -> None:
         self._bench, self._clock, self._devices, self._segments = bench, clock, devices, segments
-        self._watches = watches
-        self._answerers: dict[str, Answerer] = {}
-        for part in parts:
-            self._answerers |= part.answers()
-        assert self._answerers.keys() == OPERATIONS.keys(), self._answerers.keys() ^ OPERATIONS.keys()
+        self._looks, self._answerers = looks, answerers
+        assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
 
     def describe(self) -> Description:
         return Description(
-            self._bench, self._clock, self._devices, self._segments.keys(), self._watches.ports(), OPERATIONS
+            self._bench, self._clock, self._devices, self._segments.keys(), self._looks.ports(), OPERATIONS
         )
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
         if (known := OPERATIONS.get(operation)) is None:
             raise no_operation(operation)
-        _permit(source, known.name, known.role)
+        _permit(source, operation, known.role)
         self._find(known.target, target)
-        answer, asked, values = self._answerers[known.name], Asked(source, target), known.filled(given)
-        return self._do(asked, **values) if known.name == "do" else answer(asked, **values)
+        asked, values = Asked(source, target), checked(operation, known.parameters, given)
+        return self._do(asked, **values) if operation == "do" else self._answerers[operation](asked, **values)
 
     def watch(
         self,
@@ -88,7 +57,7 @@ class Desk:
     ) -> Watch:
         if what is Watched.SAMPLES:
             self._find(Target.TWIN, target)
-        return self._watches.open(what, target, call, interval_ns)
+        return self._looks.open(what, target, call, interval_ns)
 
     def _find(self, kind: Target, target: str) -> None:
         """Refuse devices that are not there, and real ones where the axis has to be seen."""

@@ -36,9 +36,6 @@ class Devices(Mapping[str, DeviceInfo]):
     def __len__(self) -> int:
         return len(self._configured.config.devices)
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._configured.config.devices
-
 
 @lru_cache(2048)
 def _info(name: str, profile: str, kind: int | None) -> DeviceInfo:
@@ -53,14 +50,7 @@ def _info(name: str, profile: str, kind: int | None) -> DeviceInfo:
 @lru_cache
 def _fields(kind: int) -> Mapping[str, AxisField]:
     return {
-        field: AxisField(
-            field,
-            FIELDS[field].type,
-            FIELDS[field].unit,
-            FIELDS[field].meaning,
-            OFFSETS[field],
-            field in SETTABLE,
-            field in STATE,
-        )
-        for field in OF_KIND[kind]
+        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in SETTABLE, name in STATE)
+        for name, f in FIELDS.items()
+        if name in OF_KIND[kind]
     }

@@ -55,29 +55,18 @@ class Problem:
     what: str
     remedy: str
 
-    def line(self) -> str:
-        """One line for people."""
-        return f"{self.about}: {self.what}; {self.remedy}" if self.about else f"{self.what}; {self.remedy}"
 
-
+@dataclass(frozen=True)
 class Health:
     """Of one bench. ``state_dir``: where its memories are; ``is_service``: a service manager started it."""
 
-    def __init__(
-        self,
-        sim: BenchRuntime,
-        places: Places,
-        commits: Commits,
-        vitals: Vitals,
-        grant: Grant,
-        state_dir: Path,
-        *,
-        is_service: bool,
-    ) -> None:
-        self._sim, self._places, self._commits, self._vitals = sim, places, commits, vitals
-        self._grant = grant
-        self._state_dir = state_dir
-        self._is_service = is_service
+    sim: BenchRuntime
+    places: Places
+    commits: Commits
+    vitals: Vitals
+    grant: Grant
+    state_dir: Path
+    is_service: bool
 
     def problems(self) -> list[Problem]:
         """All that is wrong now, the bench's own first."""
@@ -89,12 +78,12 @@ class Health:
         return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
 
     def _of_bench(self) -> Iterator[Problem]:
-        for missing, remedy in zip(self._grant.missing, self._grant.remedies, strict=True):
+        for missing, remedy in zip(self.grant.missing, self.grant.remedies, strict=True):
             yield Problem("real_time", "", f"no {missing}", remedy)
         again = "see `hil doctor` and docs/how-to/real-time.md"
-        if (share := self._vitals.missed_share) > MISSED_SHARE:
+        if (share := self.vitals.missed_share) > MISSED_SHARE:
             yield Problem("wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again)
-        if (late_ns := self._vitals.loop_worst_ns) > LOOP_LATE_NS:
+        if (late_ns := self.vitals.loop_worst_ns) > LOOP_LATE_NS:
             what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
             yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
         process = read_process()
@@ -104,31 +93,31 @@ class Health:
             yield Problem("descriptors", "", what, remedy)
 
     def _of_devices(self) -> Iterator[Problem]:
-        for name, device in self._sim.devices.items():
+        for name, device in self.sim.devices.items():
             if device.failed:
                 again = f"`hil reset {name}` restarts it"
                 remedy = again if device.has_power else "`hil fault clear` ends the fault"
                 yield Problem("device", name, f"stopped: {device.failed}", remedy)
-        for name, why in self._commits.failures.items():
-            remedy = f"it keeps its old content; mend {self._state_dir} and let the board store again"
+        for name, why in self.commits.failures.items():
+            remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"
             yield Problem("flash", name, f"its flash was not written: {why}", remedy)
 
     def _of_ports(self) -> Iterator[Problem]:
-        boards = self._places.boards()
-        for name, place in (self._places.uarts() | self._places.taps()).items():
+        boards = self.places.boards
+        for name, place in (self.places.uarts | self.places.taps).items():
             if place.failure:
                 yield Problem("port", name, place.failure, "restart the bench")
         for name, board in boards.items():
             line = board.end.line
             if away := line.stats().away:
-                back = _back(away, self._is_service)
+                back = _back(away, self.is_service)
                 what = f"{line.address}: {board.end.failure or away}"
                 yield Problem("port", name, what, f"{back}; it is tried again each second")
             if board.failure:
                 yield Problem("port", name, board.failure, "restart the bench")
 
     def _of_segments(self) -> Iterator[Problem]:
-        for name, segment in self._sim.segments.items():
+        for name, segment in self.sim.segments.items():
             for address, stations in segment.clashes().items():
                 what = f"two stations have one address {address}: {', '.join(stations)}"
                 yield Problem("segment", name, what, "give each an address of its own")

@@ -1,14 +1,16 @@
 """What is watched: samples of axes, packets on segments, bytes at ports, runs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
-from hil.live.captures import Capture, Captures, watch_segment
+from hil.live.captures import Capture
+from hil.live.clock import WallClock
+from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
-from hil.operations.desk import Answerer, Asked
-from hil.operations.table import WATCH_IDLE_S
+from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import DEFAULT_SIGNALS, Sampler, check_signals
@@ -21,20 +23,14 @@ SAMPLES_AT_A_TIME = 5000
 class LookingOn:
     """Of one bench."""
 
-    def __init__(self, sim: BenchRuntime, watches: Watches, captures: Captures, runs: RunQueue) -> None:
-        self._sim, self._watches, self._captures, self._runs = sim, watches, captures, runs
-
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "watch": self.watch,
-            "samples": self.samples,
-            "unwatch": self.unwatch,
-            "capture": self.capture,
-        }
+    def __init__(
+        self, sim: BenchRuntime, places: Places, clock: WallClock, watches: Watches, runs: RunQueue
+    ) -> None:
+        self._sim, self._places, self._clock, self._watches, self._runs = sim, places, clock, watches, runs
 
     def ports(self) -> Sequence[str]:
         """Names of what bytes pass at."""
-        return [name for name in self._captures.names if name not in self._sim.segments]
+        return [name for name in self._places if name not in self._sim.segments]
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
@@ -45,13 +41,13 @@ class LookingOn:
                 case Watched.SAMPLES:
                     return Samples(self._watches.sampler, target, interval_ns, call)
                 case Watched.PACKETS:
-                    return _Calls(watch_segment(self._sim.segments[target], call))
+                    return _Calls(_listening(self._sim.segments[target].watchers, call))
                 case Watched.BYTES:
-                    return _Calls(self._captures.watch(target, call))
+                    return _Calls(_listening(self._places[target].listeners, call))
                 case Watched.RUNS:
                     return self._watch_runs(call)
         except KeyError:
-            raise _no_place(target, self._captures.names) from None
+            raise self._no_place(target) from None
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
 
@@ -59,19 +55,14 @@ class LookingOn:
         def tell(progress: Progress) -> None:
             call(progress.as_dict())
 
-        listeners = self._runs.listeners
-        listeners.append(tell)
-        return _Calls(lambda: listeners.remove(tell))
+        return _Calls(_listening(self._runs.listeners, tell))
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """The watch's number, for those who come back for its samples."""
         kind = self._sim.devices[asked.target].axis.kind
         try:
             names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
-            return {
-                "watch": self._watches.open(asked.target, names, interval_ns),
-                "signals": names,
-            }
+            return {"watch": self._watches.open(asked.target, names, interval_ns), "signals": names}
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
 
@@ -92,14 +83,33 @@ class LookingOn:
 
     def capture(self, asked: Asked, ports: list[str]) -> tuple[Capture, Callable[[], None]]:
         """A capture, which waits for a writer, and what ends it."""
-        try:
-            return self._captures.open(ports)
-        except KeyError as error:
-            raise _no_place(error.args[0], self._captures.names) from None
+        segments = self._sim.segments
+        for name in ports:
+            if name not in segments and name not in self._places:
+                raise self._no_place(name)
+        capture = Capture(ports, self._clock.epoch_ns)
+        ends = [
+            _listening(segments[name].watchers, partial(capture.heard, index))
+            if name in segments
+            else _listening(self._places[name].listeners, partial(capture.passed, index))
+            for index, name in enumerate(ports)
+        ]
+
+        def end() -> None:
+            for each in ends:
+                each()
+
+        return capture, end
+
+    def _no_place(self, name: str) -> VerbRefused:
+        known = ", ".join([*self._sim.segments, *self._places])
+        return VerbRefused("no_place", f"there is no port {name!r}; there are {known}")
 
 
-def _no_place(name: str, known: Sequence[str]) -> VerbRefused:
-    return VerbRefused("no_place", f"there is no port {name!r}; there are {', '.join(known)}")
+def _listening(listeners: list[Any], call: Callable[..., Any]) -> Callable[[], None]:
+    """Call with all that is told there; answers what ends it."""
+    listeners.append(call)
+    return partial(listeners.remove, call)
 
 
 class _Calls:

@@ -4,19 +4,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hil.host.real_time import Grant
-from hil.live.captures import Captures
 from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
+from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
-from hil.operations.daemon_operations import DaemonOperations
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
-from hil.operations.fault_operations import FaultOperations
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
-from hil.operations.reports import Reports
-from hil.operations.run_operations import RunOperations
+from hil.operations.reports import Reports, listed_segments
+from hil.operations.table import Answerer
 
 
 def make_desk(
@@ -30,23 +28,46 @@ def make_desk(
     stop: Callable[[], None],
 ) -> Desk:
     """Of a bench that runs. ``is_service``: a service manager started the daemon; ``stop``: ends it."""
-    sim, configured, places = live.sim, live.configured, live.places
-    commits, faults, bridges = live.commits, live.faults, live.bridges
+    sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
+    commits, bridges, vitals = live.commits, live.bridges, live.vitals
     devices = Devices(sim, configured)
-    health = Health(sim, places, commits, live.vitals, grant, state_dir, is_service=is_service)
-    metrics = Metrics(
-        sim, configured, places, clock, commits, faults, runs.queue, bridges, live.vitals, health
-    )
-    looking_on = LookingOn(sim, live.watches, Captures(sim, places, clock), runs.queue)
-    reports = Reports(
-        sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health, metrics
-    )
-    parts = (
-        BoardOperations(sim, places, configured, runs.real),
-        FaultOperations(faults),
-        RunOperations(runs.queue, runs.parts, runs.others),
-        looking_on,
-        reports,
-        DaemonOperations(live.reloader, stop),
-    )
-    return Desk(configured.config.bench, clock, devices, sim.segments, looking_on, parts)
+    health = Health(sim, places, commits, vitals, grant, state_dir, is_service)
+    metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
+    looks = LookingOn(sim, places, clock, live.watches, queue)
+    reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
+    boards = BoardOperations(sim, places, configured, runs.real)
+    bench = BenchOperations(faults, queue, live.reloader, stop)
+    answerers: dict[str, Answerer] = {
+        "list": lambda asked: reports.listed(),
+        "status": lambda asked: reports.status(),
+        "health": lambda asked: reports.health_in_short(),
+        "metrics": lambda asked: metrics.read(),
+        "segments": lambda asked: listed_segments(sim, places),
+        "benches": lambda asked: runs.others.joined(asked.source),
+        "verbs": reports.verbs,
+        "state": boards.state,
+        "packed": boards.packed,
+        "reset": boards.reset,
+        "pin": boards.pin,
+        "set": boards.set_field,
+        "type": boards.type,
+        "send": boards.send,
+        "do": boards.do,
+        "wait": boards.wait,
+        "drive": boards.drive,
+        "play": boards.play,
+        "watch": looks.watch,
+        "samples": looks.samples,
+        "unwatch": looks.unwatch,
+        "capture": looks.capture,
+        "inject": lambda asked, fault, parameters: {"number": faults.inject(fault, asked.target, parameters)},
+        "clear": bench.clear,
+        "faults": lambda asked: faults.listed(),
+        "run": bench.run,
+        "runs": bench.runs,
+        "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
+        "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
+        "reload": bench.reload,
+        "stop": bench.stop,
+    }
+    return Desk(configured.config.bench, clock, devices, sim.segments, looks, answerers)

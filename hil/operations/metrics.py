@@ -16,6 +16,7 @@ from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
 from hil.operations.health import KINDS, Health
 from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
 from hil.vocab.bridges import Bridge
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
@@ -137,41 +138,13 @@ def _overruns(s: Scrape) -> Values:
             yield (name, uart), each.overrun_bytes
 
 
-def _failed(s: Scrape) -> Values:
-    return (((name,), int(device.failed is not None)) for name, device in s.of.sim.devices.items())
-
-
-def _starved(s: Scrape) -> Values:
-    return (((name,), device.setpoints.starved) for name, device in s.of.sim.devices.items())
-
-
-def _port_failed(s: Scrape) -> Values:
-    return (((place.label,), int(place.failure is not None)) for place in s.of.places.joints())
+def _of_devices(read: Callable[[Device], int]) -> Callable[[Scrape], Values]:
+    return lambda s: (((name,), read(device)) for name, device in s.of.sim.devices.items())
 
 
 def _boards(s: Scrape) -> Values:
-    for name, place in s.of.places.boards().items():
+    for name, place in s.of.places.boards.items():
         yield (name,), int(place.end.line.stats().clients > 0)
-
-
-def _bench(s: Scrape) -> Values:
-    return [((s.of.configured.config.bench, __version__), 1)]
-
-
-def _speed(s: Scrape) -> Value:
-    return s.of.configured.config.speed
-
-
-def _writes(s: Scrape) -> Values:
-    return [((result,), count) for result, count in s.of.commits.writes.items()]
-
-
-def _faults(s: Scrape) -> Value:
-    return len(s.of.faults.listed())
-
-
-def _began(s: Scrape) -> Value:
-    return s.of.clock.epoch_ns / 1e9
 
 
 def _metric(
@@ -183,14 +156,14 @@ def _metric(
 PORT, SEGMENT, BRIDGE = ("port",), ("segment",), ("bridge",)
 METRICS = (
     _metric("hil_bench_info", "gauge", "always 1; which bench this is, of which version of hil",
-            _bench, ("bench", "version")),
+            lambda s: [((s.of.configured.config.bench, __version__), 1)], ("bench", "version")),
     _metric("hil_healthy", "gauge", "1 if nothing is wrong, as `hil status` says",
             _one(lambda s: int(not s.of.health.problems()))),
     _metric("hil_problems", "gauge", "what is wrong now, by kind", _problems, ("kind",)),
     _metric("hil_rt_granted", "gauge", "1 if the core has real-time priority, its cpu, locked memory",
             _granted, ("what",)),
     _metric("hil_speed_ratio", "gauge", "simulated seconds in one second, as configured",
-            _one(_speed)),
+            _one(lambda s: s.of.configured.config.speed)),
     _metric("hil_simulated_seconds_total", "counter", "simulated time since the start",
             _one(lambda s: s.of.sim.now_ns / 1e9)),
     _metric("hil_ticks_total", "counter", "wakes of the core", _one(lambda s: s.rt["ticks"])),
@@ -205,13 +178,14 @@ METRICS = (
             _one(lambda s: octave_histogram(s.of.sim.drive.lag, s.of.sim.drive.lag_total_ns))),
     _metric("hil_loop_lag_seconds", "histogram", "how late the event loop was, looked at ten times a second",
             _one(lambda s: octave_histogram(s.of.vitals.loop_lag, s.of.vitals.loop_lag_total_ns))),
-    _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped", _failed, ("device",)),
-    _metric("hil_setpoints_starved_total", "counter", "streams of set-points that stayed away", _starved,
-            ("device",)),
+    _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped",
+            _of_devices(lambda device: int(device.failed is not None)), ("device",)),
+    _metric("hil_setpoints_starved_total", "counter", "streams of set-points that stayed away",
+            _of_devices(lambda device: device.setpoints.starved), ("device",)),
     _metric("hil_uart_overrun_bytes_total", "counter", "bytes that found no room at a board's UART",
             _overruns, ("device", "uart")),
     _metric("hil_flash_writes_total", "counter", "writes of boards' memories that were asked for",
-            _writes, ("result",)),
+            lambda s: [((result,), count) for result, count in s.of.commits.writes.items()], ("result",)),
     _metric("hil_port_clients", "gauge", "clients that have the port open",
             _of_ports(lambda p: p.clients), PORT),
     _metric("hil_port_connects_total", "counter", "clients that ever opened it",
@@ -226,7 +200,9 @@ METRICS = (
             _of_ports(lambda p: p.unheard_bytes), PORT),
     _metric("hil_port_backlog_bytes", "gauge", "bytes that wait for a client to read",
             lambda s: (((name,), port.backlog()) for name, port in s.ports().items()), PORT),
-    _metric("hil_port_failed", "gauge", "1 if the port cannot go on", _port_failed, PORT),
+    _metric("hil_port_failed", "gauge", "1 if the port cannot go on",
+            lambda s: (((joint.label,), int(joint.failure is not None)) for joint in s.of.places.joints()),
+            PORT),
     _metric("hil_real_board_present", "gauge", "1 if the real board's serial port is open",
             _boards, ("device",)),
     _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
@@ -244,7 +220,7 @@ METRICS = (
     _metric("hil_bridge_dropped_total", "counter", "messages that found no room",
             _of_bridges("dropped"), BRIDGE),
     _metric("hil_runs", "gauge", "runs that are remembered, by state", _runs, ("state",)),
-    _metric("hil_faults", "gauge", "faults that are active", _one(_faults)),
+    _metric("hil_faults", "gauge", "faults that are active", _one(lambda s: len(s.of.faults.listed()))),
     _metric("hil_log_messages_total", "counter", "warnings and errors in the log",
             lambda s: [((level,), n) for level, n in s.of.vitals.messages.items()], ("level",)),
     _metric("hil_locked_memory_bytes", "gauge", "memory of the process that cannot be paged out",
@@ -258,5 +234,5 @@ METRICS = (
     _metric("process_open_fds", "gauge", "file descriptors in use", _one(lambda s: s.process.open_fds)),
     _metric("process_max_fds", "gauge", "RLIMIT_NOFILE", _one(lambda s: s.process.max_fds)),
     _metric("process_start_time_seconds", "gauge", "when simulated time began, since 1970",
-            _one(_began)),
+            _one(lambda s: s.of.clock.epoch_ns / 1e9)),
 )  # fmt: skip

@@ -1,8 +1,8 @@
 """What is told of a bench: its devices, segments and bridges, and how they do."""
 
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from hil import __version__
@@ -15,15 +15,12 @@ from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.joint import Joint
 from hil.live.places import Places
-from hil.operations.desk import Answerer, Asked
 from hil.operations.health import Health
-from hil.operations.metrics import Metrics
-from hil.operations.segments import listed as listed_segments
+from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridges import Bridge, DeviceInfo
 from hil.vocab.firmware import NETWORK
-from hil.vocab.metrics import Reading
-from hil.vocab.ports import port_label
+from hil.vocab.ports import PortStats, port_label
 from hil.vocab.verbs import described
 
 NAMED = 5
@@ -44,17 +41,6 @@ class Reports:
     notes: Mapping[str, str]
     grant: Grant
     health: Health
-    metrics: Metrics
-
-    def answers(self) -> Mapping[str, Answerer]:
-        return {
-            "list": lambda asked: self.listed(),
-            "status": lambda asked: self.status(),
-            "segments": lambda asked: listed_segments(self.sim, self.places),
-            "health": lambda asked: self._health(),
-            "metrics": self._metrics,
-            "verbs": self._verbs,
-        }
 
     def listed(self) -> dict[str, Any]:
         """The bench's devices and taps, and where their ports are."""
@@ -62,12 +48,12 @@ class Reports:
         devices = [self._row(name, config) for name, config in self.configured.config.devices.items()]
         taps = [
             {"tap": name, "port": tap.port.address, "clients": tap.port.stats().clients}
-            for name, tap in self.places.taps().items()
+            for name, tap in self.places.taps.items()
         ]
         return head | {"devices": devices, "taps": taps}
 
     def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
-        place = self.places.uarts().get(name) or self.places.boards().get(name)
+        place = self.places.uarts.get(name) or self.places.boards.get(name)
         row = {
             "device": name,
             "profile": config.profile,
@@ -78,9 +64,9 @@ class Reports:
             "network": None,
             "failed": None,
         }
-        if name in self.places.boards():
+        if name in self.places.boards:
             return row | {"hardware": "real", "at": config.at}
-        network = self.places.uarts().get(port_label(name, NETWORK))
+        network = self.places.uarts.get(port_label(name, NETWORK))
         return row | {
             "network": network.port.address if network else None,
             "network_clients": network.port.stats().clients if network else 0,
@@ -93,7 +79,7 @@ class Reports:
         listed = self.listed()
         for row in listed["devices"]:
             name = row["device"]
-            board = self.places.boards().get(name)
+            board = self.places.boards.get(name)
             row |= _of_board(board) if board else self._of_twin(name)
         return listed | {
             "health": self.health.as_dict(),
@@ -116,15 +102,9 @@ class Reports:
 
     def _of_twin(self, name: str) -> dict[str, Any]:
         place, device = self.places[name], self.sim.devices[name]
-        stats = place.port.stats()
         note = self.notes.get(name)
         return {
-            "connects": stats.connects,
-            "rx_bytes": stats.rx_bytes,
-            "tx_bytes": stats.tx_bytes,
-            "dropped_bytes": stats.dropped_bytes,
-            "unheard_bytes": stats.unheard_bytes,
-            "turned_away": stats.turned_away,
+            **_counters(place.port.stats()),
             "backlog_bytes": place.port.backlog(),
             "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
             "note": "; ".join([*([note] if note else []), *device.notes.values()]) or None,
@@ -133,7 +113,7 @@ class Reports:
             "snapshot": device.axis.published().as_dict(),
         }
 
-    def _health(self) -> dict[str, Any]:
+    def health_in_short(self) -> dict[str, Any]:
         rt, devices = self.sim.core.native.rt_stats(), self.sim.devices.values()
         return {
             "rt": self.grant.state,
@@ -144,26 +124,23 @@ class Reports:
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
         } | self.health.as_dict()
 
-    def _metrics(self, asked: Asked) -> Iterator[Reading]:
-        return self.metrics.read()
-
-    def _verbs(self, asked: Asked) -> list[dict[str, Any]]:
+    def verbs(self, asked: Asked) -> list[dict[str, Any]]:
         return described(self.devices[asked.target].verbs)
 
 
+def _counters(stats: PortStats) -> dict[str, int]:
+    return {name: count for name, count in asdict(stats).items() if name not in ("clients", "away")}
+
+
 def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
-    """What ``status`` tells of a real board."""
     client, line = board.port.stats(), board.end.line.stats()
     notes = [] if line.clients else [f"{board.end.line.address} is away, tried again each second"]
     if lost := line.unheard_bytes + line.dropped_bytes:
         notes.append(f"{lost} bytes for it were not sent")
     return {
-        "connects": client.connects,
-        "rx_bytes": client.rx_bytes,
-        "tx_bytes": client.tx_bytes,
+        **_counters(client),
         "dropped_bytes": client.dropped_bytes + line.dropped_bytes,
         "unheard_bytes": client.unheard_bytes + line.unheard_bytes,
-        "turned_away": client.turned_away,
         "backlog_bytes": board.port.backlog(),
         "overrun_bytes": 0,
         "note": "; ".join(notes) or None,
@@ -174,11 +151,30 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
     }
 
 
+def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
+    """Each segment with its stations, taps and counters."""
+    now_ns = sim.now_ns
+    rows = []
+    for name, segment in sim.segments.items():
+        own = {label: tap for label, tap in places.taps.items() if label.startswith(f"{name}.")}
+        taps = [
+            {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
+            for label, tap in own.items()
+        ]
+        clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
+        notes = [f"two stations have one {clash}" for clash in clashes]
+        for tap in own.values():
+            notes += [tap.failure] if tap.failure else []
+            notes += tap.end.tap.notes.values()
+        rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
+    return rows
+
+
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
     """The bench in one line, for ``systemctl status``: devices and those that have failed, clients, real
     time, missed ticks."""
     failed = [name for name, device in sim.devices.items() if device.failed]
-    failed += [label for label, place in places.uarts().items() if place.failure]
+    failed += [label for label, place in places.uarts.items() if place.failure]
     clients = sum(place.port.stats().clients for place in places.joints())
     missing = f" (no {' and no '.join(grant.missing)})" if grant.missing else ""
     return "; ".join(

@@ -4,10 +4,12 @@ and the control socket's verbs are written from it.
 Verbs of a kind of board stand in the table of its profile and are asked for by ``do``.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from hil.net.answers import FORMS
 from hil.sim.inputs import MAX_BURSTS
+from hil.vocab.bridges import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, Role
@@ -22,6 +24,17 @@ EVERY_BOARDS = {verb.name: verb for verb in COMMON}
 """Verbs that all boards have, which are operations themselves."""
 TYPED_BYTES = round(EVERY_BOARDS["type"].parameters[0].maximum)
 """Of what is typed at once, as text or as hexadecimal digits."""
+
+
+class Asked(NamedTuple):
+    """Who asks, and of what."""
+
+    source: Source
+    target: str
+
+
+Answerer = Callable[..., Any]
+"""Called with an ``Asked`` and the operation's parameters; answers, or raises VerbRefused."""
 
 
 def _is_hex(value: Any) -> bool:

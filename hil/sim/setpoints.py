@@ -12,7 +12,7 @@ NOTE = "set-points"
 
 @dataclass(frozen=True)
 class TimeOut:
-    """After how long, and what then: one of ``hil.vocab.verbs.POLICIES``, carried out by ``starve``, which
+    """After how long, and what then: ``policy`` of ``hil.config.model``, carried out by ``starve``, which
     the profile's ``verbs.py`` has."""
 
     after_ns: int

@@ -1,10 +1,10 @@
-"""Doors of a bench, and the desk that they ask, all in one event loop."""
+"""Doors of a bench, the desk that they ask, and other benches that one joins, all in one event loop."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import Role, Verb
@@ -154,3 +154,34 @@ class Bridge(Protocol):
 
 class BridgeError(Exception):
     """A bridge cannot be opened: ``str(error)`` says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Answered:
+    """An answer, and when the question left and it came, both in this bench's wall time."""
+
+    content: Mapping[str, Any]
+    asked_ns: int
+    heard_ns: int
+
+
+class BenchGone(Exception):
+    """Another bench does not answer: ``str(error)`` says which and for how long."""
+
+
+@runtime_checkable
+class BenchDoor(Protocol):
+    """A bridge that reaches other benches."""
+
+    async def ask_bench(
+        self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
+    ) -> Answered:
+        """A command below another bench's keys, for somebody.
+
+        Raises:
+            BenchGone: no answer in time.
+            VerbRefused: it was not carried out there.
+        """
+
+    async def benches(self) -> Sequence[str]:
+        """The others that are joined now."""

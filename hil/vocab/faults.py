@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import VerbRefused
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
@@ -43,6 +44,7 @@ class FaultKind:
     """It happens, and is over at once: from then on it is not listed."""
 
 
+_BIT_RATE = Parameter("rate", "probability for each bit")
 _BYTE_RATE = Parameter("rate", "probability for each byte")
 _PACKET_RATE = Parameter("rate", "probability for each packet", default=1.0)
 _TOWARDS = Parameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
@@ -55,133 +57,61 @@ TIMING = (
 """What every kind takes, in simulated seconds."""
 
 _KINDS = (
-    FaultKind(
-        "byte_flip",
-        "byte",
-        PORT,
-        "bits of bytes are inverted",
-        (Parameter("rate", "probability for each bit"), _TOWARDS, _SEED),
-    ),
+    FaultKind("byte_flip", "byte", PORT, "bits of bytes are inverted", (_BIT_RATE, _TOWARDS, _SEED)),
     FaultKind("byte_drop", "byte", PORT, "bytes are lost", (_BYTE_RATE, _TOWARDS, _SEED)),
     FaultKind("byte_duplicate", "byte", PORT, "bytes come twice", (_BYTE_RATE, _TOWARDS, _SEED)),
-    FaultKind(
-        "byte_delay",
-        "byte",
-        PORT,
-        "bytes come late, and those behind them too",
-        (_BYTE_RATE, Parameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED),
-    ),
+    FaultKind("byte_delay", "byte", PORT, "bytes come late, and those behind them too",
+              (_BYTE_RATE, Parameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED)),
     FaultKind("host_stop_reading", "host", TWIN_PORT, "nobody reads: what the board sends is lost"),
     FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
-    FaultKind(
-        "packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC", (_PACKET_RATE, _SEED)
-    ),
+    FaultKind("packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC",
+              (_PACKET_RATE, _SEED)),
     FaultKind("packet_no_ack", "packet", STATION, "acknowledgements are not sent", (_PACKET_RATE, _SEED)),
     FaultKind("packet_nak", "packet", STATION, "NAK is sent for ACK", (_PACKET_RATE, _SEED)),
-    FaultKind(
-        "wire_noise",
-        "wire",
-        SEGMENT,
-        "bits on the wire are inverted, for all alike",
-        (Parameter("rate", "probability for each bit"), _SEED),
-    ),
+    FaultKind("wire_noise", "wire", SEGMENT, "bits on the wire are inverted, for all alike",
+              (_BIT_RATE, _SEED)),
     FaultKind("wire_cut", "wire", STATION, "the wire to a station is cut"),
     FaultKind("wire_swapped", "wire", STATION, "a station's two wires are swapped"),
     FaultKind("driver_stuck", "wire", STATION, "a station's driver is always on"),
-    FaultKind(
-        "driver_late",
-        "wire",
-        STATION,
-        "a station's driver goes off late; of several the latest counts",
-        (Parameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),),
-    ),
-    FaultKind(
-        "node_babble",
-        "node",
-        STATION,
-        "a station sends nonsense, whoever else does",
-        (
-            Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
-            Parameter(
-                "every_ms",
-                "from one time to the next, or when the last is out if that takes longer",
-                "ms",
-                0.1,
-                1e6,
-                100.0,
-            ),
-            _SEED,
-        ),
-    ),
-    FaultKind(
-        "node_clash",
-        "node",
-        SEGMENT,
-        "another node acknowledges what goes to an address",
-        (Parameter("address", "its address", "", 4.0, 255.0),),
-    ),
+    FaultKind("driver_late", "wire", STATION,
+              "a station's driver goes off late; of several the latest counts",
+              (Parameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),)),
+    FaultKind("node_babble", "node", STATION, "a station sends nonsense, whoever else does",
+              (Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
+               Parameter("every_ms",
+                         "from one time to the next, or when the last is out if that takes longer",
+                         "ms", 0.1, 1e6, 100.0),
+               _SEED)),
+    FaultKind("node_clash", "node", SEGMENT, "another node acknowledges what goes to an address",
+              (Parameter("address", "its address", "", 4.0, 255.0),)),
     FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once", is_once=True),
-    FaultKind(
-        "node_brown_out",
-        "node",
-        DEVICE,
-        "board and motor have no power, whatever resets it, and it starts again afterwards",
-    ),
-    FaultKind(
-        "node_hang",
-        "node",
-        DEVICE,
-        "the main program stands still, also after a reset; motor and interrupts go on",
-    ),
-    FaultKind(
-        "shaft_load",
-        "physics",
-        SHAFT,
-        "a torque on the shaft beside the load that was set; several add up, those that push the same way to"
-        " the limit at most",
-        (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3, limits=LOAD_LIMITS),),
-    ),
+    FaultKind("node_brown_out", "node", DEVICE,
+              "board and motor have no power, whatever resets it, and it starts again afterwards"),
+    FaultKind("node_hang", "node", DEVICE,
+              "the main program stands still, also after a reset; motor and interrupts go on"),
+    FaultKind("shaft_load", "physics", SHAFT,
+              "a torque on the shaft beside the load that was set; several add up, those that push the same"
+              " way to the limit at most",
+              (Parameter("torque_Nm", "positive towards larger counts", "Nm", -1e3, 1e3,
+                         limits=LOAD_LIMITS),)),
     FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
-    FaultKind(
-        "steps_lost",
-        "physics",
-        SHAFT,
-        "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
-        (Parameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
-        is_once=True,
-    ),
-    FaultKind(
-        "phase_open",
-        "physics",
-        SHAFT,
-        "a coil's wire is broken",
-        (Parameter("coil", "which", default="A", choices=("A", "B")),),
-    ),
+    FaultKind("steps_lost", "physics", SHAFT,
+              "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
+              (Parameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
+              is_once=True),
+    FaultKind("phase_open", "physics", SHAFT, "a coil's wire is broken",
+              (Parameter("coil", "which", default="A", choices=("A", "B")),)),
     FaultKind("thermal_trip", "physics", SHAFT, "the driver is too hot: no current in either coil"),
-    FaultKind(
-        "supply_sag",
-        "physics",
-        SUPPLIED,
-        "the supply has another voltage; of several the latest counts",
-        (Parameter("supply_V", "what is left", "V", 0.0, 100.0),),
-    ),
-    FaultKind(
-        "encoder_slip",
-        "physics",
-        SERVO,
-        "the magnet has slipped on the shaft; several add up",
-        (Parameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),),
-    ),
-    FaultKind(
-        "encoder_noise",
-        "physics",
-        SERVO,
-        "readings scatter; of several the latest counts",
-        (Parameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED),
-    ),
+    FaultKind("supply_sag", "physics", SUPPLIED,
+              "the supply has another voltage; of several the latest counts",
+              (Parameter("supply_V", "what is left", "V", 0.0, 100.0),)),
+    FaultKind("encoder_slip", "physics", SERVO, "the magnet has slipped on the shaft; several add up",
+              (Parameter("counts", "by how much, of 16384 in a turn", "counts", -8192.0, 8191.0),)),
+    FaultKind("encoder_noise", "physics", SERVO, "readings scatter; of several the latest counts",
+              (Parameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED)),
     FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),
     FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),
-)
+)  # fmt: skip
 FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
 
 
@@ -195,7 +125,6 @@ class Fault:
 
     @property
     def layer(self) -> str:
-        """Of its kind."""
         return FAULT_KINDS[self.kind].layer
 
     def number(self, name: str) -> float:
@@ -203,5 +132,8 @@ class Fault:
         return float(self.parameters[name])
 
 
-class FaultRefused(Exception):
+class FaultRefused(VerbRefused):
     """A fault cannot be: ``str(error)`` says why."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__("bad_parameter", why)

@@ -1,12 +1,11 @@
 """One thing that can be asked of a bench, as data."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from hil.vocab.parameters import Parameter, Values
-from hil.vocab.verbs import Role, checked
+from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import Role
 
 
 class Target(Enum):
@@ -38,14 +37,6 @@ class Operation:
     role: Role = Role.OPERATOR
     takes_time: bool = False
     answer: Any = None
-
-    def filled(self, given: Mapping[str, object]) -> Values:
-        """The parameters with defaults.
-
-        Raises:
-            VerbRefused: what was given does not do; with all problems.
-        """
-        return checked(self.name, self.parameters, given)
 
     @property
     def arguments(self) -> tuple[str, ...]:

@@ -85,11 +85,7 @@ class Port(Protocol):
         """What a user types to reach it: a path, or a ``socket://`` URL. Valid after ``open``."""
 
     async def open(self, host: PortHost) -> None:
-        """Make the port reachable.
-
-        Raises:
-            PortError: it cannot be opened, with what to do about it.
-        """
+        """Make the port reachable. Raises PortError: it cannot be opened, with what to do about it."""
 
     def write(self, data: bytes) -> None:
         """Bytes of the device, due now. Never blocks; what does not fit is counted as dropped."""

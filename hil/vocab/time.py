@@ -20,7 +20,6 @@ class Clock(Protocol):
         """Call at a time that has not been reached yet; at one time, in the order of these calls."""
 
 
-NS_PER_US = 1_000
 NS_PER_MS = 1_000_000
 NS_PER_S = 1_000_000_000
 

@@ -46,20 +46,12 @@ class Verb:
     """Instead of ``run``: what is typed at the board's serial interface, for its main program to do."""
 
     def filled(self, given: Mapping[str, object]) -> Values:
-        """The parameters with defaults.
-
-        Raises:
-            VerbRefused: what was given does not do; with all problems.
-        """
+        """The parameters with defaults. Raises VerbRefused: what was given does not do; with all problems."""
         return checked(self.name, self.parameters, given)
 
 
 def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, object]) -> Values:
-    """What was given with the defaults filled in.
-
-    Raises:
-        VerbRefused: it does not do; with all problems.
-    """
+    """What was given with the defaults filled in. Raises VerbRefused: it does not do; with all problems."""
     values, problems = filled(what, parameters, given)
     if problems:
         text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
@@ -91,9 +83,6 @@ CODES = {
     "bad_config": "the configuration has problems; the text lists them all with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
-
-POLICIES = ("hold", "decelerate", "torque_off")
-"""What an axis does that hears no set-point for its time-out."""
 
 COMMON = (
     Verb(

@@ -15,8 +15,8 @@ from typing import Any
 
 import zenoh
 
+from bridges.zenoh.bridge import open_session
 from bridges.zenoh.gate import Gate, Rejected
-from bridges.zenoh.opening import open_session
 from bridges.zenoh.options import Options
 from bridges.zenoh.zenoh_config import made
 from hil.net.signature import signed

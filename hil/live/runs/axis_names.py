@@ -1,8 +1,6 @@
 """Names of axes in a run that spans benches: ``m1`` is of the bench it is submitted to, ``lathe/m1`` of
 another."""
 
-from collections.abc import Iterator
-
 from hil.config.document import Finding
 from hil.runs import RunDocument
 
@@ -26,12 +24,11 @@ def other_benches(run: RunDocument, here: str) -> list[str]:
 
 def taken_twice(run: RunDocument, here: str) -> list[Finding]:
     """Axes that have two names in the run."""
-    return list(_twice(run, here))
-
-
-def _twice(run: RunDocument, here: str) -> Iterator[Finding]:
     seen: dict[tuple[str, str], str] = {}
+    findings = []
     for axis in run.axes:
         if (which := split(axis, here)) in seen:
-            yield Finding(("axes", axis), f"it is {seen[which]} once more", "leave it out", at_key=True)
+            why = f"it is {seen[which]} once more"
+            findings.append(Finding(("axes", axis), why, "leave it out", at_key=True))
         seen[which] = axis
+    return findings

@@ -12,8 +12,7 @@ from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
 from hil.live.runs.real_axes import AllAxes
 from hil.runs import Execution, Progress, Soon
-from hil.vocab.benches import BenchGone
-from hil.vocab.bridges import Source
+from hil.vocab.bridges import BenchGone, Source
 from hil.vocab.verbs import VerbRefused
 
 LEAD_WALL_NS = 20_000_000
@@ -67,11 +66,7 @@ class CarryingOut:
         self._releasing: set[asyncio.Task[None]] = set()
 
     async def run(self, entry: Entry) -> None:
-        """One run, from its plan to its end.
-
-        Raises:
-            NotBegun: nothing has moved.
-        """
+        """One run, from its plan to its end. Raises NotBegun: nothing has moved."""
         if entry.is_shared:
             await self._lead(entry)
             return

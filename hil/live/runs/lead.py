@@ -17,8 +17,7 @@ from hil.live.configured import Configured
 from hil.live.runs.axis_names import device_names, other_benches
 from hil.live.runs.other_benches import ANSWER_S, LOOKS, LOST_S, Member, OtherBenches, stood_still
 from hil.runs import AxisNow, AxisReport, BenchReport, Execution, How, Plan, Progress, RunDocument, Told
-from hil.vocab.benches import BenchGone
-from hil.vocab.bridges import Source
+from hil.vocab.bridges import BenchGone, Source
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
@@ -89,11 +88,7 @@ class Together:
         return {f"{member.bench}/{device}": AxisNow(**now) for device, now in answer["axes"].items()}
 
     async def join(self, text: str, plan: Plan) -> None:
-        """Hold the others' axes.
-
-        Raises:
-            BenchGone, VerbRefused: one does not take part.
-        """
+        """Hold the others' axes. Raises BenchGone, VerbRefused: one does not take part."""
         axes = {name: asdict(plan.axes[name]) for name in plan.run.axes}
         given = {"do": "join", "leader": self._config.bench, "document": text, "digest": plan.digest()}
         for member in self._members:

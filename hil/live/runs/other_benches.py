@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil.runs import ClockOffset
-from hil.vocab.benches import BenchDoor, BenchGone
-from hil.vocab.bridges import Bridge, Source
+from hil.vocab.bridges import BenchDoor, BenchGone, Bridge, Source
 from hil.vocab.verbs import VerbRefused
 
 LOST_S = 1.0

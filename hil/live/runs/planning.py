@@ -27,11 +27,7 @@ class Planning:
         self._others = others
 
     def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
-        """A run's text.
-
-        Raises:
-            ConfigError: it is none, or has an axis twice.
-        """
+        """A run's text. Raises ConfigError: it is none, or has an axis twice."""
         run, document = parse_run(text, file)
         if findings := taken_twice(run, self._configured.config.bench):
             raise document.error(findings)
@@ -56,11 +52,7 @@ class Planning:
     async def plan_text(
         self, source: Source, text: str, file: str, axes: Axes, together: Together | None = None
     ) -> Plan:
-        """Any run, in a thread if it is long.
-
-        Raises:
-            ConfigError: it cannot be done.
-        """
+        """Any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
         run, document = await off_loop(text, self.read, text, file)
         others: dict[str, AxisNow] = {}
         if self.is_shared(run):
@@ -85,7 +77,6 @@ class Planning:
         return plan
 
     def together(self, source: Source, run: RunDocument) -> Together:
-        """The lead of a run that spans benches."""
         return Together(self._configured, self._wall, self._others, source, run)
 
     def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:

@@ -27,7 +27,7 @@ from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, How, Plan, Progress
 from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.bridges import Source
-from hil.vocab.verbs import Role, VerbRefused
+from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
 
@@ -43,12 +43,7 @@ class RunQueue:
     """The runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
 
     def __init__(
-        self,
-        axes: AllAxes,
-        configured: Configured,
-        wall: WallClock,
-        others: OtherBenches,
-        holds: Holds,
+        self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
     ) -> None:
         self._axes = axes
         self._holds = holds
@@ -68,43 +63,33 @@ class RunQueue:
 
     def submit(
         self, source: Source, text: str, file: str = "<run>", *, anew: bool = False
-    ) -> asyncio.Future[Progress]:
-        """Accept a run, or tell how the one of this name and text does. The future is done at once unless the
-        run is long, or has axes of other benches. ``anew``: one that has ended is carried out again, with
+    ) -> Progress | asyncio.Task[Progress]:
+        """Accept a run, or tell how the one of this name and text does: at once, unless the run is long, or
+        has axes of other benches. ``anew``: one that has ended is carried out again, with
         whatever text it has now.
 
-        Raises (at once, or from the future):
+        Raises (at once, or from the task):
             ConfigError: it cannot be done, with all problems.
-            VerbRefused: not by this source, or not now.
+            VerbRefused: not now.
         """
-        _refuse(source, text, self._entries.values())
-        loop = asyncio.get_running_loop()
+        _refuse(text, self._entries.values())
         if len(text) <= SHORT:
             run, document = self._planning.read(text, file)
             if not self._planning.is_shared(run):
-                progress = self._known(run.run, text, anew)
-                if progress is None:
-                    plan = self._planning.plan(run, document, self._expected())
-                    progress = self._accept(source, text, file, plan)
-                answer: asyncio.Future[Progress] = loop.create_future()
-                answer.set_result(progress)
-                return answer
-        return loop.create_task(self._submit_later(source, text, file, anew))
+                if known := self._known(run.run, text, anew):
+                    return known
+                plan = self._planning.plan(run, document, self._expected())
+                return self._accept(source, text, file, plan)
+        return asyncio.get_running_loop().create_task(self._submit_later(source, text, file, anew))
 
     async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
         """Whether it can be done, without doing it; raises as ``submit``."""
-        _refuse(source, text, self._entries.values())
+        _refuse(text, self._entries.values())
         plan = await self._planning.plan_text(source, text, file, self._expected)
         return {"run": plan.run.run, "steps": plan.steps}
 
-    def cancel(self, source: Source, name: str, how: How) -> Progress:
-        """End a run; one that waits never starts.
-
-        Raises:
-            VerbRefused: there is none, or not by this source.
-        """
-        if source.role < Role.OPERATOR:
-            raise VerbRefused("forbidden", "this needs the role operator")
+    def cancel(self, name: str, how: How) -> Progress:
+        """End a run; one that waits never starts. Raises VerbRefused: there is none."""
         if name not in self.progress:
             raise VerbRefused("no_run", f"there is no run {name!r}")
         progress = self.progress[name]
@@ -172,7 +157,7 @@ class RunQueue:
 
     async def _submit_later(self, source: Source, text: str, file: str, anew: bool) -> Progress:
         plan = await self._planning.plan_text(source, text, file, self._expected)
-        _refuse(source, text, self._entries.values())  # others were submitted meanwhile
+        _refuse(text, self._entries.values())  # others were submitted meanwhile
         return self._known(plan.run.run, text, anew) or self._accept(source, text, file, plan)
 
     def _accept(self, source: Source, text: str, file: str, plan: Plan) -> Progress:
@@ -241,9 +226,7 @@ class RunQueue:
             listener(progress)
 
 
-def _refuse(source: Source, text: str, waiting: Collection[Entry]) -> None:
-    if source.role < Role.OPERATOR:
-        raise VerbRefused("forbidden", "a run needs the role operator")
+def _refuse(text: str, waiting: Collection[Entry]) -> None:
     if len(text) > DOCUMENT_BYTES:
         raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
     characters = sum(len(entry.text) for entry in waiting)

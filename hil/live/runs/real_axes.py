@@ -133,7 +133,7 @@ class RealAxes:
     """``hil.runs.RunBench`` of the real boards. ``bench``: whose time they go by."""
 
     def __init__(self, places: Places, configured: Configured, bench: BenchRuntime) -> None:
-        self._places = places.boards()
+        self._places = places.boards
         self._configured = configured
         self._bench = bench
         self._boards: dict[str, _Board] = {}
@@ -256,7 +256,6 @@ class AllAxes:
         return self._real if axis in self._real else self._twins
 
     def axes(self) -> dict[str, AxisNow]:
-        """As a plan begins with them."""
         return self._twins.axes() | self._real.axes()
 
     @property

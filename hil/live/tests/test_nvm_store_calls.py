@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from hil.firmware.nvm import Content
-from hil.live.store import NvmStore, StoreError
+from hil.live.store import Loaded, NvmStore, StoreError
 
 CODES = (errno.ENOSPC, errno.EROFS, errno.EIO, errno.EDQUOT, errno.EMFILE, errno.ENOMEM)
 OLD = Content("mechaduino", 1, {"table": b"old" * 1000})
@@ -69,9 +69,9 @@ def commit(store: NvmStore, content: Content) -> tuple[bool, str]:
 
 def stored(directory: Path) -> Content:
     store = NvmStore(directory)
-    loaded = store.load("m1", "mechaduino")
+    loaded = store.look("m1", "mechaduino")
     store.close()
-    assert loaded.note is None, loaded.note
+    assert loaded.note is loaded.unfit is None, loaded
     return loaded.content
 
 
@@ -108,8 +108,7 @@ def check_load(failing: Failing, folder: Path, first: int, last: int, code: int)
     store = NvmStore(folder)
     failing.begin(folder, first, last, code)
     try:
-        loaded = store.load("m1", "mechaduino")
-        assert (loaded.content, loaded.note) == (OLD, None)
+        assert store.look("m1", "mechaduino") == Loaded(OLD, None)
     except StoreError as error:
         assert "m1.nvm cannot be read" in str(error)  # noqa: PT017 - either this, or the content
     calls = failing.end()

@@ -25,7 +25,7 @@ def content(counter: int) -> Content:
 def write_for_ever(directory: Path) -> None:
     """Two commits are always under way; each durable counter is printed."""
     store = NvmStore(directory)
-    counter = store.load("m1", PROFILE).content.counter
+    counter = store.look("m1", PROFILE).content.counter
     answers: Queue[int] = Queue()
 
     def start() -> None:

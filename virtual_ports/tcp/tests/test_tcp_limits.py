@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.net.tcp_client import KEEP_ALIVE
-from hil.net.tcp_port import RESERVED_FDS
+from hil.net.tcp_port import KEEP_ALIVE, RESERVED_FDS
 from hil.testing.ports import RecordingHost, Scenario, open_fds, run_port, until
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.tcp.port import Options, make

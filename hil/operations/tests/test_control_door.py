@@ -4,8 +4,8 @@ import asyncio
 import socket
 from pathlib import Path
 
-from hil.net.unix_door import let_in, listen_at
 from hil.net.visitors import Visit
+from hil.operations.control_socket import let_in, listen_at
 
 
 async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:

@@ -1,0 +1,83 @@
+"""What is asked of a bench as a whole: faults, runs, and the daemon itself."""
+
+import os
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any
+
+from hil.config import ConfigError
+from hil.live.fault_registry import FaultRegistry
+from hil.live.refusals import ConfigUnreadable, Refused
+from hil.live.reload import Reloader
+from hil.live.runs.queue import RunQueue
+from hil.operations.table import Asked
+from hil.runs import Progress
+from hil.vocab.verbs import VerbRefused
+
+
+@dataclass(frozen=True)
+class BenchOperations:
+    """``end``: ends the daemon soon."""
+
+    registry: FaultRegistry
+    queue: RunQueue
+    reloader: Reloader
+    end: Callable[[], None]
+
+    def clear(self, asked: Asked, number: float | str, on: str) -> dict[str, list[int]]:
+        """The numbers of faults that are gone. Those on ``m1`` are those on its ports too, and none of
+        ``m10``."""
+        there = [
+            row["number"]
+            for row in self.registry.listed()
+            if not on or f"{row['target']}.".startswith(f"{on}.")
+        ]
+        chosen = there if number == "all" else [each for each in there if each == number]
+        if number != "all" and not chosen:
+            listed = ", ".join(map(str, there)) or "none"
+            raise VerbRefused(
+                "bad_parameter", f"there is no fault {number}{on and f' on {on}'}; there are: {listed}"
+            )
+        for each in chosen:
+            self.registry.clear(each)
+        return {"cleared": chosen}
+
+    def run(self, asked: Asked, text: str, file: str, check: bool, anew: bool) -> Any:
+        """The run's progress at once, or a coroutine of it for what takes time; of a check how many steps it
+        has."""
+        if check:
+            return _planned(self.queue.check(asked.source, text, file))
+        try:
+            submitted = self.queue.submit(asked.source, text, file, anew=anew)
+            return submitted.as_dict() if isinstance(submitted, Progress) else _planned(submitted)
+        except ConfigError as error:
+            raise VerbRefused("bad_run", str(error)) from None
+
+    def runs(self, asked: Asked) -> list[dict[str, Any]]:
+        """The progress of one run, or of all."""
+        name, known = asked.target, self.queue.progress
+        if name and name not in known:
+            raise VerbRefused("no_run", f"there is no run {name!r}")
+        return [progress.as_dict() for progress in known.values() if name in ("", progress.run)]
+
+    async def reload(self, asked: Asked) -> dict[str, Any]:
+        """Names of devices that were kept, restarted, added and removed."""
+        try:
+            return await self.reloader.reload()
+        except (ConfigError, ConfigUnreadable) as error:
+            raise VerbRefused("bad_config", str(error)) from None
+        except Refused as error:
+            raise VerbRefused("not_now", str(error)) from None
+
+    def stop(self, asked: Asked) -> dict[str, int]:
+        """The process that ends."""
+        self.end()
+        return {"pid": os.getpid()}
+
+
+async def _planned(planning: Awaitable[Any]) -> dict[str, Any]:
+    try:
+        answer = await planning
+    except ConfigError as error:
+        raise VerbRefused("bad_run", str(error)) from None
+    return answer.as_dict() if isinstance(answer, Progress) else dict(answer)
