@@ -1,7 +1,9 @@
 """The desk: what is asked of a bench is carried out, and refused in the same words at every door."""
 
 import asyncio
+import gc
 import json
+import socket
 from collections.abc import Awaitable, Callable
 from inspect import isawaitable
 from pathlib import Path
@@ -397,5 +399,40 @@ def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
             places["s10"], devices["s10"] = place, device
             if metric.name in ("hil_port_failed", "hil_device_failed"):
                 assert {"m1", "s1", "s10"} <= found
+
+    using(use)
+
+
+# ---- what comes and goes at once ----
+
+
+def test_a_run_that_is_cancelled_as_it_is_submitted_never_begins(using: Using) -> None:
+    async def use(asking: Asking) -> None:
+        await asking.until_ready("m1")
+        await asking.verb("m1", "enable")
+        text = "run: r\naxes: {m1: {}}\nsteps: [{move: {m1: 90}}]\n"
+        asking.desk.ask(ADMIN, "run", "", {"text": text})  # both in one turn of the event loop
+        asking.desk.ask(ADMIN, "cancel_run", "r", {"how": "grace"})
+        (state,) = await asking("runs", "r")
+        assert state["state"] == "cancelled"
+        gc.collect()
+
+    using(use)
+
+
+def test_a_capture_whose_client_has_hung_up_already_ends(using: Using, tmp_path: Path) -> None:
+    async def use(asking: Asking) -> None:
+        listeners = asking.serving.live.places["m1"].listeners
+        path = tmp_path / "run" / "h" / "control.sock"
+        for _ in range(20):
+            with socket.socket(socket.AF_UNIX) as client:
+                client.connect(str(path))
+                client.sendall(b'{"verb": "capture", "ports": ["m1"]}\n')
+        await asking.until_ready("m1")  # some time after
+        for _ in range(1000):
+            if not listeners:
+                return
+            await asyncio.sleep(0.01)
+        raise AssertionError(f"{len(listeners)} listeners are left")
 
     using(use)

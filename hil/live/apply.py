@@ -67,10 +67,14 @@ class Apply:
             await self.stage.put_away(staged)
             raise
         gone = self._swap(plan, staged, asides)
-        for port in gone:
-            await port.close()
-        for name, line in staged.lines.items():
-            await line.open(self.places.boards[name].end.from_board)
+        closed = await asyncio.gather(*(port.close() for port in gone), return_exceptions=True)
+        lines = staged.lines.items()
+        opened = await asyncio.gather(
+            *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
+            return_exceptions=True,
+        )
+        for error in filter(None, [*closed, *opened]):  # ours: the other ports go on
+            log.error("a port that was exchanged", exc_info=error)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 
     async def _until_stored(self, plan: Plan) -> None:

@@ -137,7 +137,6 @@ class ControlServer:
             capture = answer.pop("capture", None)
             writer.write(json.dumps(answer).encode() + b"\n")
             if capture:
-                await writer.drain()
                 await _carry(capture, reader, writer)
             visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
             await writer.drain()
@@ -196,8 +195,9 @@ async def _carry(
 ) -> None:
     """A capture goes out until its client leaves."""
     taken, end = capture
-    taken.begin(writer)
     try:
+        await writer.drain()
+        taken.begin(writer)
         await reader.read(1)
     finally:
         end()

@@ -39,6 +39,10 @@ WAITING_CHARACTERS = 32 << 20
 ERROR_OF_OURS = "an error of hil; its log has more"
 
 
+Doing = Callable[[Entry], Coroutine[Any, Any, None]]
+"""What is done about a run; not begun where it is cancelled before."""
+
+
 class RunQueue:
     """The runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
 
@@ -130,7 +134,7 @@ class RunQueue:
         ends_deg = {device: execution.plan.ends_deg[axis] for axis, device in names.items()}
         entry = Entry(text, "<run>", source, names, ends_deg, execution.progress, execution=execution)
         self._remember(entry)
-        self._begin(entry, self._carrying_out.follow(entry, execution, each))
+        self._begin(entry, lambda entry: self._carrying_out.follow(entry, execution, each))
 
     # ---- accepting ----
 
@@ -185,15 +189,15 @@ class RunQueue:
         taken: set[str] = set()
         for entry in self._entries.values():
             if entry.task is None and not taken & entry.devices:
-                self._begin(entry, self._carrying_out.run(entry))
+                self._begin(entry, self._carrying_out.run)
             taken |= entry.devices
 
-    def _begin(self, entry: Entry, doing: Coroutine[Any, Any, None]) -> None:
+    def _begin(self, entry: Entry, doing: Doing) -> None:
         entry.task = asyncio.get_running_loop().create_task(self._attend(entry, doing))
 
-    async def _attend(self, entry: Entry, doing: Coroutine[Any, Any, None]) -> None:
+    async def _attend(self, entry: Entry, doing: Doing) -> None:
         try:
-            await doing
+            await doing(entry)
         except NotBegun as error:
             self._end(entry, "failed", str(error))
         except Exception:  # ours: this run has failed and says so, all else goes on
