@@ -68,8 +68,8 @@ def _port(kind: str, model: type[BaseModel], definitions: dict[str, Any]) -> dic
 
 def _profile(profile: ProfileInfo) -> dict[str, Any]:
     versions = "; ".join(
-        f"{v.name}: {v.supply_min_V:g} to {v.supply_max_V:g} V, 5 V inputs {', '.join(v.inputs_5V)}"
-        for v in profile.hardware.values()
+        f"{name}: {v.supply_min_V:g} to {v.supply_max_V:g} V, 5 V inputs {', '.join(v.inputs_5V)}"
+        for name, v in profile.hardware.items()
     )
     return {
         "if": {"properties": {"profile": {"const": profile.name}}, "required": ["profile"]},

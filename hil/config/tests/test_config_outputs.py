@@ -125,9 +125,9 @@ def test_every_key_of_the_models_is_described_and_in_the_reference() -> None:
             assert field.description, name
             assert f"| `{name}` |" in page
             assert field.description.replace("|", r"\|") in page
-    for parameter in CATALOGUE.profiles["mechaduino"].axis.values():
+    for name, parameter in CATALOGUE.profiles["mechaduino"].axis.items():
         other = "" if parameter.full is None else f"; `plant: full`: {parameter.full:g}"
-        assert f"| `{parameter.name}` | {parameter.value:g}{other} | {parameter.unit} |" in page
+        assert f"| `{name}` | {parameter.value:g}{other} | {parameter.unit} |" in page
 
 
 def test_the_reference_has_well_formed_tables_with_types_and_defaults() -> None:
