@@ -13,8 +13,8 @@ from hil.sim.around import VIRTUAL, Around
 from hil.sim.bench import BenchRuntime, Store
 from hil.sim.device import Device
 from hil.sim.group import Group
+from hil.sim.hardware import DeviceSpec
 from hil.sim.setpoints import TimeOut
-from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
 from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 

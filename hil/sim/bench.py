@@ -3,28 +3,27 @@
 Every input goes through ``BenchRuntime.take``, which fixes its effective time once, and logs it.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
 from hil.core import Core, Snapshot
 from hil.sim.around import Around
-from hil.sim.device import Answer, Device
+from hil.sim.device import Answer, Device, Home
 from hil.sim.drive import RealTimeDrive
 from hil.sim.faults.in_force import Faults
 from hil.sim.group import Group
+from hil.sim.hardware import DeviceSpec
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
-from hil.sim.later import LaterVerbs, Refused
 from hil.sim.roster import Roster
-from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
-from hil.sim.stops import Guard
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs
+from hil.vocab.verbs import Effect, VerbRefused
 
 
 class Store(Protocol):
@@ -38,28 +37,36 @@ class Store(Protocol):
         returns whether the device was still there to be told."""
 
 
-@dataclass(frozen=True)
-class _Home:
-    """``hil.sim.device.Home``."""
+Refused = Callable[[VerbRefused], None]
 
-    around: Around
-    store: Store
-    answered: Callable[[Device, bool], bool]
-    due_changed: Callable[[Device], None]
 
-    @property
-    def guard(self) -> Guard:
-        return self.around.guard
+class LaterVerbs:
+    """Power that comes anew, and a verb that ends motions, end those of a device that were to come."""
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
-        return self.store.commit(device, sections, partial(self.answered, device))
+    def __init__(self) -> None:
+        self._ends = Counter[str]()
+        """How often a verb ended the motions of a device."""
 
-    def failed(self, device: Device) -> None:
-        self.around.on_failed(device)
+    def note(self, device: Device, given: Do) -> None:
+        """A verb is done now."""
+        if device.verbs[given.verb].effect == Effect.ENDS:
+            self._ends[device.name] += 1
 
-    def stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
-        if self.around.log:
-            self.around.log.write(Logged(at_ns, device.name, stopped))
+    def add(self, group: Group, device: Device, given: Do, at_ns: int, on_refused: Refused) -> None:
+        """A verb is to be done at a time that has not come; ``on_refused`` is called if it cannot be."""
+        epoch = self._epoch(device)
+
+        def due(now_ns: SimTimeNs) -> None:
+            if epoch == self._epoch(device):
+                try:
+                    group.apply(device, given)
+                except VerbRefused as refusal:
+                    on_refused(refusal)
+
+        group.at(at_ns, due)
+
+    def _epoch(self, device: Device) -> tuple[int, int]:
+        return self._ends[device.name], device.power_ups
 
 
 class BenchRuntime:
@@ -102,7 +109,8 @@ class BenchRuntime:
 
     def make(self, spec: DeviceSpec, plan: AxisPlan, group: Group) -> Device:
         """A device with its axis, for a group; ``add`` puts it there."""
-        home = _Home(self._around, self._store, self._answered, group.note_due)
+        around = self._around
+        home = Home(around.guard, self._commit, around.on_failed, self._stopped, group.note_due)
         device = Device(spec, self.core.open_axis(group.id, plan), home)
         if self.log:
             for name, uart in device.uarts.items():
@@ -129,11 +137,18 @@ class BenchRuntime:
             device.close()
         self.discard(group)
 
+    def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
+        return self._store.commit(device, sections, partial(self._answered, device))
+
     def _answered(self, device: Device, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.give(device, CommitDone(durable))
         return is_here
+
+    def _stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
+        if self.log:
+            self.log.write(Logged(at_ns, device.name, stopped))
 
     # ---- inputs ----
 

@@ -4,11 +4,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from hil.sim.incoming import heard
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import Packet, PacketDecoder
-from hil.wire.serial_line import character_ns, resample
+from hil.wire.serial_line import character_ns
 
 TAP_ROOM_BYTES = 256
 """What a client may have sent that is not on the wire yet; more waits at the client."""
@@ -101,12 +102,8 @@ class Tap:
     # ---- hil.vocab.segment.Receiver ----
 
     def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        if baud == self.baud_now:
-            self.heard.extend((start_ns + character_ns(i + 1, baud), byte) for i, byte in enumerate(data))
-        else:
-            one_ns = character_ns(1, self.baud_now)
-            for sampled in resample(data, baud, self.baud_now):
-                self.heard.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
+        if flight := heard(start_ns, data, baud, self.baud_now):
+            self.heard.extend(flight.characters())
         self._tell()
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:

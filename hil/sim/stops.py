@@ -69,16 +69,6 @@ class LoggedStops(Unguarded):
         """Those that have not come yet, by the devices' names and the turns."""
 
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
-        stopped = self.left.pop((device.name, device.turns), None)
-        return _Stop(stopped) if stopped else _NOTHING
-
-
-class _Stop(AbstractContextManager[None]):
-    def __init__(self, stopped: Stopped) -> None:
-        self._stopped = stopped
-
-    def __enter__(self) -> None:
-        raise StopLogged(self._stopped)
-
-    def __exit__(self, *_: object) -> None:
-        return
+        if stopped := self.left.pop((device.name, device.turns), None):
+            raise StopLogged(stopped)
+        return _NOTHING
