@@ -18,8 +18,8 @@ from hil.config.catalogue import (
 )
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
+from hil.config.document import ConfigError, Problem
 from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig
-from hil.config.problem import ConfigError, Problem
 from hil.config.reference_page import reference
 from hil.config.schema import schema
 

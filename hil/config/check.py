@@ -1,21 +1,20 @@
 """From text or a mapping to a validated bench, with every problem found at once."""
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from hil.config.bridge_options import read_bridges
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, document_from_mapping
-from hil.config.explain import findings_of
+from hil.config.explain import findings_of, shown, suggestion
 from hil.config.fault_findings import fault_findings
+from hil.config.joint_findings import joint_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
-from hil.config.segment_findings import segment_findings
-from hil.config.wire_findings import wire_findings
 from hil.config.yaml_text import document_from_yaml
 
 
@@ -50,7 +49,7 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     except ValidationError as error:
         findings += findings_of(error, BenchConfig, (), document)
     if completing.profiles is not None:
-        findings += _joint_findings(value, completing.profiles)
+        findings += _findings_between(value, completing.profiles)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
@@ -74,7 +73,7 @@ class _Completing:
         if isinstance(segments := given.get("segments"), dict):
             value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
         if isinstance(bridges := given.get("bridges"), dict):
-            value["bridges"], wrong = read_bridges(bridges, catalogue.bridges, document)
+            value["bridges"], wrong = _bridges(bridges, catalogue.bridges, document)
             self.findings += wrong
         self.findings = [*ports.findings, *self.findings, *ports.clashes(given.get("runtime_dir"))]
         self.value = value
@@ -109,14 +108,39 @@ def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
     return {**segment, "taps": done}
 
 
-def _joint_findings(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
+def _bridges(
+    raw: Mapping[str, object], kinds: Mapping[str, type[BaseModel]], document: Document
+) -> tuple[dict[str, BaseModel], list[Finding]]:
+    """The options of each bridge, and what is wrong with them. ``~`` stands for the defaults."""
+    options: dict[str, BaseModel] = {}
+    findings: list[Finding] = []
+    for name, given in raw.items():
+        path = ("bridges", name)
+        if name not in kinds:
+            findings.append(
+                Finding(path, f"there is no bridge {shown(name)}", suggestion(name, kinds), at_key=True)
+            )
+            continue
+        if given is not None and not isinstance(given, Mapping):
+            findings.append(
+                Finding(path, f"options are wanted here, not {shown(given)}", "write {} for none")
+            )
+            continue
+        try:
+            # As JSON, so that strict still reads a path or an enumeration from text.
+            options[name] = kinds[name].model_validate_json(json.dumps(dict(given or {})), strict=True)
+        except ValidationError as error:
+            findings += findings_of(error, kinds[name], path, document)
+    return options, findings
+
+
+def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
     """What is wrong between devices."""
-    devices, segments = value["devices"], value.get("segments")
+    devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
     full = {name for name, raw in devices.items() if raw.get("plant") == "full"} - real
-    yield from wire_findings(value.get("wires"), profiles, real)
-    yield from segment_findings(segments, profiles, real)
-    yield from fault_findings(value.get("faults"), segments, profiles, real, full)
+    yield from joint_findings(value, profiles, real)
+    yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
     yield from _same_at(devices)
 
 

@@ -2,11 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePath
-
-from hil.config.problem import ConfigError, Problem
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top: ``("devices", "m1", "baud")``."""
@@ -37,6 +35,28 @@ class Finding:
     remedy: str
     at_key: bool = False
     spot: Spot | None = None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake. Line and column count from 1; both are 0 where there is no text (``from_dict``)."""
+
+    file: str
+    line: int
+    column: int
+    message: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}: {self.message} ({self.remedy})"
+
+
+class ConfigError(Exception):
+    """The configuration cannot be used. ``problems`` has every mistake found, in file order."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = list(problems)
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Faults of the configuration, checked against the table of kinds and what the bench has."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from hil.config.catalogue import ProfileInfo
@@ -32,13 +32,12 @@ def fault_findings(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """What is wrong with ``faults``. ``devices``: those whose profile is known; ``real``: real boards;
     ``full``: those with the full plant."""
-    findings: list[Finding] = []
     places = _places(segments, devices, real)
     for name in full:
-        if SUPPLIED not in places.get(name, {SUPPLIED}):
+        if name in places:
             places[name].add(SUPPLIED)
     for index, entry in enumerate(faults if isinstance(faults, list) else ()):
         if not isinstance(entry, dict):
@@ -49,26 +48,25 @@ def fault_findings(
             continue
         if kind not in FAULT_KINDS:
             message = f"there is no fault {shown(kind)}"
-            findings.append(Finding((*path, "fault"), message, suggestion(kind, FAULT_KINDS)))
+            yield Finding((*path, "fault"), message, suggestion(kind, FAULT_KINDS))
             continue
         wanted = FAULT_KINDS[kind].target
         if target not in places:
             message = f"there is no {shown(target)} here"
-            findings.append(Finding((*path, "target"), message, suggestion(target, places)))
+            yield Finding((*path, "target"), message, suggestion(target, places))
         elif wanted not in places[target]:
             fitting = [name for name, kinds in places.items() if wanted in kinds]
             remedy = f"write {TARGETS[wanted]}: {', '.join(fitting) or 'there is none'}"
-            findings.append(Finding((*path, "target"), f"{kind} cannot be on {shown(target)}", remedy))
+            yield Finding((*path, "target"), f"{kind} cannot be on {shown(target)}", remedy)
         given = {name: value for name, value in entry.items() if name not in ("fault", "target")}
         _, problems = fault_of(kind, target, given)
         for name, problem in problems.items():
             if name in given:
-                findings.append(Finding((*path, name), f"{shown(given[name])} is not allowed here", problem))
+                yield Finding((*path, name), f"{shown(given[name])} is not allowed here", problem)
             else:
-                findings.append(Finding((*path, name), "this key is missing", problem))
+                yield Finding((*path, name), "this key is missing", problem)
         for name in (each.name for each in TIMING if target in real and given.get(each.name)):
-            findings.append(Finding((*path, name), f"{target} is a real board", REAL_REMEDY))
-    return findings
+            yield Finding((*path, name), f"{target} is a real board", REAL_REMEDY)
 
 
 def _places(

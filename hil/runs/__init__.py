@@ -7,9 +7,8 @@ pydantic_core.
 """
 
 from hil.runs.axes import AxisNow, Refused, Rows, RunBench
-from hil.runs.baton import Soon, Told
 from hil.runs.clock_offset import ClockOffset
-from hil.runs.execute import Execution
+from hil.runs.execute import Execution, Soon, Told
 from hil.runs.on_bench import BenchAxes
 from hil.runs.plan import Plan
 from hil.runs.planner import plan_run

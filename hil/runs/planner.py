@@ -18,8 +18,7 @@ from hil.core.trajectory import (
     plan_spline_within,
 )
 from hil.runs.axes import AxisNow
-from hil.runs.phrases import Phrases
-from hil.runs.plan import Plan
+from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S

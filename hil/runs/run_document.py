@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from hil.config.document import Document, document_from_mapping
 from hil.config.explain import StrictModel, findings_of
 from hil.config.model import Name
+from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
 
 DOCUMENT_BYTES = 1 << 20
@@ -168,3 +169,23 @@ def _checked(document: Document) -> tuple[RunDocument, Document]:
     if document.findings:
         raise document.error(document.findings)
     return run, document
+
+
+def run_reference() -> str:
+    """The part of the reference about runs: every key of one, Markdown."""
+    schema = RunDocument.model_json_schema()
+    parts = schema["$defs"]
+    sections = [
+        "## Runs",
+        "A run is YAML or JSON, for `hil run`, `run/submit` over zenoh, the client and the test kit.",
+        keys_table(schema),
+    ]
+    for title, model in (
+        ("Axes: `axes.<name>`", "AxisRules"),
+        ("Steps: `steps`; each does one thing", "_Step"),
+        ("`wait_until`", "WaitUntil"),
+        ("`repeat`", "Repeat"),
+        ("Points of a spline, beside `at_s` the angles of axes", "SplinePoint"),
+    ):
+        sections += [f"### {title}", keys_table(parts[model])]
+    return "\n\n".join(sections) + "\n"

@@ -151,17 +151,12 @@ def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
         raise InputLogError(f"{name}: {error}") from None
 
 
-def decode_line(line: str | bytes) -> Logged:
-    """The reverse of ``inputs.encode_line``.
+def decode(values: dict[str, Any]) -> Logged:
+    """The reverse of ``inputs.encode_line``, of a line's values; takes its fields out.
 
     Raises:
-        InputLogError: the line is not one.
+        InputLogError: they are none of an input.
     """
-    return decode(read_line(line))
-
-
-def decode(values: dict[str, Any]) -> Logged:
-    """The same of a line that was read already; takes its fields out."""
     at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
     name = taken(values, "input", text)
     if name not in KINDS:
