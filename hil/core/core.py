@@ -183,7 +183,6 @@ class CoreAxis:
         return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:
-        """The state now."""
         return Snapshot(self._native.snapshot(self.id), self.kind)
 
     def published(self) -> Snapshot:

@@ -167,7 +167,6 @@ class Execution:
         return (above is None or value >= above) and (below is None or value <= below)
 
     def _until(self, end_ns: int, marks: Sequence[tuple[int, int]] = ()) -> Generator[int, None, None]:
-        """Until then, looking at the axes meanwhile."""
         while True:
             now_ns = self._bench.now_ns
             begun = [number for at_ns, number in marks if at_ns <= now_ns]

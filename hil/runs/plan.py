@@ -96,7 +96,6 @@ class Phrases:
         self._begin()
 
     def mark(self, step: int) -> None:
-        """A step begins."""
         self._marks.append((self._at_ns, step))
 
     def happen(self, axis: str, verb: str, parameters: Mapping[str, float | str]) -> None:

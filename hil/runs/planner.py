@@ -229,7 +229,6 @@ class StepPlanner:
     # ---- what is wrong ----
 
     def _check_targets(self, path: KeyPath, targets_deg: Mapping[str, Any], needs_path: bool) -> None:
-        """Whether these axes may go there."""
         findings = []
         for name, target_deg in targets_deg.items():
             place = (*path, name)

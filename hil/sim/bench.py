@@ -48,7 +48,6 @@ class LaterVerbs:
         """How often a verb ended the motions of a device."""
 
     def note(self, device: Device, given: Do) -> None:
-        """A verb is done now."""
         if device.verbs[given.verb].effect == Effect.ENDS:
             self._ends[device.name] += 1
 
@@ -231,7 +230,6 @@ class BenchRuntime:
             self.devices[device].axis.watch(slot, interval_ns, capacity)
 
     def snapshot(self, device: str) -> Snapshot:
-        """A device's axis now."""
         group = self.roster.group_of(device)
         with self.drive.owning(group):
             group.advance(self.now_ns, self.drive.turn())

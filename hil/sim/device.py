@@ -170,7 +170,6 @@ class Device:
 
     @property
     def is_committing(self) -> bool:
-        """The store has not answered yet."""
         return self._memory.is_committing
 
     @property

@@ -33,7 +33,6 @@ class Group:
         several devices."""
 
     def add(self, device: Device) -> None:
-        """Its firmware starts now."""
         self._index[device.axis.id] = len(self.devices)
         self.devices.append(device)
         self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
@@ -54,7 +53,6 @@ class Group:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """The time the group has reached."""
         return SimTimeNs(self._native.now(self.id))
 
     @property

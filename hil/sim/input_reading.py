@@ -31,7 +31,6 @@ def whole(value: Any, within: range = _INT64) -> int:
 
 
 def time_ns(value: Any) -> int:
-    """A simulated time."""
     return whole(value, range(LATEST_NS + 1))
 
 
@@ -43,7 +42,6 @@ def number(value: Any) -> float:
 
 
 def text(value: Any) -> str:
-    """Text."""
     if not isinstance(value, str):
         raise _Wrong("write a text")
     return value
@@ -56,7 +54,6 @@ def _flag(value: Any) -> bool:
 
 
 def hexadecimal(value: Any) -> bytes:
-    """Bytes."""
     try:
         return bytes.fromhex(text(value))
     except ValueError:

@@ -50,7 +50,6 @@ class Sketch:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """How far it has come."""
         return self._interfaces.now_ns
 
     @property

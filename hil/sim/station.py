@@ -49,7 +49,6 @@ class Tap:
         self._free_ns = 0
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
-        """A client's bytes take effect."""
         self.now_ns = now_ns
         if isinstance(given, Play):
             for offset_ns, data in given.bursts:
@@ -88,7 +87,6 @@ class Tap:
         return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
 
     def take(self, until_ns: int) -> bytes:
-        """What was complete by then."""
         out = bytearray()
         while self.heard and self.heard[0][0] <= until_ns:
             out.append(self.heard.popleft()[1])

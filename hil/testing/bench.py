@@ -117,11 +117,9 @@ class Bench:
         return self._runtime.segments[name]
 
     def axis(self, name: str) -> AxisFace:
-        """The axis of a device."""
         return self._axes[name]
 
     def device(self, name: str) -> DeviceFace:
-        """A device."""
         return self._devices[name]
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:

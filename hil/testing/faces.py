@@ -68,7 +68,6 @@ class PortFace:
         return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends."""
         self._unread.append((at_ns, data))
         self.timeline.append((at_ns, data))
 

@@ -77,7 +77,6 @@ class Faults:
         return self._count
 
     def apply(self, target: str, given: Inject | Clear, now_ns: SimTimeNs) -> None:
-        """An input takes effect."""
         if isinstance(given, Inject):
             self.inject(given.number, Fault(given.kind, target, dict(given.parameters)), now_ns)
         else:
