@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
-from hil.compose import bridge_reference, find_catalogue, load_verbs
+from hil.compose.find import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.operations.control_socket import CONTROL_VERSION

@@ -8,7 +8,7 @@ what has gone is closed.
 import asyncio
 import logging
 
-from hil.compose import join_devices
+from hil.compose.build import join_devices
 from hil.live.bench_plan import Plan
 from hil.live.board_end import BoardEnd
 from hil.live.changes import Changed, Changes

@@ -10,8 +10,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hil.compose import LOOKUP_SECTION, TableFileError, load_firmware, load_verbs, read_text, start_sections
+from hil.compose.build import LOOKUP_SECTION, TableFileError, load_firmware, start_sections
+from hil.compose.find import load_verbs
 from hil.config import BenchConfig, Catalogue, Change, diff, parse
+from hil.host.regular_file import read_text
 from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.store import NvmStore, StoreError, belongs_to
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil import __version__
-from hil.compose import empty_bench
+from hil.compose.build import empty_bench
 from hil.live.apply import Apply
 from hil.live.bench_plan import Plan
 from hil.live.bridges import Bridges
