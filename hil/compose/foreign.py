@@ -70,23 +70,21 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     return None
 
 
-def _baud_problem(given: Bytes) -> str | None:
-    if given.client_baud is not None and given.client_baud not in BAUDS:
-        return f"client_baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
-    return None
+def _baud_problem(name: str, baud: int | None) -> str | None:
+    known = baud is None or baud in BAUDS
+    return None if known else f"{name}: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
 
 
 def _tap_problem(given: Input) -> str | None:
     if isinstance(given, Bytes):
-        return _baud_problem(given)
+        return _baud_problem("client_baud", given.client_baud)
     return bursts_problem(given.bursts) if isinstance(given, Play) else "a tap takes bytes and bursts"
 
 
 def _device_problem(device: Device, given: Input) -> str | None:
     match given:
-        case Bytes(_, _, port):
-            known = port in device.uarts
-            return _baud_problem(given) if known else f"it has no serial interface {port[:_SHOWN]!r}"
+        case Bytes(_, baud, port):
+            return _port_problem(device, port) or _baud_problem("client_baud", baud)
         case Play():
             return "a device takes no bursts"
         case Pin(pin, level):
@@ -145,12 +143,12 @@ def _verb_problem(device: Device, given: Do) -> str | None:
 
 
 def _words_problem(device: Device, words: tuple[tuple[str, int | None, str], ...]) -> str | None:
-    for port, baud, _ in words:
-        if port not in device.uarts:
-            return f"it has no serial interface {port[:_SHOWN]!r}"
-        if baud is not None and baud not in BAUDS:
-            return f"baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
-    return None
+    found = (_port_problem(device, port) or _baud_problem("baud", baud) for port, baud, _ in words)
+    return next(filter(None, found), None)
+
+
+def _port_problem(device: Device, port: str) -> str | None:
+    return None if port in device.uarts else f"it has no serial interface {port[:_SHOWN]!r}"
 
 
 def _path_problem(start_ns: int, path: Path) -> str | None:
