@@ -6,7 +6,7 @@ May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure st
 pydantic_core.
 """
 
-from hil.runs.axes import AxisNow, Refused, Rows, RunBench
+from hil.runs.axes import AxisNow, Refused, Rows
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.on_bench import BenchAxes
@@ -27,7 +27,6 @@ __all__ = [
     "Progress",
     "Refused",
     "Rows",
-    "RunBench",
     "RunDocument",
     "Soon",
     "Told",

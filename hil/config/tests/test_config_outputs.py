@@ -16,13 +16,13 @@ from hil.config import (
     Change,
     ConfigError,
     DeviceConfig,
-    FlashConfig,
     diff,
     from_dict,
     profile_from_yaml,
     reference,
     schema,
 )
+from hil.config.model import FlashConfig
 
 ROOT = Path(__file__).parents[3]
 PROFILE = ROOT / "device_profiles" / "mechaduino"

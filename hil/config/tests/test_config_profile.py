@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hil.config import AxisParameter, ConfigError, HardwareVersion, profile_from_yaml
+from hil.config import ConfigError
+from hil.config.catalogue import AxisParameter, HardwareVersion, profile_from_yaml
 
 FOLDER = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
 TEXT = (FOLDER / "profile.yaml").read_text()

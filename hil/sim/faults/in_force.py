@@ -9,8 +9,8 @@ from hil.sim.given_fault import load_problem
 from hil.sim.inputs import Clear, Inject
 from hil.sim.roster import Place, Roster
 from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
-from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import ByteFaults, Chance, byte_fault
+from hil.vocab.time import NS_PER_S, SimTimeNs
+from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
 LOAD = "shaft_load"
 
@@ -121,7 +121,8 @@ class Faults:
         self._in_force[number] = fault, place
         if kind.layer in ("byte", "host"):
             for way in _ways(fault, place):
-                way[number] = _byte_faults(fault)
+                all_lost = fault.layer == "host"
+                way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0) if all_lost else byte_faults(fault)
         elif fault.kind == "node_babble":
             chance = Chance(int(fault.number("seed")))
             node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
@@ -157,11 +158,3 @@ def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
     if fault.kind == "host_close":
         return [rx, tx]
     return [rx] if fault.parameters.get("towards") == "board" else [tx]
-
-
-def _byte_faults(fault: Fault) -> ByteFaults:
-    if fault.layer == "host":
-        return ByteFaults(byte_fault("byte_drop", 1.0), 0)
-    delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
-    effect = byte_fault(fault.kind, fault.number("rate"), delay_ns)
-    return ByteFaults(effect, int(fault.number("seed")))
