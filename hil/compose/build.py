@@ -9,8 +9,7 @@ from hil.compose.find import PROFILES, load_verbs, make_segment
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, SegmentConfig
 from hil.core import Core
 from hil.host.regular_file import read_regular
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import BenchRuntime, Store
+from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
@@ -157,9 +156,7 @@ def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> 
 
 def joined_devices(config: BenchConfig) -> dict[str, str]:
     """For each twin that shares the time of others, the first of them."""
-    joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
-    joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
-    return partners(config.twins, joints)
+    return partners(config.twins, config.joints())
 
 
 def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:

@@ -14,8 +14,7 @@ from hil.compose.foreign import input_problem
 from hil.config import from_dict
 from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
-from hil.sim.around import Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import Around, BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now

@@ -312,6 +312,11 @@ class BenchConfig(StrictModel):
         default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
     )
 
+    def joints(self) -> list[tuple[str, ...]]:
+        """Devices that share their time, by wire and by segment."""
+        wired = [(wire.output[0], wire.input[0]) for wire in self.wires]
+        return [*wired, *(tuple(name for name, _ in each.uarts()) for each in self.segments.values())]
+
     @property
     def twins(self) -> dict[str, DeviceConfig]:
         """The emulated boards."""

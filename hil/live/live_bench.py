@@ -31,8 +31,7 @@ from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
 from hil.runs import BenchAxes
-from hil.sim.around import Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import Around, BenchRuntime
 from hil.sim.input_log import InputLogWriter
 from hil.vocab.ports import PortContext
 

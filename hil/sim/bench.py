@@ -5,20 +5,22 @@ Every input goes through ``BenchRuntime.take``, which fixes its effective time o
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
 from hil.core import Core, Snapshot
-from hil.sim.around import Around
 from hil.sim.device import Answer, Device, Home
 from hil.sim.drive import RealTimeDrive
 from hil.sim.faults.in_force import Faults
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
+from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.roster import Roster
 from hil.sim.station import Tap
+from hil.sim.stops import UNGUARDED, Guard
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
@@ -35,6 +37,29 @@ class Store(Protocol):
         """Make ``sections`` the device's whole non-volatile memory. Returns whether they are durable; or
         None, and then ``answered`` has to be called with it, once: an input, with a time of its own. It
         returns whether the device was still there to be told."""
+
+
+@dataclass(frozen=True)
+class Around:
+    """What a bench is given of the world around it. By default what virtual time needs: nobody watches over
+    firmwares, waits for a turn's end, or logs."""
+
+    turn_over: Callable[[], None] = lambda: None
+    """Real time: called when firmware may have run, for whatever reason, and its group was given back:
+    what it sent has to go on, and what it took has made room."""
+    turn: Callable[[], Callable[[], bool] | None] = lambda: None
+    """Real time: called when a group's turn begins; the answer says when it is over. A group that is late
+    goes on in its next turn, and others have theirs between. One whose firmware takes more time than there
+    is falls behind for ever; its inputs then take effect at the time it has reached."""
+    guard: Guard = UNGUARDED
+    """Around each turn of a firmware's own code."""
+    on_failed: Callable[[Device], None] = lambda device: None
+    """Called once when a device has stopped; ``Device.failed`` says why."""
+    log: InputLogWriter | None = None
+    """Gets all inputs with their effective times, and all that devices send."""
+
+
+VIRTUAL = Around()
 
 
 Refused = Callable[[VerbRefused], None]
@@ -81,7 +106,7 @@ class BenchRuntime:
         self.segments: Mapping[str, SegmentView] = self.roster.segments
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
-        self.drive = RealTimeDrive(core, self._groups, around)
+        self.drive = RealTimeDrive(core, self._groups, around.turn_over, around.turn)
         self.log = around.log
         self._around = around
         self._store = store

@@ -9,8 +9,7 @@ from hil.compose import bench_runtime, find_catalogue, read_text, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import Store
+from hil.sim.bench import VIRTUAL, Around, Store
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
 from hil.telemetry import Recording, Sampler, Subscription

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hil.core import Core
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import VIRTUAL, Around, BenchRuntime
 from hil.sim.device import Device
 from hil.sim.hardware import DeviceSpec
 from hil.testing.bench import MemoryStore

@@ -8,7 +8,7 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
