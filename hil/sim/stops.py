@@ -42,20 +42,16 @@ class Guarded(Protocol):
 class Guard(Protocol):
     """``with guard(device):`` around each turn of its firmware's own code."""
 
-    def __call__(self, device: Guarded, /) -> AbstractContextManager[object]: ...
-
-    def aside(self) -> AbstractContextManager[object]:
-        """Work that is not the firmware's, in the middle of a turn or after it."""
-
-
-class Unguarded:
-    """Nobody watches."""
-
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         return _NOTHING
 
     def aside(self) -> AbstractContextManager[object]:
+        """Work that is not the firmware's, in the middle of a turn or after it."""
         return _NOTHING
+
+
+class Unguarded(Guard):
+    """Nobody watches."""
 
 
 UNGUARDED = Unguarded()
