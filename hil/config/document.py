@@ -74,6 +74,10 @@ class Document:
     """Scalars as they were written."""
     findings: list[Finding] = field(default_factory=list)
 
+    def find(self, path: KeyPath, message: str, remedy: str, *, at_key: bool = False) -> None:
+        """Note a mistake."""
+        self.findings.append(Finding(path, message, remedy, at_key))
+
     def known(self, path: KeyPath) -> KeyPath:
         """The longest part of the path that the document has."""
         while path and path not in self.values:
@@ -93,9 +97,7 @@ class Document:
                 [Problem(self.file, spot.line, spot.column, message, "use aliases (*) sparingly")]
             )
         if len(path) > MAX_DEPTH:
-            self.findings.append(
-                Finding(path, f"nested more than {MAX_DEPTH} deep", "no key is nested so deep")
-            )
+            self.find(path, f"nested more than {MAX_DEPTH} deep", "no key is nested so deep")
             return False
         return True
 
@@ -167,9 +169,7 @@ def _plain(document: Document, path: KeyPath, value: object) -> object:
             name = key if isinstance(key, str) and is_unicode(key) else ascii(key)[:60]
             here = (*path, name)
             if name != key:
-                document.findings.append(
-                    Finding(here, f"the key {name} is not text", "keys are names", at_key=True)
-                )
+                document.find(here, f"the key {name} is not text", "keys are names", at_key=True)
             document.keys[here] = NOWHERE
             result[name] = _plain(document, here, item)
         return result
