@@ -80,10 +80,6 @@ class ProfileInfo(StrictModel):
     registers: dict[str, int]
 
 
-def _none_refused(plans: Mapping[str, AxisPlan]) -> Mapping[str, str]:
-    return {}
-
-
 @dataclass(frozen=True)
 class Catalogue:
     """All that exists. ``ports`` has the options model of each kind of port."""
@@ -92,7 +88,7 @@ class Catalogue:
     ports: Mapping[str, type[BaseModel]]
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """As ``ports``."""
-    refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = _none_refused
+    refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = lambda plans: {}
     """Those of the axes, by device, that the core would not open, and why: a message, a colon, a remedy."""
 
 

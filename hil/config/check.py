@@ -41,15 +41,15 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 
 def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
-    completing = _Completing(document, catalogue)
-    value, findings = completing.value, [*document.findings, *completing.findings]
+    value, found, profiles = _completed(document, catalogue)
+    findings = [*document.findings, *found]
     config: BenchConfig | None = None
     try:
         config = BenchConfig.model_validate(value)
     except ValidationError as error:
         findings += findings_of(error, BenchConfig, (), document)
-    if completing.profiles is not None:
-        findings += _findings_between(value, completing.profiles)
+    if profiles is not None:
+        findings += _findings_between(value, profiles)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
@@ -57,41 +57,31 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     return config
 
 
-class _Completing:
-    """A document's ``value`` with the defaults that the catalogue gives. ``profiles``: of all devices; None:
-    there are none, or not all are known."""
-
-    def __init__(self, document: Document, catalogue: Catalogue) -> None:
-        self.value: Any = document.value
-        self.findings: list[Finding] = []
-        self.profiles: dict[str, ProfileInfo] | None = None
-        if not isinstance(self.value, dict) or not isinstance(self.value.get("devices"), dict):
-            return
-        ports = PortsCheck(document, catalogue.ports)
-        given, value = self.value, dict(self.value)
-        value["devices"] = self._devices(given["devices"], document, catalogue, ports)
-        if isinstance(segments := given.get("segments"), dict):
-            value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
-        if isinstance(bridges := given.get("bridges"), dict):
-            value["bridges"], wrong = _bridges(bridges, catalogue.bridges, document)
-            self.findings += wrong
-        self.findings = [*ports.findings, *self.findings, *ports.clashes(given.get("runtime_dir"))]
-        self.value = value
-
-    def _devices(
-        self, given: dict[str, Any], document: Document, catalogue: Catalogue, ports: PortsCheck
-    ) -> dict[str, Any]:
-        devices, profiles = dict(given), {}
-        for name, raw in given.items():
-            if isinstance(raw, dict):
-                device = DeviceCheck(name, raw, document, catalogue.profiles, ports)
-                devices[name] = device.completed
-                self.findings += device.findings
-                if device.profile is not None:
-                    profiles[name] = device.profile
-        if profiles and len(profiles) == len(devices):
-            self.profiles = profiles
-        return devices
+def _completed(
+    document: Document, catalogue: Catalogue
+) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None]:
+    """A document's value with the defaults that the catalogue gives, what is wrong with it, and the profiles
+    of all devices; None: there are none, or not all are known."""
+    given: Any = document.value
+    if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
+        return given, [], None
+    ports = PortsCheck(document, catalogue.ports)
+    devices = {
+        name: DeviceCheck(name, raw, document, catalogue.profiles, ports)
+        for name, raw in given["devices"].items()
+        if isinstance(raw, dict)
+    }
+    findings = [finding for device in devices.values() for finding in device.findings]
+    value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
+    if isinstance(segments := given.get("segments"), dict):
+        value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
+    if isinstance(bridges := given.get("bridges"), dict):
+        value["bridges"], wrong = _bridges(bridges, catalogue.bridges, document)
+        findings += wrong
+    findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"))]
+    profiles = {name: device.profile for name, device in devices.items() if device.profile}
+    are_all = profiles and len(profiles) == len(given["devices"])
+    return value, findings, profiles if are_all else None
 
 
 def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:

@@ -26,15 +26,14 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         {"enum": sorted(catalogue.ports)},
         *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
     ]
-    properties["port"] |= {"default": DEFAULT_PORT, "anyOf": kinds}
-    properties["port"].pop("$ref", None)
+    for port in (properties["port"], definitions["TapConfig"]["properties"]["port"]):
+        port |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
+        port.pop("$ref", None)
     properties["network"] = {
         "description": properties["network"]["description"],
         "default": None,
-        "anyOf": [{"type": "null"}, *copy.deepcopy(kinds)],
+        "anyOf": [{"type": "null"}, *kinds],
     }
-    definitions["TapConfig"]["properties"]["port"] |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
-    definitions["TapConfig"]["properties"]["port"].pop("$ref", None)
     definitions["TapConfig"].pop("required", None)
     result["properties"]["bridges"] |= {
         "additionalProperties": False,
