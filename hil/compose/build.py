@@ -162,7 +162,7 @@ def joined_devices(config: BenchConfig) -> dict[str, str]:
 def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
     """Wires and segments between devices that are in the bench, and in one group where they are joined."""
     for wire in config.wires:
-        (source, output), (target, input_name) = wire.output, wire.input
+        (source, output), (target, input_name) = wire.ends()
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
     for segment_name, wire_config in config.segments.items():

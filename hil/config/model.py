@@ -202,17 +202,10 @@ class WireConfig(StrictModel):
     from_: str = Field(alias="from", description="A device and one of its outputs, as in `s1.clk`.")
     to: str = Field(description="A device and one of its inputs, as in `m1.step`.")
 
-    @property
-    def output(self) -> tuple[str, str]:
-        """Device and pin."""
-        device, _, pin = self.from_.partition(".")
-        return device, pin
-
-    @property
-    def input(self) -> tuple[str, str]:
-        """Device and pin."""
-        device, _, pin = self.to.partition(".")
-        return device, pin
+    def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Device and pin of the output, and of the input."""
+        (source, _, output), (target, _, pin) = self.from_.partition("."), self.to.partition(".")
+        return (source, output), (target, pin)
 
 
 class TapConfig(StrictModel):
@@ -314,7 +307,7 @@ class BenchConfig(StrictModel):
 
     def joints(self) -> list[tuple[str, ...]]:
         """Devices that share their time, by wire and by segment."""
-        wired = [(wire.output[0], wire.input[0]) for wire in self.wires]
+        wired = [tuple(device for device, _ in wire.ends()) for wire in self.wires]
         return [*wired, *(tuple(name for name, _ in each.uarts()) for each in self.segments.values())]
 
     @property
