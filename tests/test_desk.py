@@ -13,7 +13,7 @@ import pytest
 
 from bridges.zenoh.commands import command_at
 from bridges.zenoh.keys import KEYS, Key
-from hil.compose import find_catalogue, load_verbs
+from hil.compose.find import find_catalogue, load_verbs
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving

@@ -16,7 +16,7 @@ import pytest
 import serial
 from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 
-from hil.sim.input_reading import decode_line
+from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Reset
 
 TCP = {"port": {"kind": "tcp", "port": 0}}
@@ -254,7 +254,7 @@ def test_a_slow_ide_gets_every_byte(place: Place, tools: Tools) -> None:
 
 def resets(place: Place) -> int:
     lines = (place.folder / "log").read_text().splitlines()
-    return sum(isinstance(decode_line(line).input, Reset) for line in lines if '"input":' in line)
+    return sum(isinstance(decode(read_line(line)).input, Reset) for line in lines if '"input":' in line)
 
 
 def touch(server: Server, baud: int, *, others: int = 0) -> None:

@@ -67,11 +67,12 @@ class Runaway:
 def started(serving):
     sim = serving.live.sim
     sim.devices["m1"]._sketch._make = Runaway
-    before = sim._around.on_failed
+    home = sim.devices["m1"]._home
+    before = home.failed
     def failed(device):
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
         before(device)
-    object.__setattr__(sim._around, "on_failed", failed)
+    object.__setattr__(home, "failed", failed)
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil.compose import NotRegularError, read_regular
 from hil.firmware.nvm import NvmError, decode
 from hil.host.doctor import NO_START, Finding
 from hil.host.paths import CONTROL_SOCKET, SERVICES
+from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
 

@@ -7,14 +7,14 @@ from typing import Any
 import typer
 
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
-from hil.compose import bridge_reference, find_catalogue, load_verbs
+from hil.compose.find import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
 from hil.operations.table import OPERATIONS
-from hil.runs.run_reference import run_reference
+from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb

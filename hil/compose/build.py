@@ -9,12 +9,11 @@ from hil.compose.find import PROFILES, load_verbs, make_segment
 from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, SegmentConfig
 from hil.core import Core
 from hil.host.regular_file import read_regular
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import BenchRuntime, Store
+from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.device import Device
 from hil.sim.group import Group
+from hil.sim.hardware import DeviceSpec
 from hil.sim.setpoints import TimeOut
-from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
 from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 
@@ -157,15 +156,13 @@ def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> 
 
 def joined_devices(config: BenchConfig) -> dict[str, str]:
     """For each twin that shares the time of others, the first of them."""
-    joints: list[tuple[str, ...]] = [(wire.output[0], wire.input[0]) for wire in config.wires]
-    joints += [tuple(device for device, _ in segment.uarts()) for segment in config.segments.values()]
-    return partners(config.twins, joints)
+    return partners(config.twins, config.joints())
 
 
 def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
     """Wires and segments between devices that are in the bench, and in one group where they are joined."""
     for wire in config.wires:
-        (source, output), (target, input_name) = wire.output, wire.input
+        (source, output), (target, input_name) = wire.ends()
         axes = {name: bench.devices[name].axis for name in (source, target)}
         bench.core.wire((axes[source], output), (axes[target], input_name))
     for segment_name, wire_config in config.segments.items():

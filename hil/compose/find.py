@@ -105,21 +105,21 @@ def bridge_reference(kind: str) -> str:
     return text
 
 
+def _module_of(profile: str, name: str) -> Any:
+    """A module that a profile may have, or None."""
+    path = f"{PROFILES}.{profile}.{name}"
+    return import_module(path) if find_spec(path) else None
+
+
 def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
     """What can be done with a real board of this kind over its terminal, by the names of control verbs."""
-    if find_spec(f"{PROFILES}.{profile}.dialogues") is None:
-        return {}
-    dialogues: Mapping[str, Callable[[], Dialogue[Any]]]
-    dialogues = import_module(f"{PROFILES}.{profile}.dialogues").DIALOGUES
-    return dialogues
+    module = _module_of(profile, "dialogues")
+    return dict(module.DIALOGUES) if module else {}
 
 
 def load_terminal_axis(profile: str) -> Callable[[], TerminalAxis] | None:
     """What makes a real board of this kind an axis of runs; None: nothing does."""
-    if find_spec(f"{PROFILES}.{profile}.dialogues") is None:
-        return None
-    made: Callable[[], TerminalAxis] | None
-    made = getattr(import_module(f"{PROFILES}.{profile}.dialogues"), "AXIS", None)
+    made: Callable[[], TerminalAxis] | None = getattr(_module_of(profile, "dialogues"), "AXIS", None)
     return made
 
 
@@ -134,12 +134,9 @@ class BoardVerbs(NamedTuple):
 
 def load_verbs(profile: str) -> BoardVerbs:
     """Of a kind of board."""
-    if find_spec(f"{PROFILES}.{profile}.verbs") is None:
-        return BoardVerbs(table_of(()))
-    module = import_module(f"{PROFILES}.{profile}.verbs")
-    return BoardVerbs(
-        table_of(module.VERBS), getattr(module, "starve", None), getattr(module, "follow", None)
-    )
+    module = _module_of(profile, "verbs")
+    table = table_of(module.VERBS if module else ())
+    return BoardVerbs(table, getattr(module, "starve", None), getattr(module, "follow", None))
 
 
 def make_segment(clock: Clock) -> Segment:

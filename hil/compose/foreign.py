@@ -3,24 +3,10 @@ not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
 from hil.firmware.set_point_paths import length_ns
+from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
-from hil.sim.inputs import (
-    Bytes,
-    Clear,
-    Do,
-    Drive,
-    Follow,
-    Inject,
-    Input,
-    Pin,
-    Play,
-    ScriptEncoder,
-    SetField,
-    Stopped,
-    bursts_problem,
-)
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
@@ -35,9 +21,9 @@ LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
 
 
-def input_problem(bench: BenchRuntime, target: str, given: Input) -> str | None:
+def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
     """Why the bench cannot take it now, or None."""
-    if isinstance(given, Inject | Clear):
+    if isinstance(given, inputs.Inject | inputs.Clear):
         return _fault_problem(bench, target, given)
     if target in bench.taps:
         return _tap_problem(given)
@@ -48,9 +34,9 @@ def input_problem(bench: BenchRuntime, target: str, given: Input) -> str | None:
     return None
 
 
-def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> str | None:
+def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inputs.Clear) -> str | None:
     active = bench.faults.active
-    if isinstance(given, Clear):
+    if isinstance(given, inputs.Clear):
         known = active.get(given.number)
         if bench.roster.place(target) is None or (known and known.target != target):
             return f"fault {given.number} is not on {target[:_SHOWN]!r}"
@@ -70,40 +56,40 @@ def _fault_problem(bench: BenchRuntime, target: str, given: Inject | Clear) -> s
     return None
 
 
-def _baud_problem(given: Bytes) -> str | None:
-    if given.client_baud is not None and given.client_baud not in BAUDS:
-        return f"client_baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
-    return None
+def _baud_problem(name: str, baud: int | None) -> str | None:
+    known = baud is None or baud in BAUDS
+    return None if known else f"{name}: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
 
 
-def _tap_problem(given: Input) -> str | None:
-    if isinstance(given, Bytes):
-        return _baud_problem(given)
-    return bursts_problem(given.bursts) if isinstance(given, Play) else "a tap takes bytes and bursts"
+def _tap_problem(given: inputs.Input) -> str | None:
+    if isinstance(given, inputs.Bytes):
+        return _baud_problem("client_baud", given.client_baud)
+    if isinstance(given, inputs.Play):
+        return inputs.bursts_problem(given.bursts)
+    return "a tap takes bytes and bursts"
 
 
-def _device_problem(device: Device, given: Input) -> str | None:
+def _device_problem(device: Device, given: inputs.Input) -> str | None:
     match given:
-        case Bytes(_, _, port):
-            known = port in device.uarts
-            return _baud_problem(given) if known else f"it has no serial interface {port[:_SHOWN]!r}"
-        case Play():
+        case inputs.Bytes(_, baud, port):
+            return _port_problem(device, port) or _baud_problem("client_baud", baud)
+        case inputs.Play():
             return "a device takes no bursts"
-        case Pin(pin, level):
+        case inputs.Pin(pin, level):
             return _pin_problem(device, pin, level)
-        case SetField(field, value):
+        case inputs.SetField(field, value):
             return _field_problem(device, field, value)
-        case ScriptEncoder(points, _):
+        case inputs.ScriptEncoder(points, _):
             return _script_problem(points)
-        case Drive(train):
+        case inputs.Drive(train):
             if "step" not in device.axis.pins:
                 return "it has no step input"
             return train_problem(train)
-        case Do():
+        case inputs.Do():
             return _verb_problem(device, given)
-        case Follow(start_ns, path):
+        case inputs.Follow(start_ns, path):
             return _path_problem(start_ns, path)
-        case Stopped(_, _, words):
+        case inputs.Stopped(_, _, words):
             return _words_problem(device, words)
     return None
 
@@ -129,7 +115,7 @@ def _script_problem(points: tuple[tuple[int, int], ...]) -> str | None:
     return None
 
 
-def _verb_problem(device: Device, given: Do) -> str | None:
+def _verb_problem(device: Device, given: inputs.Do) -> str | None:
     if given.verb not in device.verbs:
         return f"a {device.profile} has no verb {given.verb[:_SHOWN]!r}; it has {', '.join(device.verbs)}"
     verb, parameters = device.verbs[given.verb], dict(given.parameters)
@@ -145,12 +131,12 @@ def _verb_problem(device: Device, given: Do) -> str | None:
 
 
 def _words_problem(device: Device, words: tuple[tuple[str, int | None, str], ...]) -> str | None:
-    for port, baud, _ in words:
-        if port not in device.uarts:
-            return f"it has no serial interface {port[:_SHOWN]!r}"
-        if baud is not None and baud not in BAUDS:
-            return f"baud: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
-    return None
+    found = (_port_problem(device, port) or _baud_problem("baud", baud) for port, baud, _ in words)
+    return next(filter(None, found), None)
+
+
+def _port_problem(device: Device, port: str) -> str | None:
+    return None if port in device.uarts else f"it has no serial interface {port[:_SHOWN]!r}"
 
 
 def _path_problem(start_ns: int, path: Path) -> str | None:

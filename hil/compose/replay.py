@@ -8,15 +8,13 @@ from functools import partial
 from itertools import count, zip_longest
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
-
 from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
 from hil.compose.foreign import input_problem
 from hil.config import from_dict
+from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
-from hil.sim.around import Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import Around, BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
@@ -32,10 +30,8 @@ LONGEST_PROBLEM = 1000
 """Characters; names in a forged log may be of any length."""
 
 
-class MemoryOptions(BaseModel):
+class MemoryOptions(StrictModel):
     """Options of the port kind ``memory``, of which there are none."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 @dataclass
@@ -119,13 +115,8 @@ def replay_log(read: InputLog) -> Replayed:
         InputLogError, ConfigError: as ``replay``.
     """
     catalogue = find_catalogue({"memory": MemoryOptions})
-    stops = LoggedStops(
-        {
-            (logged.device, logged.input.turn): logged.input
-            for logged in read.inputs
-            if isinstance(logged.input, Stopped)
-        }
-    )
+    inputs = [(logged.device, logged.input) for logged in read.inputs]
+    stops = LoggedStops({(name, each.turn): each for name, each in inputs if isinstance(each, Stopped)})
     runtime = bench_runtime(
         from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore(), Around(guard=stops)
     )

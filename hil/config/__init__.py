@@ -9,31 +9,21 @@ May import: hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pa
 pydantic_core, yaml.
 """
 
-from hil.config.catalogue import (
-    AxisParameter,
-    Catalogue,
-    HardwareVersion,
-    ProfileInfo,
-    profile_from_yaml,
-)
+from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, FlashConfig, PortConfig, SegmentConfig
-from hil.config.problem import ConfigError, Problem
+from hil.config.document import ConfigError
+from hil.config.model import BenchConfig, DeviceConfig, PortConfig, SegmentConfig
 from hil.config.reference_page import reference
 from hil.config.schema import schema
 
 __all__ = [
-    "AxisParameter",
     "BenchConfig",
     "Catalogue",
     "Change",
     "ConfigError",
     "DeviceConfig",
-    "FlashConfig",
-    "HardwareVersion",
     "PortConfig",
-    "Problem",
     "ProfileInfo",
     "SegmentConfig",
     "diff",

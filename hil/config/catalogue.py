@@ -5,31 +5,29 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from hil.config.document import Finding
-from hil.config.explain import findings_of, suggestion
+from hil.config.explain import StrictModel, findings_of, suggestion
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.axis_plan import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan
 
 
-@dataclass(frozen=True)
-class AxisParameter:
-    """A number that describes the motor, its driver or its load. The name ends in the unit."""
+class AxisParameter(StrictModel):
+    """A number that describes the motor, its driver or its load."""
 
-    name: str
     value: float
+    full: float | None = None
+    """The value of the full plant, where it differs."""
     unit: str
-    minimum: float | None
-    maximum: float | None
+    about: str
     source: str
+    minimum: float | None = None
+    maximum: float | None = None
     above: float | None = None
     """An exclusive minimum, for what cannot be 0."""
     whole: bool = False
     """Only whole numbers make sense."""
-    about: str = ""
-    full: float | None = None
-    """The value of the full plant, where it differs."""
 
     def default(self, plant: str) -> float:
         """The value under this plant unless a device sets one."""
@@ -48,31 +46,23 @@ class AxisParameter:
         return None
 
 
-@dataclass(frozen=True)
-class HardwareVersion:
+class HardwareVersion(StrictModel):
     """A version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
 
-    name: str
     supply_min_V: float
     supply_max_V: float
-    inputs_5V: tuple[str, ...]
+    inputs_5V: list[str]
 
 
-@dataclass(frozen=True)
-class ProfileInfo:
+class ProfileInfo(StrictModel):
     """A kind of board, as its ``profile.yaml`` describes it."""
 
-    name: str
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
     title: str
+    firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
+    """``module:class``; the module is in the profile's folder."""
     law: str
     plant: Literal["simple", "full"]
-    hardware: Mapping[str, HardwareVersion]
-    default_hardware: str
-    axis: Mapping[str, AxisParameter]
-    registers: Mapping[str, int]
-    folder: Path
-    firmware: str = "firmware:Firmware"
-    """``module:class``; the module is in the profile's folder."""
     usb: Literal["native"] | None = None
     """``native``: the board's own processor is on the USB, without a UART in between."""
     baud: int | None = None
@@ -83,10 +73,11 @@ class ProfileInfo:
     """What the line for trying a port sends."""
     ready_after_s: float = 0.0
     """When the board answers after its power-up."""
-
-
-def _none_refused(plans: Mapping[str, AxisPlan]) -> Mapping[str, str]:
-    return {}
+    hardware: dict[str, HardwareVersion] = Field(min_length=1)
+    default_hardware: str
+    axis: dict[str, AxisParameter]
+    """By names that end in the unit."""
+    registers: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -97,47 +88,8 @@ class Catalogue:
     ports: Mapping[str, type[BaseModel]]
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """As ``ports``."""
-    refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = _none_refused
+    refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = lambda plans: {}
     """Those of the axes, by device, that the core would not open, and why: a message, a colon, a remedy."""
-
-
-class _Text(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
-
-
-class _AxisText(_Text):
-    value: float
-    full: float | None = None
-    unit: str
-    about: str
-    source: str
-    minimum: float | None = None
-    maximum: float | None = None
-    above: float | None = None
-    whole: bool = False
-
-
-class _HardwareText(_Text):
-    supply_min_V: float
-    supply_max_V: float
-    inputs_5V: list[str]
-
-
-class _ProfileText(_Text):
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
-    title: str
-    firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
-    law: str
-    plant: Literal["simple", "full"]
-    usb: Literal["native"] | None = None
-    baud: int | None = None
-    network_baud: int | None = None
-    greeting: str = ""
-    ready_after_s: float = 0.0
-    hardware: dict[str, _HardwareText] = Field(min_length=1)
-    default_hardware: str
-    axis: dict[str, _AxisText]
-    registers: dict[str, int]
 
 
 def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
@@ -149,31 +101,9 @@ def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
     document = document_from_yaml(text, str(folder / "profile.yaml"))
     findings = document.findings
     try:
-        read = _ProfileText.model_validate(document.value)
+        info = ProfileInfo.model_validate(document.value)
     except ValidationError as error:
-        raise document.error(findings + findings_of(error, _ProfileText, (), document)) from None
-    info = ProfileInfo(
-        name=read.name,
-        title=read.title,
-        law=read.law,
-        plant=read.plant,
-        hardware={
-            name: HardwareVersion(name, item.supply_min_V, item.supply_max_V, tuple(item.inputs_5V))
-            for name, item in read.hardware.items()
-        },
-        default_hardware=read.default_hardware,
-        axis={
-            name: AxisParameter(name=name, **parameter.model_dump()) for name, parameter in read.axis.items()
-        },
-        registers=read.registers,
-        folder=folder,
-        firmware=read.firmware,
-        usb=read.usb,
-        baud=read.baud,
-        network_baud=read.network_baud,
-        greeting=read.greeting,
-        ready_after_s=read.ready_after_s,
-    )
+        raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
     if info.name != folder.name:
         findings.append(Finding(("name",), "this is not its folder's name", f'write "{folder.name}"'))
     if info.default_hardware not in info.hardware:

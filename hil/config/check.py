@@ -1,21 +1,20 @@
 """From text or a mapping to a validated bench, with every problem found at once."""
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from hil.config.bridge_options import read_bridges
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, document_from_mapping
-from hil.config.explain import findings_of
+from hil.config.explain import findings_of, shown, suggestion
 from hil.config.fault_findings import fault_findings
+from hil.config.joint_findings import joint_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
-from hil.config.segment_findings import segment_findings
-from hil.config.wire_findings import wire_findings
 from hil.config.yaml_text import document_from_yaml
 
 
@@ -42,15 +41,15 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 
 def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
-    completing = _Completing(document, catalogue)
-    value, findings = completing.value, [*document.findings, *completing.findings]
+    value, found, profiles = _completed(document, catalogue)
+    findings = [*document.findings, *found]
     config: BenchConfig | None = None
     try:
         config = BenchConfig.model_validate(value)
     except ValidationError as error:
         findings += findings_of(error, BenchConfig, (), document)
-    if completing.profiles is not None:
-        findings += _joint_findings(value, completing.profiles)
+    if profiles is not None:
+        findings += _findings_between(value, profiles)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
@@ -58,41 +57,31 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     return config
 
 
-class _Completing:
-    """A document's ``value`` with the defaults that the catalogue gives. ``profiles``: of all devices; None:
-    there are none, or not all are known."""
-
-    def __init__(self, document: Document, catalogue: Catalogue) -> None:
-        self.value: Any = document.value
-        self.findings: list[Finding] = []
-        self.profiles: dict[str, ProfileInfo] | None = None
-        if not isinstance(self.value, dict) or not isinstance(self.value.get("devices"), dict):
-            return
-        ports = PortsCheck(document, catalogue.ports)
-        given, value = self.value, dict(self.value)
-        value["devices"] = self._devices(given["devices"], document, catalogue, ports)
-        if isinstance(segments := given.get("segments"), dict):
-            value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
-        if isinstance(bridges := given.get("bridges"), dict):
-            value["bridges"], wrong = read_bridges(bridges, catalogue.bridges, document)
-            self.findings += wrong
-        self.findings = [*ports.findings, *self.findings, *ports.clashes(given.get("runtime_dir"))]
-        self.value = value
-
-    def _devices(
-        self, given: dict[str, Any], document: Document, catalogue: Catalogue, ports: PortsCheck
-    ) -> dict[str, Any]:
-        devices, profiles = dict(given), {}
-        for name, raw in given.items():
-            if isinstance(raw, dict):
-                device = DeviceCheck(name, raw, document, catalogue.profiles, ports)
-                devices[name] = device.completed
-                self.findings += device.findings
-                if device.profile is not None:
-                    profiles[name] = device.profile
-        if profiles and len(profiles) == len(devices):
-            self.profiles = profiles
-        return devices
+def _completed(
+    document: Document, catalogue: Catalogue
+) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None]:
+    """A document's value with the defaults that the catalogue gives, what is wrong with it, and the profiles
+    of all devices; None: there are none, or not all are known."""
+    given: Any = document.value
+    if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
+        return given, [], None
+    ports = PortsCheck(document, catalogue.ports)
+    devices = {
+        name: DeviceCheck(name, raw, document, catalogue.profiles, ports)
+        for name, raw in given["devices"].items()
+        if isinstance(raw, dict)
+    }
+    findings = [finding for device in devices.values() for finding in device.findings]
+    value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
+    if isinstance(segments := given.get("segments"), dict):
+        value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
+    if isinstance(bridges := given.get("bridges"), dict):
+        value["bridges"], wrong = _bridges(bridges, catalogue.bridges, document)
+        findings += wrong
+    findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"))]
+    profiles = {name: device.profile for name, device in devices.items() if device.profile}
+    are_all = profiles and len(profiles) == len(given["devices"])
+    return value, findings, profiles if are_all else None
 
 
 def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
@@ -109,14 +98,39 @@ def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
     return {**segment, "taps": done}
 
 
-def _joint_findings(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
+def _bridges(
+    raw: Mapping[str, object], kinds: Mapping[str, type[BaseModel]], document: Document
+) -> tuple[dict[str, BaseModel], list[Finding]]:
+    """The options of each bridge, and what is wrong with them. ``~`` stands for the defaults."""
+    options: dict[str, BaseModel] = {}
+    findings: list[Finding] = []
+    for name, given in raw.items():
+        path = ("bridges", name)
+        if name not in kinds:
+            findings.append(
+                Finding(path, f"there is no bridge {shown(name)}", suggestion(name, kinds), at_key=True)
+            )
+            continue
+        if given is not None and not isinstance(given, Mapping):
+            findings.append(
+                Finding(path, f"options are wanted here, not {shown(given)}", "write {} for none")
+            )
+            continue
+        try:
+            # As JSON, so that strict still reads a path or an enumeration from text.
+            options[name] = kinds[name].model_validate_json(json.dumps(dict(given or {})), strict=True)
+        except ValidationError as error:
+            findings += findings_of(error, kinds[name], path, document)
+    return options, findings
+
+
+def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
     """What is wrong between devices."""
-    devices, segments = value["devices"], value.get("segments")
+    devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
     full = {name for name, raw in devices.items() if raw.get("plant") == "full"} - real
-    yield from wire_findings(value.get("wires"), profiles, real)
-    yield from segment_findings(segments, profiles, real)
-    yield from fault_findings(value.get("faults"), segments, profiles, real, full)
+    yield from joint_findings(value, profiles, real)
+    yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
     yield from _same_at(devices)
 
 

@@ -173,9 +173,9 @@ class DeviceCheck:
         given = own[SUPPLY] if own else default
         if not _is_number(given) or _supplied(version, given):
             return
-        message = f"{given:g} V is outside the supply range of {profile.name} {version.name}"
+        message = f"{given:g} V is outside the supply range of {profile.name} {name}"
         choices = [f"write {version.supply_min_V:g} to {version.supply_max_V:g}"]
-        choices += [f'hardware: "{v.name}"' for v in profile.hardware.values() if _supplied(v, given)]
+        choices += [f'hardware: "{other}"' for other, v in profile.hardware.items() if _supplied(v, given)]
         self._add(message, ", or ".join(choices), *(("axis", SUPPLY) if own else ("hardware",)))
 
     def _registers(self, profile: ProfileInfo) -> None:

@@ -27,7 +27,7 @@ class Change:
 
 def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
     """The changes in the order in which to make them: the core, removals, then the new file's order."""
-    joined = _joined(old) | _joined(new)
+    joined = set().union(*old.joints(), *new.joints())
     core = list(_why(_bench_keys(old), _bench_keys(new)))
     core += _why(_faults_elsewhere(old), _faults_elsewhere(new))
     changes = [
@@ -52,12 +52,6 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
 
 def _bench_keys(bench: BenchConfig) -> dict[str, str]:
     return _flat(bench.model_dump(mode="json", by_alias=True, exclude={"devices", "faults"}))
-
-
-def _joined(bench: BenchConfig) -> set[str]:
-    """Devices that share their time with others."""
-    wired = {device for wire in bench.wires for device, _ in (wire.output, wire.input)}
-    return wired | {device for segment in bench.segments.values() for device, _ in segment.uarts()}
 
 
 def _faults(bench: BenchConfig, device: str) -> dict[str, str]:

@@ -2,11 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePath
-
-from hil.config.problem import ConfigError, Problem
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top: ``("devices", "m1", "baud")``."""
@@ -39,6 +37,28 @@ class Finding:
     spot: Spot | None = None
 
 
+@dataclass(frozen=True)
+class Problem:
+    """One mistake. Line and column count from 1; both are 0 where there is no text (``from_dict``)."""
+
+    file: str
+    line: int
+    column: int
+    message: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}: {self.message} ({self.remedy})"
+
+
+class ConfigError(Exception):
+    """The configuration cannot be used. ``problems`` has every mistake found, in file order."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = list(problems)
+
+
 @dataclass
 class Document:
     """Values of the types dict, list, str, int, float, bool and None, and where they stand.
@@ -53,6 +73,10 @@ class Document:
     raw: dict[KeyPath, str] = field(default_factory=dict)
     """Scalars as they were written."""
     findings: list[Finding] = field(default_factory=list)
+
+    def find(self, path: KeyPath, message: str, remedy: str, *, at_key: bool = False) -> None:
+        """Note a mistake."""
+        self.findings.append(Finding(path, message, remedy, at_key))
 
     def known(self, path: KeyPath) -> KeyPath:
         """The longest part of the path that the document has."""
@@ -73,9 +97,7 @@ class Document:
                 [Problem(self.file, spot.line, spot.column, message, "use aliases (*) sparingly")]
             )
         if len(path) > MAX_DEPTH:
-            self.findings.append(
-                Finding(path, f"nested more than {MAX_DEPTH} deep", "no key is nested so deep")
-            )
+            self.find(path, f"nested more than {MAX_DEPTH} deep", "no key is nested so deep")
             return False
         return True
 
@@ -147,9 +169,7 @@ def _plain(document: Document, path: KeyPath, value: object) -> object:
             name = key if isinstance(key, str) and is_unicode(key) else ascii(key)[:60]
             here = (*path, name)
             if name != key:
-                document.findings.append(
-                    Finding(here, f"the key {name} is not text", "keys are names", at_key=True)
-                )
+                document.find(here, f"the key {name} is not text", "keys are names", at_key=True)
             document.keys[here] = NOWHERE
             result[name] = _plain(document, here, item)
         return result

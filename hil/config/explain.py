@@ -7,12 +7,19 @@ from collections.abc import Collection, Iterable
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from hil.config.document import Document, Finding, KeyPath
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
+
+
+class StrictModel(BaseModel):
+    """Takes no other keys and types than it has, and is not changed."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
 
 _BOUNDS = {
     "greater_than_equal": ("too small", "write {ge} or more"),

@@ -16,7 +16,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ProfileInfo
-from hil.config.explain import NAME_PATTERN, suggestion
+from hil.config.explain import NAME_PATTERN, StrictModel, suggestion
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
@@ -65,41 +65,33 @@ _Table = Annotated[
 _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class FlashConfig(_Model):
+class FlashConfig(StrictModel):
     """What the board's flash holds when the bench starts for the first time."""
 
     table: _Table = Field(
         default="stored",
-        description=(
-            "The encoder's look-up table: `stored` is what the last calibration left in the state"
-            " directory; `identity` is that of a perfect encoder, angle = count * 360 / 16384;"
-            " `empty` is a board that was never calibrated, all zeros; else the path of a file."
-        ),
+        description="The encoder's look-up table: `stored` is what the last calibration left in the state"
+        " directory; `identity` is that of a perfect encoder, angle = count * 360 / 16384; `empty` is a"
+        " board that was never calibrated, all zeros; else the path of a file.",
     )
     address: int = Field(
         default=0xB900,
         ge=0,
         le=0x2FF00,
         multiple_of=256,
-        description=(
-            "Where the look-up table is in the board's flash, as the calibration prints it. It depends on"
-            " how the firmware was linked."
-        ),
+        description="Where the look-up table is in the board's flash, as the calibration prints it. It"
+        " depends on how the firmware was linked.",
     )
 
 
-class PortConfig(_Model):
+class PortConfig(StrictModel):
     """Where clients reach a device: a kind of port and that kind's own options."""
 
     kind: str
     options: SerializeAsAny[BaseModel]
 
 
-class SetpointsConfig(_Model):
+class SetpointsConfig(StrictModel):
     """What becomes of an axis whose set-points come in a stream when the stream stops."""
 
     timeout_ms: float = Field(
@@ -109,10 +101,8 @@ class SetpointsConfig(_Model):
     )
     policy: Literal["hold", "decelerate", "torque_off"] = Field(
         default="decelerate",
-        description=(
-            "How: `hold` at once where it is, `decelerate` with a ramp, `torque_off` without current (a SAC"
-            " has no such thing, and holds)."
-        ),
+        description="How: `hold` at once where it is, `decelerate` with a ramp, `torque_off` without current"
+        " (a SAC has no such thing, and holds).",
     )
     acceleration_rpm_per_s: float = Field(
         default=600.0,
@@ -122,39 +112,31 @@ class SetpointsConfig(_Model):
     )
 
 
-class DeviceConfig(_Model):
+class DeviceConfig(StrictModel):
     """One emulated board."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
     at: Annotated[str, BeforeValidator(_serial_url)] | None = Field(
         default=None,
-        description=(
-            "A real board instead of an emulated one: the path or URL of its serial port (`/dev/ttyUSB0`,"
-            " `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`; `baud` is the"
-            " adapter's speed; keys that describe an emulated board cannot be there."
-        ),
+        description="A real board instead of an emulated one: the path or URL of its serial port"
+        " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
+        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there.",
     )
     port: PortConfig = Field(
-        description=(
-            "Where clients reach the board: the name of a kind of port, or a mapping of `kind` and"
-            " that kind's own options."
-        )
+        description="Where clients reach the board: the name of a kind of port, or a mapping of `kind` and"
+        " that kind's own options."
     )
     network: PortConfig | None = Field(
         default=None,
-        description=(
-            "Where clients reach the board's second serial interface (a SAC's network posts), as `port`;"
-            " null: no port there. Its name is the device's with `.network`."
-        ),
+        description="Where clients reach the board's second serial interface (a SAC's network posts), as"
+        " `port`; null: no port there. Its name is the device's with `.network`.",
     )
     baud: int | None = Field(
         default=None,
         ge=50,
         le=4_000_000,
-        description=(
-            "Character timing of the serial line, in baud (10 bit times a character), as of a UART;"
-            " null: bytes take no time, as over USB CDC."
-        ),
+        description="Character timing of the serial line, in baud (10 bit times a character), as of a UART;"
+        " null: bytes take no time, as over USB CDC.",
     )
     flash: FlashConfig = Field(
         default=FlashConfig(), description="What the board's non-volatile memory starts with."
@@ -164,11 +146,9 @@ class DeviceConfig(_Model):
     )
     plant: Literal["simple", "full"] = Field(
         default="simple",
-        description=(
-            "The model of motor and load. `simple`: inertia, viscous friction and a torque constant;"
-            " coil currents follow their command at once. `full`: besides these, coils with inductance and"
-            " back-EMF behind a supply, detent torque, dry friction, a load, and the encoder's errors."
-        ),
+        description="The model of motor and load. `simple`: inertia, viscous friction and a torque constant;"
+        " coil currents follow their command at once. `full`: besides these, coils with inductance and"
+        " back-EMF behind a supply, detent torque, dry friction, a load, and the encoder's errors.",
     )
     load: LoadConfig | None = Field(
         default=None,
@@ -184,10 +164,8 @@ class DeviceConfig(_Model):
     )
     setpoints: SetpointsConfig | None = Field(
         default=None,
-        description=(
-            "What becomes of the axis when set-points of `position`, `velocity` or `torque` stay away; null:"
-            " it goes on as the last one says."
-        ),
+        description="What becomes of the axis when set-points of `position`, `velocity` or `torque` stay"
+        " away; null: it goes on as the last one says.",
     )
     setpoint_rate_Hz: float | None = Field(
         default=None,
@@ -199,10 +177,8 @@ class DeviceConfig(_Model):
         default=0xFFFF,
         ge=0,
         le=0xFFFF,
-        description=(
-            "The SPI frame sent before the first one. The encoder answers one frame late, so the first"
-            " answer belongs to this; 0xFFFF reads the angle."
-        ),
+        description="The SPI frame sent before the first one. The encoder answers one frame late, so the"
+        " first answer belongs to this; 0xFFFF reads the angle.",
     )
 
     def axis_parameters(self, profile: ProfileInfo) -> dict[str, float]:
@@ -220,26 +196,19 @@ class DeviceConfig(_Model):
         return dict(profile.registers) | dict(self.registers)
 
 
-class WireConfig(_Model):
+class WireConfig(StrictModel):
     """A wire from an output to an input."""
 
     from_: str = Field(alias="from", description="A device and one of its outputs, as in `s1.clk`.")
     to: str = Field(description="A device and one of its inputs, as in `m1.step`.")
 
-    @property
-    def output(self) -> tuple[str, str]:
-        """Device and pin."""
-        device, _, pin = self.from_.partition(".")
-        return device, pin
-
-    @property
-    def input(self) -> tuple[str, str]:
-        """Device and pin."""
-        device, _, pin = self.to.partition(".")
-        return device, pin
+    def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Device and pin of the output, and of the input."""
+        (source, _, output), (target, _, pin) = self.from_.partition("."), self.to.partition(".")
+        return (source, output), (target, pin)
 
 
-class TapConfig(_Model):
+class TapConfig(StrictModel):
     """Where a program outside is a station of a segment."""
 
     port: PortConfig = Field(
@@ -247,24 +216,20 @@ class TapConfig(_Model):
     )
     real: bool = Field(
         default=False,
-        description=(
-            "A real line with real nodes hangs there: a twin whose address sends from there is taken off."
-            " True where the port is `serial`, unless you say otherwise."
-        ),
+        description="A real line with real nodes hangs there: a twin whose address sends from there is taken"
+        " off. True where the port is `serial`, unless you say otherwise.",
     )
     listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
     echo: bool = Field(default=False, description="It hears what it sends itself.")
 
 
-class SegmentConfig(_Model):
+class SegmentConfig(StrictModel):
     """An RS485 wire and what is on it."""
 
     stations: list[str] = Field(
         default=[],
-        description=(
-            "Devices on this wire, each by its network UART, as in `s1`; `s1.main` is the UART that the"
-            " device's port is at."
-        ),
+        description="Devices on this wire, each by its network UART, as in `s1`; `s1.main` is the UART that"
+        " the device's port is at.",
     )
 
     taps: Mapping[Name, TapConfig] = Field(
@@ -289,7 +254,7 @@ class FaultConfig(BaseModel):
     target: str = Field(description="What it is on, as in `s2`.")
 
 
-class BenchConfig(_Model):
+class BenchConfig(StrictModel):
     """A daemon's whole set-up."""
 
     bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
@@ -298,18 +263,14 @@ class BenchConfig(_Model):
     )
     wires: list[WireConfig] = Field(
         default=[],
-        description=(
-            "Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to: m1.step}`; an"
-            " edge reaches the other board at the same nanosecond. Devices joined by wires share one"
-            " simulated time."
-        ),
+        description="Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to:"
+        " m1.step}`; an edge reaches the other board at the same nanosecond. Devices joined by wires share"
+        " one simulated time.",
     )
     segments: Mapping[Name, SegmentConfig] = Field(
         default={},
-        description=(
-            "RS485 wires, each under a name of its own: what one station sends, the others hear. Devices on"
-            " one segment share one simulated time."
-        ),
+        description="RS485 wires, each under a name of its own: what one station sends, the others hear."
+        " Devices on one segment share one simulated time.",
     )
     faults: list[FaultConfig] = Field(
         default=[],
@@ -323,10 +284,8 @@ class BenchConfig(_Model):
         default=1000,
         ge=100,
         le=6500,
-        description=(
-            "How often the real-time core wakes, in Hz. Not the control rate: each wake runs every"
-            " control step that is due, at its exact simulated time."
-        ),
+        description="How often the real-time core wakes, in Hz. Not the control rate: each wake runs every"
+        " control step that is due, at its exact simulated time.",
     )
     speed: float = Field(
         default=1.0, gt=0, le=1000, description="Simulated seconds that pass in one second of wall time."
@@ -345,6 +304,11 @@ class BenchConfig(_Model):
     state_dir: _Path | None = Field(
         default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
     )
+
+    def joints(self) -> list[tuple[str, ...]]:
+        """Devices that share their time, by wire and by segment."""
+        wired = [tuple(device for device, _ in wire.ends()) for wire in self.wires]
+        return [*wired, *(tuple(name for name, _ in each.uarts()) for each in self.segments.values())]
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:

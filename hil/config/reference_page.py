@@ -100,18 +100,18 @@ def _profile(profile: ProfileInfo) -> list[str]:
         ("`hardware`", "Supply (V)", "5 V inputs"),
         (
             (
-                f'`"{version.name}"`' + (" (default)" if version.name == profile.default_hardware else ""),
+                f'`"{name}"`' + (" (default)" if name == profile.default_hardware else ""),
                 f"{version.supply_min_V:g} to {version.supply_max_V:g}",
                 ", ".join(version.inputs_5V),
             )
-            for version in profile.hardware.values()
+            for name, version in profile.hardware.items()
         ),
     )
     axis = _table(
         ("`axis`", "Default", "Unit", "Meaning", "Source"),
         (
-            (f"`{item.name}`", _axis_default(item), item.unit, item.about, item.source)
-            for item in profile.axis.values()
+            (f"`{name}`", _axis_default(item), item.unit, item.about, item.source)
+            for name, item in profile.axis.items()
         ),
     )
     registers = _table(

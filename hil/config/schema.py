@@ -26,15 +26,14 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         {"enum": sorted(catalogue.ports)},
         *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
     ]
-    properties["port"] |= {"default": DEFAULT_PORT, "anyOf": kinds}
-    properties["port"].pop("$ref", None)
+    for port in (properties["port"], definitions["TapConfig"]["properties"]["port"]):
+        port |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
+        port.pop("$ref", None)
     properties["network"] = {
         "description": properties["network"]["description"],
         "default": None,
-        "anyOf": [{"type": "null"}, *copy.deepcopy(kinds)],
+        "anyOf": [{"type": "null"}, *kinds],
     }
-    definitions["TapConfig"]["properties"]["port"] |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
-    definitions["TapConfig"]["properties"]["port"].pop("$ref", None)
     definitions["TapConfig"].pop("required", None)
     result["properties"]["bridges"] |= {
         "additionalProperties": False,
@@ -68,8 +67,8 @@ def _port(kind: str, model: type[BaseModel], definitions: dict[str, Any]) -> dic
 
 def _profile(profile: ProfileInfo) -> dict[str, Any]:
     versions = "; ".join(
-        f"{v.name}: {v.supply_min_V:g} to {v.supply_max_V:g} V, 5 V inputs {', '.join(v.inputs_5V)}"
-        for v in profile.hardware.values()
+        f"{name}: {v.supply_min_V:g} to {v.supply_max_V:g} V, 5 V inputs {', '.join(v.inputs_5V)}"
+        for name, v in profile.hardware.items()
     )
     return {
         "if": {"properties": {"profile": {"const": profile.name}}, "required": ["profile"]},

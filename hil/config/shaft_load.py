@@ -4,9 +4,10 @@ is towards larger encoder counts."""
 from math import tau
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from hil.config.explain import StrictModel
 from hil.vocab.axis_plan import Load
 
 STANDARD_GRAVITY_m_per_s2 = 9.80665
@@ -15,9 +16,7 @@ _Positive = Annotated[float, Field(gt=0, le=1e6)]
 _Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
-class _Load(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
-
+class _Load(StrictModel):
     inertia_kg_m2: float = Field(
         default=0.0, ge=0, le=1e6, description="Moment of inertia of what turns with the shaft, in kg m2."
     )

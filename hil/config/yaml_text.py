@@ -11,8 +11,7 @@ import yaml
 from yaml.composer import Composer
 from yaml.resolver import Resolver
 
-from hil.config.document import MAX_DEPTH, Document, Finding, KeyPath, Spot, is_unicode
-from hil.config.problem import ConfigError, Problem
+from hil.config.document import MAX_DEPTH, ConfigError, Document, Finding, KeyPath, Problem, Spot, is_unicode
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT_TAGS = {"str", "timestamp", "value", "merge"}
@@ -133,7 +132,7 @@ def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
         case yaml.ScalarNode():
             document.raw[path] = node.value
             return _scalar(document, path, node)
-    document.findings.append(Finding(path, f"the tag {node.tag} is not used here", "remove the tag"))
+    document.find(path, f"the tag {node.tag} is not used here", "remove the tag")
     return None
 
 
@@ -187,27 +186,26 @@ def _scalar(document: Document, path: KeyPath, node: yaml.ScalarNode) -> object:
         return text.lower() in _TRUE
     if kind in ("int", "float"):
         return _number(document, path, text, kind)
-    document.findings.append(Finding(path, f"the tag {node.tag} does not fit here", "remove the tag"))
+    document.find(path, f"the tag {node.tag} does not fit here", "remove the tag")
     return None
 
 
 def _number(document: Document, path: KeyPath, text: str, kind: str) -> object:
     plain = text.replace("_", "").lower()
     if len(text) > _MAX_NUMBER_CHARACTERS:
-        document.findings.append(Finding(path, "is too long for a number", "write fewer digits"))
+        document.find(path, "is too long for a number", "write fewer digits")
         return None
     if kind == "int" and re.fullmatch("[-+]?0[0-7]+", plain):
-        value = int(plain, 8)
         remedy = f'write it in quotes: "{text}"; if a number is meant, without the leading 0'
-        message = f"{text} is a number in base 8 to YAML: {value}"
-        document.findings.append(Finding(path, message, remedy))
+        message = f"{text} is a number in base 8 to YAML: {int(plain, 8)}"
+        document.find(path, message, remedy)
         return None
     try:
         number = (
             int(plain, 0) if kind == "int" else float(plain.replace(".inf", "inf").replace(".nan", "nan"))
         )
     except ValueError:
-        document.findings.append(Finding(path, f"{text!a} is not a number", "write a number"))
+        document.find(path, f"{text!a} is not a number", "write a number")
         return None
     return document.scalar(path, number)
 

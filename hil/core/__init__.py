@@ -7,14 +7,6 @@ May import: hil.vocab, the pure standard library.
 
 from hil.core._native import WATCHES
 from hil.core.core import Core, CoreAxis, CoreMotion
-from hil.core.fields import FIELDS, Field, Snapshot
+from hil.core.fields import FIELDS, Snapshot
 
-__all__ = [
-    "FIELDS",
-    "WATCHES",
-    "Core",
-    "CoreAxis",
-    "CoreMotion",
-    "Field",
-    "Snapshot",
-]
+__all__ = ["FIELDS", "WATCHES", "Core", "CoreAxis", "CoreMotion", "Snapshot"]

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from enum import IntEnum
 from fractions import Fraction
 
 from hil.core._native import NativeCore
@@ -30,22 +31,13 @@ FAULTS = (
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
 """Names of ``hil_event_kind`` in ``native/types.h``."""
 
-(
-    _ENQUEUE,
-    _ONCE,
-    _RETARGET,
-    _PULSE,
-    _STOP,
-    _NEXT,
-    _FINISH,
-    _LOOP_BOUNDS,
-    _LOOP_PASSES,
-    _LOOP_ARRAY,
-    _RELEASE_SYNC,
-    _GAP,
-    _THROTTLE,
-    _REPORT,
-) = range(14)  # hil_motion_call
+_Call = IntEnum(
+    "_Call",
+    "ENQUEUE ONCE RETARGET PULSE STOP NEXT FINISH LOOP_BOUNDS LOOP_PASSES LOOP_ARRAY"
+    " RELEASE_SYNC GAP THROTTLE REPORT",
+    start=0,
+)
+"""hil_motion_call, in its order."""
 
 SEED_MASK = (1 << 64) - 1
 
@@ -183,7 +175,6 @@ class CoreAxis:
         return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:
-        """The state now."""
         return Snapshot(self._native.snapshot(self.id), self.kind)
 
     def published(self) -> Snapshot:
@@ -212,40 +203,40 @@ class CoreMotion(CoreAxis):
         self._native.motion_write(self.id, slot, {name: int(value) for name, value in vars(entry).items()})
 
     def enqueue(self, slot: int) -> None:
-        self._do(_ENQUEUE, slot)
+        self._do(_Call.ENQUEUE, slot)
 
     def run_once(self, slot: int) -> None:
-        self._do(_ONCE, slot)
+        self._do(_Call.ONCE, slot)
 
     def run_continuous(self) -> None:
-        self._do(_ONCE, CONTINUOUS_SLOT)
+        self._do(_Call.ONCE, CONTINUOUS_SLOT)
 
     def retarget(self, rpm: int, cycle_us: int) -> None:
-        self._do(_RETARGET, rpm, cycle_us)
+        self._do(_Call.RETARGET, rpm, cycle_us)
 
     def pulse(self, ccw: bool) -> None:
-        self._do(_PULSE, ccw)
+        self._do(_Call.PULSE, ccw)
 
     def stop(self, dec_hundredths: int | None) -> None:
-        self._do(_STOP, -1 if dec_hundredths is None else dec_hundredths)
+        self._do(_Call.STOP, -1 if dec_hundredths is None else dec_hundredths)
 
     def next(self, is_graceful: bool) -> None:
-        self._do(_NEXT, is_graceful)
+        self._do(_Call.NEXT, is_graceful)
 
     def finish(self) -> None:
-        self._do(_FINISH)
+        self._do(_Call.FINISH)
 
     def loop_start(self, slot: int) -> None:
-        self._do(_LOOP_BOUNDS, slot, 0)
+        self._do(_Call.LOOP_BOUNDS, slot, 0)
 
     def loop_finish(self, slot: int) -> None:
-        self._do(_LOOP_BOUNDS, 0, slot)
+        self._do(_Call.LOOP_BOUNDS, 0, slot)
 
     def loop_passes(self, passes: int) -> None:
-        self._do(_LOOP_PASSES, passes)
+        self._do(_Call.LOOP_PASSES, passes)
 
     def loop_array(self, passes: int) -> None:
-        self._do(_LOOP_ARRAY, passes)
+        self._do(_Call.LOOP_ARRAY, passes)
 
     def xref(self) -> tuple[int, ...]:
         return self._native.motion_xref(self.id)
@@ -254,16 +245,16 @@ class CoreMotion(CoreAxis):
         self._native.motion_xref_write(self.id, index, slot)
 
     def release_sync(self) -> None:
-        self._do(_RELEASE_SYNC)
+        self._do(_Call.RELEASE_SYNC)
 
     def gap(self, on: bool) -> None:
-        self._do(_GAP, on)
+        self._do(_Call.GAP, on)
 
     def encoder_mode(self, is_throttle: bool) -> None:
-        self._do(_THROTTLE, is_throttle)
+        self._do(_Call.THROTTLE, is_throttle)
 
     def report(self, on: bool) -> None:
-        self._do(_REPORT, on)
+        self._do(_Call.REPORT, on)
 
     def record_edges(self, on: bool, outputs: Iterable[str] = OUTPUTS) -> None:
         """Keep the edges of these outputs from now on, for ``take_edges``, or of none; for virtual time."""

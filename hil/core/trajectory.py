@@ -196,12 +196,9 @@ def plan_joint(
     Raises:
         PlanError: see ``PlanProblem``.
     """
-    _same_length(starts, len(targets_deg))
-    _same_length(limits, len(targets_deg))
-    course = _trajectory.Course(len(targets_deg))
-    return _planned(
-        course, course.joint(starts, targets_deg, limits, kind == "s_curve", *_duration(duration_ns)), kind
-    )
+    course = _course(starts, targets_deg, limits)
+    error = course.joint(starts, targets_deg, limits, kind == "s_curve", *_duration(duration_ns))
+    return _planned(course, error, kind)
 
 
 def plan_line(
@@ -216,12 +213,9 @@ def plan_line(
     Raises:
         PlanError: see ``PlanProblem``.
     """
-    _same_length(starts_deg, len(targets_deg))
-    _same_length(limits, len(targets_deg))
-    course = _trajectory.Course(len(targets_deg))
-    return _planned(
-        course, course.line(starts_deg, targets_deg, limits, kind == "s_curve", *_duration(duration_ns)), kind
-    )
+    course = _course(starts_deg, targets_deg, limits)
+    error = course.line(starts_deg, targets_deg, limits, kind == "s_curve", *_duration(duration_ns))
+    return _planned(course, error, kind)
 
 
 def plan_velocity(
@@ -235,9 +229,7 @@ def plan_velocity(
     Raises:
         PlanError: see ``PlanProblem``.
     """
-    _same_length(starts, len(velocities_deg_per_s))
-    _same_length(limits, len(velocities_deg_per_s))
-    course = _trajectory.Course(len(velocities_deg_per_s))
+    course = _course(starts, velocities_deg_per_s, limits)
     return _planned(course, course.velocity(starts, velocities_deg_per_s, limits, kind == "s_curve"), kind)
 
 
@@ -270,6 +262,12 @@ def plan_spline_within(points_deg: Sequence[Sequence[float]], limits: Sequence[A
         times_ns.append(times_ns[-1] + chord.duration_ns)
     plan = plan_spline(points_deg, times_ns[: len(points_deg)])
     return plan._stretched(plan._course.fit(limits, True))
+
+
+def _course(starts: Sequence[object], ends: Sequence[object], limits: Sequence[object]) -> _trajectory.Course:
+    _same_length(starts, len(ends))
+    _same_length(limits, len(ends))
+    return _trajectory.Course(len(ends))
 
 
 def _duration(duration_ns: int | None) -> tuple[int, ...]:

@@ -29,7 +29,6 @@ class RxBuffer:
         return len(self._unread)
 
     def read_all(self) -> bytes:
-        """All unread bytes."""
         data = bytes(self._unread)
         self._unread.clear()
         return data

@@ -9,7 +9,7 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
-from hil.compose import join_devices
+from hil.compose.build import join_devices
 from hil.live.bench_plan import Plan
 from hil.live.board_end import BoardEnd
 from hil.live.bridges import Bridges

@@ -10,9 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.compose import LOOKUP_SECTION, TableFileError, load_firmware, load_verbs, read_text, start_sections
+from hil.compose.build import LOOKUP_SECTION, TableFileError, load_firmware, start_sections
+from hil.compose.find import load_verbs
 from hil.config import BenchConfig, Catalogue, Change, diff, parse
 from hil.firmware.nvm import Content
+from hil.host.regular_file import read_text
 from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.store import Loaded, NvmStore, StoreError, belongs_to
 

@@ -13,8 +13,8 @@ from hil.live.joint import Joint
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
 from hil.vocab.faults import Fault
 from hil.vocab.ports import Port
-from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import ByteFaults, apply_all, byte_fault
+from hil.vocab.time import NS_PER_S, SimTimeNs
+from hil.wire.byte_faults import ByteFaults, apply_all, byte_faults
 
 HOLD_BYTES = 64 * 1024
 """While more than this waits to be taken at one end, nothing is read at the other."""
@@ -122,10 +122,8 @@ class BoardEnd:
 
     def inject(self, number: int, fault: Fault) -> None:
         """Put a fault of the layer ``byte`` on one direction, under a number."""
-        delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
-        effect = byte_fault(fault.kind, fault.number("rate"), delay_ns)
         way = self._to_board if fault.parameters["towards"] == "board" else self.to_client
-        way.faults[number] = ByteFaults(effect, int(fault.number("seed")))
+        way.faults[number] = byte_faults(fault)
 
     def clear(self, number: int) -> None:
         """The line is as it was without that fault."""

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from hil.compose import make_bridge
+from hil.compose.find import make_bridge
 from hil.vocab.bridges import Bridge, BridgeError, Desk
 
 log = logging.getLogger("hil")

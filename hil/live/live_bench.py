@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil import __version__
-from hil.compose import empty_bench
+from hil.compose.build import empty_bench
 from hil.live.apply import Apply
 from hil.live.bench_plan import Plan
 from hil.live.bridges import Bridges
@@ -30,8 +30,7 @@ from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
 from hil.runs import BenchAxes
-from hil.sim.around import Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import Around, BenchRuntime
 from hil.sim.input_log import InputLogWriter
 from hil.vocab.ports import PortContext
 

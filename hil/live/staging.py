@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil.compose import axis_seed, joined_devices, make_device, make_port, serial_port_config
+from hil.compose.build import axis_seed, joined_devices, make_device
+from hil.compose.find import make_port, serial_port_config
 from hil.config import DeviceConfig, PortConfig
 from hil.live.bench_plan import Plan
 from hil.live.configured import Configured

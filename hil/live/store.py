@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
-from hil.compose import read_regular
 from hil.firmware.nvm import VERSION, Content, NvmError, NvmNewer, decode, encode
+from hil.host.regular_file import read_regular
 
 Done = Callable[[bool, str], None]
 

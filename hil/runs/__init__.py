@@ -6,10 +6,9 @@ May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure st
 pydantic_core.
 """
 
-from hil.runs.axes import AxisNow, Refused, Rows, RunBench
-from hil.runs.baton import Soon, Told
+from hil.runs.axes import AxisNow, Refused, Rows
 from hil.runs.clock_offset import ClockOffset
-from hil.runs.execute import Execution
+from hil.runs.execute import Execution, Soon, Told
 from hil.runs.on_bench import BenchAxes
 from hil.runs.plan import Plan
 from hil.runs.planner import plan_run
@@ -28,7 +27,6 @@ __all__ = [
     "Progress",
     "Refused",
     "Rows",
-    "RunBench",
     "RunDocument",
     "Soon",
     "Told",

@@ -1,9 +1,9 @@
 """Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
 
 from collections.abc import Generator, Mapping, Sequence
+from typing import Protocol
 
 from hil.runs.axes import RunBench
-from hil.runs.baton import Baton
 from hil.runs.plan import Phrase, Plan
 from hil.runs.progress import AxisReport, Ended, How, Progress
 from hil.runs.run_axis import RunAxis
@@ -20,6 +20,35 @@ CHECK_NS = 50_000_000
 """Between two looks whether a servo still does what the run wants of it."""
 SETTLE_NS = 200_000_000
 """For a shaft to come to rest after its set-point did."""
+
+
+class Baton(Protocol):
+    """Says when each phrase begins. The one after the last is the end, which all axes reach together."""
+
+    def start_ns(self, phrase: int) -> int | None:
+        """In simulated time, still to come; None: it is not known yet. Asked when the phrases before it have
+        ended here."""
+
+
+class Soon:
+    """A ``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
+
+    def __init__(self, bench: RunBench, lead_ns: int) -> None:
+        self._bench = bench
+        self._lead_ns = lead_ns
+
+    def start_ns(self, phrase: int) -> int:
+        return self._bench.now_ns + self._lead_ns
+
+
+class Told:
+    """A ``Baton`` that others tell: ``starts_ns`` by phrase."""
+
+    def __init__(self) -> None:
+        self.starts_ns: dict[int, int] = {}
+
+    def start_ns(self, phrase: int) -> int | None:
+        return self.starts_ns.get(phrase)
 
 
 class Execution:
@@ -138,7 +167,6 @@ class Execution:
         return (above is None or value >= above) and (below is None or value <= below)
 
     def _until(self, end_ns: int, marks: Sequence[tuple[int, int]] = ()) -> Generator[int, None, None]:
-        """Until then, looking at the axes meanwhile."""
         while True:
             now_ns = self._bench.now_ns
             begun = [number for at_ns, number in marks if at_ns <= now_ns]

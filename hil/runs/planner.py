@@ -18,8 +18,7 @@ from hil.core.trajectory import (
     plan_spline_within,
 )
 from hil.runs.axes import AxisNow
-from hil.runs.phrases import Phrases
-from hil.runs.plan import Plan
+from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
@@ -29,10 +28,7 @@ SPLINE_LOOKS = 1000
 
 
 class _Impossible(Exception):
-    """A step that cannot be done, by its findings."""
-
-    def __init__(self, *findings: Finding) -> None:
-        self.findings = findings
+    """A step cannot be done: a finding's path, message and remedy; none where they are noted already."""
 
 
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
@@ -130,8 +126,8 @@ class StepPlanner:
             elif step.pins is not None:
                 self._pins((*path, "pins"), step.pins)
         except _Impossible as error:
-            for finding in error.findings:
-                self._find(finding.path, finding.message, finding.remedy)
+            if error.args:
+                self._find(*error.args)
 
     # ---- motions ----
 
@@ -166,11 +162,11 @@ class StepPlanner:
         except PlanError as error:
             if error.problem is PlanProblem.TOO_SHORT and error.least_ns is not None:
                 least_s = ceil(error.least_ns / 1e6) / 1e3
-                what = Finding((*path, "in_s"), "it cannot be done so quickly", f"write {least_s:g} or more")
-            else:
-                name = servos[error.axis] if error.axis is not None else ", ".join(servos)
-                what = Finding((*path, kind), f"{name}: {error.what}", "see the limits of the axes")
-            raise _Impossible(what) from None
+                remedy = f"write {least_s:g} or more"
+                raise _Impossible((*path, "in_s"), "it cannot be done so quickly", remedy) from None
+            name = servos[error.axis] if error.axis is not None else ", ".join(servos)
+            what = f"{name}: {error.what}"
+            raise _Impossible((*path, kind), what, "see the limits of the axes") from None
 
     def _turn_stepper(
         self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool
@@ -193,17 +189,14 @@ class StepPlanner:
         for number, point in enumerate(points):
             self._check_point((*place, number), point, names)
         if len({point.at_s is None for point in points}) > 1:
-            raise _Impossible(
-                Finding(place, "some points have at_s and others not", "give it to all, or to none")
-            )
+            raise _Impossible(place, "some points have at_s and others not", "give it to all, or to none")
         rows = [[self.phrases.position_deg[name] for name in names]]
         rows += [[float(point.positions_deg[name]) for name in names] for point in points]
         try:
             trajectory = self._through(place, names, rows, [point.at_s for point in points])
         except PlanError as error:
             which = names[error.axis] + ": " if error.axis is not None else ""
-            wrong = Finding(place, f"{which}{error.what}", "see the points and their times")
-            raise _Impossible(wrong) from None
+            raise _Impossible(place, f"{which}{error.what}", "see the points and their times") from None
         self._check_way(place, names, trajectory)
         targets_deg = dict(zip(names, rows[-1], strict=True))
         self.phrases.move(targets_deg, trajectory.duration_ns, names, trajectory)
@@ -223,39 +216,35 @@ class StepPlanner:
         if violation := trajectory.violation(limits):
             what = f"{names[violation.axis]}: {violation.quantity} of {violation.value:.4g}"
             when = f"at {violation.at_ns / 1e9:.3f} s; the limit is {violation.limit:.4g}"
-            wrong = Finding(place, f"{what} {when} (deg and s)", "take more time, or leave at_s out")
-            raise _Impossible(wrong)
+            raise _Impossible(place, f"{what} {when} (deg and s)", "take more time, or leave at_s out")
         return trajectory
 
     # ---- what is wrong ----
 
     def _check_targets(self, path: KeyPath, targets_deg: Mapping[str, Any], needs_path: bool) -> None:
-        """Whether these axes may go there."""
         findings = []
         for name, target_deg in targets_deg.items():
             place = (*path, name)
-            if name not in self._run.axes:
-                what, remedy = f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)
-                findings.append(Finding(place, what, remedy))
+            if (rules := self._run.axes.get(name)) is None:
+                findings.append(self._no_axis(place, name))
                 continue
-            rules = self._run.axes[name]
             if not rules.min_deg <= target_deg <= rules.max_deg:
-                what, remedy = f"{name} may not go to {target_deg:g} deg", _range(rules)
-                findings.append(Finding(place, what, remedy))
+                what = f"{name} may not go to {target_deg:g} deg"
+                findings.append((place, what, _range(rules)))
             if needs_path and self._axes[name].kind != "servo":
                 what = f"{name} makes ramps of its own, and keeps to no line or spline"
-                findings.append(Finding(place, what, "use move for it"))
+                findings.append((place, what, "use move for it"))
+        for finding in findings:
+            self._find(*finding)
         if findings:
-            raise _Impossible(*findings)
+            raise _Impossible
 
     def _check_point(self, place: KeyPath, point: SplinePoint, names: Sequence[str]) -> None:
         positions_deg = point.positions_deg
         if wrong := [name for name, angle in positions_deg.items() if not _is_angle(angle)]:
-            what, remedy = f"{', '.join(wrong)}: angles are wanted", "write numbers in degrees"
-            raise _Impossible(Finding(place, what, remedy))
+            raise _Impossible(place, f"{', '.join(wrong)}: angles are wanted", "write numbers in degrees")
         if set(positions_deg) != set(names) or not names:
-            what, remedy = "all points have the same axes", f"write {', '.join(names)}"
-            raise _Impossible(Finding(place, what, remedy))
+            raise _Impossible(place, "all points have the same axes", f"write {', '.join(names)}")
         self._check_targets(place, positions_deg, True)
 
     def _check_way(self, place: KeyPath, names: Sequence[str], trajectory: Trajectory) -> None:
@@ -266,13 +255,12 @@ class StepPlanner:
             rules, way = self._run.axes[name], looks[number :: len(names)]
             if min(way) < rules.min_deg or max(way) > rules.max_deg:
                 said = f"{name} would go from {min(way):.4g} to {max(way):.4g} deg between the points"
-                raise _Impossible(Finding(place, said, _range(rules)))
+                raise _Impossible(place, said, _range(rules))
 
     def _wait(self, place: KeyPath, wait: WaitUntil) -> None:
         self.phrases.end(wait)
         if wait.axis not in self._run.axes:
-            what, remedy = f"{wait.axis!r} is none of the run's axes", suggestion(wait.axis, self._run.axes)
-            self._find((*place, "axis"), what, remedy)
+            self._find(*self._no_axis((*place, "axis"), wait.axis))
         elif wait.field not in (known := self._axes[wait.axis].fields):
             self._find((*place, "field"), f"{wait.axis} has no {wait.field!r}", suggestion(wait.field, known))
         elif wait.above is None and wait.below is None:
@@ -285,11 +273,14 @@ class StepPlanner:
             axis, _, pin = which.partition(".")
             place = (*path, which)
             if axis not in self._run.axes:
-                self._find(place, f"{axis!r} is none of the run's axes", suggestion(axis, self._run.axes))
+                self._find(*self._no_axis(place, axis))
             elif pin not in self._axes[axis].pins:
                 self._find(place, f"{axis} has no input {pin!r}", suggestion(pin, self._axes[axis].pins))
             else:
                 self.phrases.happen(axis, "pin", {"pin": pin, "level": level})
+
+    def _no_axis(self, place: KeyPath, name: str) -> tuple[KeyPath, str, str]:
+        return place, f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)
 
     def _find(self, path: KeyPath, message: str, remedy: str) -> None:
         """Once, however often the step is repeated."""

@@ -55,7 +55,6 @@ class Progress:
         return self.state not in ("queued", "running")
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
         return asdict(self)
 
 

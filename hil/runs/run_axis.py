@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isnan, sqrt
 
 from hil.runs.axes import AxisNow, RunBench
@@ -28,44 +29,39 @@ ANGLES = (ord("x"), ord("h"))
 SERVO_SIGNALS, STEPPER_SIGNALS = ("r", "yw"), ("commanded_deg", "position_deg")
 
 
+@dataclass(eq=False)
 class RunAxis:
     """``name`` is the run's for it, ``device`` the bench's; ``on_fault``: how all axes stop when this one
     fails. It is watched from now until ``close``."""
 
-    def __init__(
-        self,
-        name: str,
-        device: str,
-        bench: RunBench,
-        before: AxisNow,
-        rules: AxisRules,
-        report: AxisReport,
-        on_fault: How,
-    ) -> None:
-        self.name = name
-        self.is_stepper = before.kind == "stepper"
-        self._device = device
-        self._bench = bench
-        self._rules = rules
-        self._report = report
-        self._on_fault = on_fault
+    name: str
+    device: str
+    bench: RunBench
+    before: AxisNow
+    rules: AxisRules
+    report: AxisReport
+    on_fault: How
+
+    def __post_init__(self) -> None:
+        self.is_stepper = self.before.kind == "stepper"
         self._refused: list[str] = []
         """Verbs that could not be done when their time had come."""
         self._path: tuple[int, int, float] | None = None
         """A servo's: from when to when it goes, and its last set-point."""
         self._count, self._squares = 0, 0.0
-        self._rows = bench.sample(device, STEPPER_SIGNALS if self.is_stepper else SERVO_SIGNALS, SAMPLE_NS)
+        signals = STEPPER_SIGNALS if self.is_stepper else SERVO_SIGNALS
+        self._rows = self.bench.sample(self.device, signals, SAMPLE_NS)
 
     def fields(self, *names: str) -> Sequence[float]:
         """All of one time. NaN: it is not known."""
-        return self._bench.fields(self._device, names)
+        return self.bench.fields(self.device, names)
 
     # ---- what it is given ----
 
     def give(self, given: Input) -> None:
         """An input takes effect. Raises Ended: it was refused."""
         try:
-            self._bench.give(self._device, given, self._refused.append)
+            self.bench.give(self.device, given, self._refused.append)
         except VerbRefused as refusal:
             raise self.failed(f"{self.name}: {refusal}") from None
 
@@ -84,7 +80,7 @@ class RunAxis:
         """Whatever it does."""
         parameters: list[tuple[str, float | str]] = [("how", how)]
         if not self.is_stepper:
-            parameters.append(("acceleration_rpm_per_s", max(self._rules.acceleration_rpm_per_s, 0.01)))
+            parameters.append(("acceleration_rpm_per_s", max(self.rules.acceleration_rpm_per_s, 0.01)))
         with suppress(Ended):  # it has failed, or its loop is off: it does not move by itself
             self.give(Do("stop", tuple(parameters)))
 
@@ -92,11 +88,11 @@ class RunAxis:
 
     def look(self) -> None:
         """Take its samples in. Raises Ended: it has stopped, refused a verb, or is too far off."""
-        if why := self._bench.failure(self._device):
+        if why := self.bench.failure(self.device):
             raise self.failed(f"{self.name} stopped: {why}")
         if self._refused:
             raise self.failed(f"{self.name}: {self._refused[0]}")
-        worst_deg, limit_deg = self.note(), self._rules.following_error_deg
+        worst_deg, limit_deg = self.note(), self.rules.following_error_deg
         if limit_deg is not None and worst_deg > limit_deg:
             why = f"{self.name} is {worst_deg:.3g} deg from where it should be, {limit_deg:g} are allowed"
             raise self.failed(why)
@@ -106,7 +102,7 @@ class RunAxis:
         rows = self._rows.take()
         found = [abs(wanted - is_at) for _, wanted, is_at in rows]
         if found:
-            report = self._report
+            report = self.report
             report.position_deg = rows[-1][2]
             self._count += len(found)
             self._squares += sum(error * error for error in found)
@@ -139,7 +135,7 @@ class RunAxis:
             raise self.failed(f"{why} something else moved or reset it")
 
     def failed(self, why: str) -> Ended:
-        return Ended("failed", why, self._on_fault)
+        return Ended("failed", why, self.on_fault)
 
     @property
     def turns(self) -> bool:
@@ -148,7 +144,7 @@ class RunAxis:
 
     @property
     def moves(self) -> bool:
-        if self._bench.failure(self._device):
+        if self.bench.failure(self.device):
             return False
         if self.is_stepper:
             return any(self.fields("motion_state"))
@@ -157,7 +153,7 @@ class RunAxis:
 
     @property
     def is_settled(self) -> bool:
-        if self.is_stepper or self._bench.failure(self._device):
+        if self.is_stepper or self.bench.failure(self.device):
             return True
         loop_on, mode, r, yw = self.fields("loop_on", "mode", "r", "yw")
         return not (loop_on and mode in ANGLES and abs(r - yw) > SETTLED_DEG)
@@ -170,11 +166,11 @@ class RunAxis:
         self._rows.close()
         names = ("position_deg", "commanded_deg") if self.is_stepper else ("yw", "r")
         told = [None if isnan(value) else value for value in self.fields(*names)]
-        self._report.position_deg, self._report.commanded_deg = told
-        self._report.at_end = self._at_end()
+        self.report.position_deg, self.report.commanded_deg = told
+        self.report.at_end = self._at_end()
 
     def _at_end(self) -> str:
-        if self._bench.failure(self._device):
+        if self.bench.failure(self.device):
             return "failed"
         if not self.is_stepper and not self.fields("loop_on")[0]:
             return "off"

@@ -8,10 +8,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError
 
 from hil.config.document import Document, document_from_mapping
-from hil.config.explain import findings_of
+from hil.config.explain import StrictModel, findings_of
+from hil.config.model import Name
+from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
 
-NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 DOCUMENT_BYTES = 1 << 20
 AXES = 64
 STEPS = 10_000
@@ -21,17 +22,12 @@ _DAY_S = 86_400.0
 AXIS_PATTERN = r"^([a-z][a-z0-9_-]{0,31}/)?[a-z][a-z0-9_-]{0,31}$"
 """A device, or one of another bench: ``lathe/m1``."""
 
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 AxisName = Annotated[str, Field(pattern=AXIS_PATTERN)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class AxisRules(_Model):
+class AxisRules(StrictModel):
     """What an axis may do in this run."""
 
     velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Most speed.")
@@ -49,7 +45,7 @@ class AxisRules(_Model):
     )
 
 
-class WaitUntil(_Model):
+class WaitUntil(StrictModel):
     """Until a field of an axis is in a range."""
 
     axis: AxisName
@@ -59,7 +55,7 @@ class WaitUntil(_Model):
     timeout_s: float = Field(default=10.0, gt=0, le=_DAY_S, description="The run fails after so long.")
 
 
-class Repeat(_Model):
+class Repeat(StrictModel):
     """Do steps again."""
 
     label: Name = Field(description="From the step with this label to the one before this.")
@@ -96,7 +92,7 @@ def _one_action(step: "Step") -> "Step":
     return step
 
 
-class _Step(_Model):
+class _Step(StrictModel):
     """One thing to do."""
 
     label: Name | None = Field(default=None, description="A name for `repeat`; may stand alone.")
@@ -132,7 +128,7 @@ class _Step(_Model):
 Step = Annotated[_Step, AfterValidator(_one_action)]
 
 
-class RunDocument(_Model):
+class RunDocument(StrictModel):
     """A run."""
 
     run: Name = Field(description="Its name; the same text submitted twice while it is under way is one run.")
@@ -173,3 +169,23 @@ def _checked(document: Document) -> tuple[RunDocument, Document]:
     if document.findings:
         raise document.error(document.findings)
     return run, document
+
+
+def run_reference() -> str:
+    """The part of the reference about runs: every key of one, Markdown."""
+    schema = RunDocument.model_json_schema()
+    parts = schema["$defs"]
+    sections = [
+        "## Runs",
+        "A run is YAML or JSON, for `hil run`, `run/submit` over zenoh, the client and the test kit.",
+        keys_table(schema),
+    ]
+    for title, model in (
+        ("Axes: `axes.<name>`", "AxisRules"),
+        ("Steps: `steps`; each does one thing", "_Step"),
+        ("`wait_until`", "WaitUntil"),
+        ("`repeat`", "Repeat"),
+        ("Points of a spline, beside `at_s` the angles of axes", "SplinePoint"),
+    ):
+        sections += [f"### {title}", keys_table(parts[model])]
+    return "\n\n".join(sections) + "\n"

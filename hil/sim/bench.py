@@ -3,6 +3,7 @@
 Every input goes through ``BenchRuntime.take``, which fixes its effective time once, and logs it.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,21 +11,21 @@ from functools import partial
 from typing import Protocol
 
 from hil.core import Core, Snapshot
-from hil.sim.around import Around
-from hil.sim.device import Answer, Device
+from hil.sim.device import Answer, Device, Home
 from hil.sim.drive import RealTimeDrive
 from hil.sim.faults.in_force import Faults
 from hil.sim.group import Group
+from hil.sim.hardware import DeviceSpec
+from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
-from hil.sim.later import LaterVerbs, Refused
 from hil.sim.roster import Roster
-from hil.sim.spec import DeviceSpec
 from hil.sim.station import Tap
-from hil.sim.stops import Guard
+from hil.sim.stops import UNGUARDED, Guard
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs
+from hil.vocab.verbs import Effect, VerbRefused
 
 
 class Store(Protocol):
@@ -39,27 +40,57 @@ class Store(Protocol):
 
 
 @dataclass(frozen=True)
-class _Home:
-    """``hil.sim.device.Home``."""
+class Around:
+    """What a bench is given of the world around it. By default what virtual time needs: nobody watches over
+    firmwares, waits for a turn's end, or logs."""
 
-    around: Around
-    store: Store
-    answered: Callable[[Device, bool], bool]
-    due_changed: Callable[[Device], None]
+    turn_over: Callable[[], None] = lambda: None
+    """Real time: called when firmware may have run, for whatever reason, and its group was given back:
+    what it sent has to go on, and what it took has made room."""
+    turn: Callable[[], Callable[[], bool] | None] = lambda: None
+    """Real time: called when a group's turn begins; the answer says when it is over. A group that is late
+    goes on in its next turn, and others have theirs between. One whose firmware takes more time than there
+    is falls behind for ever; its inputs then take effect at the time it has reached."""
+    guard: Guard = UNGUARDED
+    """Around each turn of a firmware's own code."""
+    on_failed: Callable[[Device], None] = lambda device: None
+    """Called once when a device has stopped; ``Device.failed`` says why."""
+    log: InputLogWriter | None = None
+    """Gets all inputs with their effective times, and all that devices send."""
 
-    @property
-    def guard(self) -> Guard:
-        return self.around.guard
 
-    def commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
-        return self.store.commit(device, sections, partial(self.answered, device))
+VIRTUAL = Around()
 
-    def failed(self, device: Device) -> None:
-        self.around.on_failed(device)
 
-    def stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
-        if self.around.log:
-            self.around.log.write(Logged(at_ns, device.name, stopped))
+Refused = Callable[[VerbRefused], None]
+
+
+class LaterVerbs:
+    """Power that comes anew, and a verb that ends motions, end those of a device that were to come."""
+
+    def __init__(self) -> None:
+        self._ends = Counter[str]()
+        """How often a verb ended the motions of a device."""
+
+    def note(self, device: Device, given: Do) -> None:
+        if device.verbs[given.verb].effect == Effect.ENDS:
+            self._ends[device.name] += 1
+
+    def add(self, group: Group, device: Device, given: Do, at_ns: int, on_refused: Refused) -> None:
+        """A verb is to be done at a time that has not come; ``on_refused`` is called if it cannot be."""
+        epoch = self._epoch(device)
+
+        def due(now_ns: SimTimeNs) -> None:
+            if epoch == self._epoch(device):
+                try:
+                    group.apply(device, given)
+                except VerbRefused as refusal:
+                    on_refused(refusal)
+
+        group.at(at_ns, due)
+
+    def _epoch(self, device: Device) -> tuple[int, int]:
+        return self._ends[device.name], device.power_ups
 
 
 class BenchRuntime:
@@ -75,7 +106,7 @@ class BenchRuntime:
         self.segments: Mapping[str, SegmentView] = self.roster.segments
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
-        self.drive = RealTimeDrive(core, self._groups, around)
+        self.drive = RealTimeDrive(core, self._groups, around.turn_over, around.turn)
         self.log = around.log
         self._around = around
         self._store = store
@@ -102,7 +133,8 @@ class BenchRuntime:
 
     def make(self, spec: DeviceSpec, plan: AxisPlan, group: Group) -> Device:
         """A device with its axis, for a group; ``add`` puts it there."""
-        home = _Home(self._around, self._store, self._answered, group.note_due)
+        around = self._around
+        home = Home(around.guard, self._commit, around.on_failed, self._stopped, group.note_due)
         device = Device(spec, self.core.open_axis(group.id, plan), home)
         if self.log:
             for name, uart in device.uarts.items():
@@ -129,11 +161,18 @@ class BenchRuntime:
             device.close()
         self.discard(group)
 
+    def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
+        return self._store.commit(device, sections, partial(self._answered, device))
+
     def _answered(self, device: Device, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.give(device, CommitDone(durable))
         return is_here
+
+    def _stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
+        if self.log:
+            self.log.write(Logged(at_ns, device.name, stopped))
 
     # ---- inputs ----
 
@@ -216,7 +255,6 @@ class BenchRuntime:
             self.devices[device].axis.watch(slot, interval_ns, capacity)
 
     def snapshot(self, device: str) -> Snapshot:
-        """A device's axis now."""
         group = self.roster.group_of(device)
         with self.drive.owning(group):
             group.advance(self.now_ns, self.drive.turn())

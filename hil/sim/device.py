@@ -1,11 +1,12 @@
 """One emulated board: its firmware and its hardware, driven by simulated time."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from hil.core import CoreAxis
-from hil.sim.hardware import Hardware
+from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
     Bytes,
     CommitDone,
@@ -21,7 +22,6 @@ from hil.sim.inputs import (
 )
 from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
-from hil.sim.spec import DeviceSpec
 from hil.sim.stops import FirmwareHung, Guard, StopLogged
 from hil.sim.uart import DeviceUart
 from hil.vocab.firmware import MAIN, Commit, CoreEvent
@@ -32,25 +32,21 @@ Answer = Mapping[str, float | str | int]
 """What a verb answers, by names."""
 
 
-class Home(Protocol):
+@dataclass(frozen=True)
+class Home:
     """What a device is in."""
 
-    @property
-    def guard(self) -> Guard:
-        """Around each turn of its firmware's own code."""
-
-    def commit(self, device: "Device", sections: Mapping[str, bytes]) -> bool | None:
-        """Make sections its whole non-volatile memory. Returns whether they are durable, or None: then a
-        ``CommitDone`` comes."""
-
-    def failed(self, device: "Device") -> None:
-        """It has stopped, and ``failed`` says why."""
-
-    def stopped(self, device: "Device", at_ns: SimTimeNs, stopped: Stopped) -> None:
-        """It stops, for a reason that simulated time does not have; ``failed`` comes next."""
-
-    def due_changed(self, device: "Device") -> None:
-        """``due_ns`` may be earlier than it was."""
+    guard: Guard
+    """Around each turn of its firmware's own code."""
+    commit: Callable[["Device", Mapping[str, bytes]], bool | None]
+    """Make sections its whole non-volatile memory. Returns whether they are durable, or None: then a
+    ``CommitDone`` comes."""
+    failed: Callable[["Device"], None]
+    """It has stopped, and ``failed`` says why."""
+    stopped: Callable[["Device", SimTimeNs, Stopped], None]
+    """It stops, for a reason that simulated time does not have; ``failed`` comes next."""
+    due_changed: Callable[["Device"], None]
+    """``due_ns`` may be earlier than it was."""
 
 
 class Device:
@@ -174,7 +170,6 @@ class Device:
 
     @property
     def is_committing(self) -> bool:
-        """The store has not answered yet."""
         return self._memory.is_committing
 
     @property

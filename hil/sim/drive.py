@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 
 from hil.core import Core
-from hil.sim.around import Around
 from hil.sim.group import Group
 from hil.vocab.time import SimTimeNs
 
@@ -14,12 +13,18 @@ _NOTHING = nullcontext()
 
 class RealTimeDrive:
     """Of a bench, by whose ``groups`` it is shared. Until ``start``, and after ``stop``, the groups are the
-    caller's: owning one does nothing."""
+    caller's: owning one does nothing. ``turn_over`` and ``turn``: as ``hil.sim.bench.Around`` has them."""
 
-    def __init__(self, core: Core, groups: Mapping[int, Group], around: Around) -> None:
+    def __init__(
+        self,
+        core: Core,
+        groups: Mapping[int, Group],
+        turn_over: Callable[[], None],
+        turn: Callable[[], Callable[[], bool] | None],
+    ) -> None:
         self._core = core.native
         self._groups = groups
-        self._around = around
+        self._turn_over, self._turn = turn_over, turn
         self.is_on = False
         self.lag = [0] * LAG_BUCKETS
         """How late firmware ran: bucket b counts lags of [2^(b-1), 2^b) ns."""
@@ -48,7 +53,7 @@ class RealTimeDrive:
             if self.is_on:
                 group.give_back()
         if self.is_on:
-            self._around.turn_over()
+            self._turn_over()
 
     def service(self) -> None:
         """Run the firmware of every group that the core has parked or has events of."""
@@ -60,8 +65,8 @@ class RealTimeDrive:
                 if due_ns <= now_ns:
                     self.lag[min((now_ns - due_ns).bit_length(), LAG_BUCKETS - 1)] += 1
                     self.lag_total_ns += now_ns - due_ns
-                group.advance(now_ns, self._around.turn())
-        self._around.turn_over()
+                group.advance(now_ns, self._turn())
+        self._turn_over()
 
     def stop(self) -> None:
         """End the real-time thread; the groups are the caller's again."""
@@ -70,11 +75,11 @@ class RealTimeDrive:
 
     def turn(self) -> Callable[[], bool] | None:
         """Says when the turn of a group that begins now is over; None: never."""
-        return self._around.turn() if self.is_on else None
+        return self._turn() if self.is_on else None
 
     def owning(self, group: Group) -> AbstractContextManager[object]:
         """Its firmwares may run for as long as the block lasts."""
-        return _Turn(group, self._around.turn_over) if self.is_on else _NOTHING
+        return _Turn(group, self._turn_over) if self.is_on else _NOTHING
 
     def looking_at(self, group: Group) -> AbstractContextManager[object]:
         """The same for a block in which none of its firmwares runs."""

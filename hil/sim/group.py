@@ -33,7 +33,6 @@ class Group:
         several devices."""
 
     def add(self, device: Device) -> None:
-        """Its firmware starts now."""
         self._index[device.axis.id] = len(self.devices)
         self.devices.append(device)
         self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
@@ -54,7 +53,6 @@ class Group:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """The time the group has reached."""
         return SimTimeNs(self._native.now(self.id))
 
     @property
@@ -74,10 +72,6 @@ class Group:
         """Call at a time that has not been reached yet, before the firmwares that run then."""
         self._timer_count += 1
         heappush(self._timers, (at_ns, self._timer_count, call))
-
-    def _note_due(self, index: int) -> None:
-        if (due_ns := self.devices[index].due_ns) < FOREVER:
-            heappush(self._due, (due_ns, index))
 
     def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
         """Run axes and firmwares up to and at ``until_ns``; never back. Where ``is_over`` says so, which is
@@ -138,14 +132,14 @@ class Group:
 
     def note_due(self, device: Device) -> None:
         """When a device is due may have changed, for another reason than that it was due."""
-        if len(self.devices) > 1:
-            self._note_due(self._index[device.axis.id])
+        if len(self.devices) > 1 and (due_ns := device.due_ns) < FOREVER:
+            heappush(self._due, (due_ns, self._index[device.axis.id]))
 
     def _interrupts(self) -> None:
         for event in self._core.take_events(self.id):
-            index = self._index[event.axis]
-            self.devices[index].interrupt(event)
-            self.note_due(self.devices[index])
+            device = self.devices[self._index[event.axis]]
+            device.interrupt(event)
+            self.note_due(device)
         if self._native.failed(self.id):
             for device in self.devices:
                 if not device.failed:

@@ -1,17 +1,75 @@
-"""A board without its firmware: axis, serial interfaces, memory."""
+"""What a device is made of, and a board without its firmware: axis, serial interfaces, memory."""
 
+from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from hil.core import CoreAxis, CoreMotion
 from hil.core.fields import OF_KIND
 from hil.sim.inputs import Drive, Pin, ScriptEncoder, SetField
 from hil.sim.interfaces import Interfaces
-from hil.sim.memory import Memory
-from hil.sim.spec import DeviceSpec
+from hil.sim.setpoints import TimeOut
 from hil.sim.stops import Guard
-from hil.vocab.firmware import MAIN, NETWORK, Board
+from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, Firmware
+from hil.vocab.verbs import Verb
 
 AxisInput = Pin | SetField | ScriptEncoder | Drive
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeviceSpec:
+    """What a device is, beside its axis.
+
+    ``bauds``: of its UARTs, by their names; None where bytes take no time. All but the main one are made in
+    software. ``power_up``: the axis's fields that the power sets beside the core's own, the encoder's
+    registers. ``nvm``: named contents of its memory at the start.
+    """
+
+    name: str
+    profile: str
+    firmware: Callable[[Board], Firmware]
+    bauds: Mapping[str, int | None]
+    nvm: Mapping[str, bytes]
+    power_up: Mapping[str, int]
+    facts: Mapping[str, int]
+    verbs: Mapping[str, Verb] = field(default_factory=dict)
+    time_out: TimeOut | None = None
+    follow: Callable[..., None] | None = None
+
+
+class Memory:
+    """``store`` makes sections the whole memory, and answers whether they are durable, or None: ``answered``
+    will be called."""
+
+    def __init__(
+        self, content: Mapping[str, bytes], store: Callable[[Mapping[str, bytes]], bool | None]
+    ) -> None:
+        self.content = dict(content)
+        """By the names of sections; what was asked for and is not durable yet is not in it."""
+        self._store = store
+        self._pending: deque[dict[str, bytes]] = deque()
+        """The whole memory of each commit that the store has not answered, in their order."""
+
+    @property
+    def is_committing(self) -> bool:
+        """The store has not answered yet."""
+        return bool(self._pending)
+
+    def commit(self, request: Commit) -> bool | None:
+        """Begin to write; ``store``'s answer."""
+        whole = self.content | {request.name: request.data}
+        self._pending.append(whole)
+        return self._store(whole)
+
+    def answered(self, durable: bool) -> bool:
+        """The store has answered the oldest commit; one that failed leaves the old content. Returns whether
+        there was one."""
+        if not self._pending:
+            return False
+        whole = self._pending.popleft()
+        if durable:
+            self.content.update(whole)
+        return True
 
 
 class Hardware:

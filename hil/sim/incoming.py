@@ -20,7 +20,6 @@ class Flight:
     data: bytes
 
     def part(self, first: int, end: int) -> "Flight":
-        """Some of the characters."""
         return Flight(self.times_ns[first:end], self.data[first:end])
 
     def characters(self) -> Iterator[tuple[int, int]]:

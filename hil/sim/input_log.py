@@ -61,7 +61,6 @@ class InputLog:
     """Which wrote it."""
 
     def where(self, index: int) -> str:
-        """The place of an input."""
         return place(self.name, self.lines[index])
 
 

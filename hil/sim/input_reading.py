@@ -31,7 +31,6 @@ def whole(value: Any, within: range = _INT64) -> int:
 
 
 def time_ns(value: Any) -> int:
-    """A simulated time."""
     return whole(value, range(LATEST_NS + 1))
 
 
@@ -43,7 +42,6 @@ def number(value: Any) -> float:
 
 
 def text(value: Any) -> str:
-    """Text."""
     if not isinstance(value, str):
         raise _Wrong("write a text")
     return value
@@ -56,7 +54,6 @@ def _flag(value: Any) -> bool:
 
 
 def hexadecimal(value: Any) -> bytes:
-    """Bytes."""
     try:
         return bytes.fromhex(text(value))
     except ValueError:
@@ -151,17 +148,12 @@ def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
         raise InputLogError(f"{name}: {error}") from None
 
 
-def decode_line(line: str | bytes) -> Logged:
-    """The reverse of ``inputs.encode_line``.
+def decode(values: dict[str, Any]) -> Logged:
+    """The reverse of ``inputs.encode_line``, of a line's values; takes its fields out.
 
     Raises:
-        InputLogError: the line is not one.
+        InputLogError: they are none of an input.
     """
-    return decode(read_line(line))
-
-
-def decode(values: dict[str, Any]) -> Logged:
-    """The same of a line that was read already; takes its fields out."""
     at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
     name = taken(values, "input", text)
     if name not in KINDS:

@@ -45,16 +45,13 @@ class Interfaces:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """The time that they have reached."""
         return self.all[0].now_ns
 
     def set_time(self, now_ns: SimTimeNs) -> None:
-        """It is this time."""
         for uart in self.all:
             uart.now_ns = now_ns
 
     def clear(self) -> None:
-        """As after power-up."""
         for uart in self.all:
             uart.clear()
 

@@ -80,6 +80,5 @@ class Roster:
         return Place(self._groups[name], device, uart, uart.segment, uart.station) if uart else None
 
     def targets(self) -> list[str]:
-        """All names that mean something."""
         ports = [f"{name}.{uart}" for name, d in self.devices.items() for uart in d.uarts if uart != MAIN]
         return [*self.devices, *ports, *self.taps, *self.segments]

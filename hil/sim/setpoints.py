@@ -32,7 +32,6 @@ class Setpoints:
         """How often it did."""
 
     def note(self, effect: Effect, now_ns: SimTimeNs, note: Callable[[str, str | None], None]) -> None:
-        """A verb was carried out."""
         if effect == Effect.NONE or self._time_out is None:
             return
         streams = effect == Effect.STREAM
@@ -49,5 +48,4 @@ class Setpoints:
         note(NOTE, f"no set-point for {ms:g} ms: {self._time_out.policy} ({self.starved} times)")
 
     def end(self) -> None:
-        """None is awaited any more."""
         self.due_ns = FOREVER

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from hil.firmware.runtime import Runtime
-from hil.sim.hardware import Hardware
-from hil.sim.spec import DeviceSpec
+from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.stops import Guard
 from hil.vocab.firmware import Commit, Main
 from hil.vocab.time import SimTimeNs
@@ -51,7 +50,6 @@ class Sketch:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """How far it has come."""
         return self._interfaces.now_ns
 
     @property

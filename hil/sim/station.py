@@ -2,57 +2,48 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 
+from hil.sim.incoming import heard
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import Packet, PacketDecoder
-from hil.wire.serial_line import character_ns, resample
+from hil.wire.serial_line import character_ns
 
 TAP_ROOM_BYTES = 256
 """What a client may have sent that is not on the wire yet; more waits at the client."""
 
 
+@dataclass(eq=False)
 class Tap:
     """A station without a board. What a client sends goes on the wire at once and in order; ``heard`` keeps
     what the wire says, with its times, until ``take``."""
 
-    def __init__(
-        self,
-        name: str,
-        segment: Segment,
-        clock: Clock,
-        baud: int,
-        *,
-        only_listens: bool = False,
-        is_real: bool = False,
-    ) -> None:
-        self.name = name
-        self.segment = segment
-        self._clock = clock
-        self.baud_now = baud
-        self.only_listens = only_listens
-        self.is_real = is_real
-        """A real line hangs here: addresses that send there are left to the real nodes."""
-        self.notes: dict[int, str] = {}
-        """Of real nodes that took a twin's place, by their addresses."""
-        self._decoder = PacketDecoder()
-        self.now_ns = SimTimeNs(0)
-        self.refused_bytes = 0
-        """What a client sent to a tap that only listens."""
-        self.heard: deque[tuple[int, int]] = deque()
-        """When each character was complete, and the character."""
-        self.listeners: list[Callable[[], None]] = []
-        """Called when something was heard."""
-        self._free_ns = 0
+    name: str
+    segment: Segment
+    clock: Clock
+    baud_now: int
+    _: KW_ONLY
+    only_listens: bool = False
+    is_real: bool = False
+    """A real line hangs here: addresses that send there are left to the real nodes."""
+    notes: dict[int, str] = field(default_factory=dict)
+    """Of real nodes that took a twin's place, by their addresses."""
+    refused_bytes: int = 0
+    """What a client sent to a tap that only listens."""
+    heard: deque[tuple[int, int]] = field(default_factory=deque)
+    """When each character was complete, and the character."""
+    listeners: list[Callable[[], None]] = field(default_factory=list)
+    """Called when something was heard."""
+    _decoder: PacketDecoder = field(default_factory=PacketDecoder)
+    _free_ns: int = 0
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
-        """A client's bytes take effect."""
-        self.now_ns = now_ns
         if isinstance(given, Play):
             for offset_ns, data in given.bursts:
-                self._clock.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
+                self.clock.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
             return
         if not isinstance(given, Bytes):
             return
@@ -87,7 +78,6 @@ class Tap:
         return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
 
     def take(self, until_ns: int) -> bytes:
-        """What was complete by then."""
         out = bytearray()
         while self.heard and self.heard[0][0] <= until_ns:
             out.append(self.heard.popleft()[1])
@@ -101,12 +91,8 @@ class Tap:
     # ---- hil.vocab.segment.Receiver ----
 
     def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        if baud == self.baud_now:
-            self.heard.extend((start_ns + character_ns(i + 1, baud), byte) for i, byte in enumerate(data))
-        else:
-            one_ns = character_ns(1, self.baud_now)
-            for sampled in resample(data, baud, self.baud_now):
-                self.heard.append((start_ns + sampled.offset_ns + one_ns, sampled.byte))
+        if flight := heard(start_ns, data, baud, self.baud_now):
+            self.heard.extend(flight.characters())
         self._tell()
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:

@@ -42,20 +42,16 @@ class Guarded(Protocol):
 class Guard(Protocol):
     """``with guard(device):`` around each turn of its firmware's own code."""
 
-    def __call__(self, device: Guarded, /) -> AbstractContextManager[object]: ...
-
-    def aside(self) -> AbstractContextManager[object]:
-        """Work that is not the firmware's, in the middle of a turn or after it."""
-
-
-class Unguarded:
-    """Nobody watches."""
-
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         return _NOTHING
 
     def aside(self) -> AbstractContextManager[object]:
+        """Work that is not the firmware's, in the middle of a turn or after it."""
         return _NOTHING
+
+
+class Unguarded(Guard):
+    """Nobody watches."""
 
 
 UNGUARDED = Unguarded()
@@ -69,16 +65,6 @@ class LoggedStops(Unguarded):
         """Those that have not come yet, by the devices' names and the turns."""
 
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
-        stopped = self.left.pop((device.name, device.turns), None)
-        return _Stop(stopped) if stopped else _NOTHING
-
-
-class _Stop(AbstractContextManager[None]):
-    def __init__(self, stopped: Stopped) -> None:
-        self._stopped = stopped
-
-    def __enter__(self) -> None:
-        raise StopLogged(self._stopped)
-
-    def __exit__(self, *_: object) -> None:
-        return
+        if stopped := self.left.pop((device.name, device.turns), None):
+            raise StopLogged(stopped)
+        return _NOTHING

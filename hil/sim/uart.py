@@ -71,7 +71,6 @@ class DeviceUart:
         self.clear()
 
     def join(self, segment: Segment, station: str) -> None:
-        """Become a station of a segment."""
         self.segment, self.station = segment, station
         segment.join(station, self)
         self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))

@@ -8,13 +8,12 @@ May import: hil.core, hil.vocab, the standard library, matplotlib, plotext.
 
 from hil.telemetry.recording import DEFAULT_SIGNALS, Recording, check_signals
 from hil.telemetry.sampler import Sampler, Subscription
-from hil.telemetry.step_response import StepResponse, other_motion, step_response
+from hil.telemetry.step_response import other_motion, step_response
 
 __all__ = [
     "DEFAULT_SIGNALS",
     "Recording",
     "Sampler",
-    "StepResponse",
     "Subscription",
     "check_signals",
     "other_motion",

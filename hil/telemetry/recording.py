@@ -45,7 +45,6 @@ class Recording:
         return [(row[0] - origin_ns) * 1e-9 for row in self.rows]
 
     def column(self, signal: str) -> list[float]:
-        """One signal's values."""
         at = self.signals.index(signal) + 1
         return [row[at] for row in self.rows]
 

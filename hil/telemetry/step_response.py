@@ -30,7 +30,6 @@ class StepResponse:
     """Mean of the last tenth, less the target."""
 
     def line(self, unit: str) -> str:
-        """The figures in a line."""
         rise = "never" if self.rise_ms is None else f"{self.rise_ms:.2f} ms"
         settling = "never" if self.settling_ms is None else f"{self.settling_ms:.2f} ms"
         return (

@@ -1,7 +1,5 @@
 """Recordings drawn with characters."""
 
-from typing import Any
-
 from hil.telemetry.recording import Recording
 
 PANEL_HEIGHT = 14
@@ -19,15 +17,11 @@ def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: s
         if i == 0 and title:
             plt.title(title)
         for name, recording in recordings.items():
+            prefix = f"{name} " if len(recordings) > 1 else ""
             for signal in signals:
-                _line(plt, recording, signal, f"{name} " if len(recordings) > 1 else "")
+                label = prefix + recording.label(signal)
+                plt.plot(recording.at_s(), recording.column(signal), label=label, marker="braille")
         if i == len(panels) - 1:
             plt.xlabel("s")
         parts.append(plt.build() if colour else plt.uncolorize(plt.build()))
     return "\n".join(parts)
-
-
-def _line(plt: Any, recording: Recording, signal: str, prefix: str) -> None:
-    plt.plot(
-        recording.at_s(), recording.column(signal), label=prefix + recording.label(signal), marker="braille"
-    )

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from hil.compose import bench_runtime, find_catalogue, read_text, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import Store
+from hil.sim.bench import VIRTUAL, Around, Store
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
 from hil.telemetry import Recording, Sampler, Subscription
@@ -117,11 +115,9 @@ class Bench:
         return self._runtime.segments[name]
 
     def axis(self, name: str) -> AxisFace:
-        """The axis of a device."""
         return self._axes[name]
 
     def device(self, name: str) -> DeviceFace:
-        """A device."""
         return self._devices[name]
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
@@ -176,9 +172,7 @@ class Bench:
     def __enter__(self) -> "Bench":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:

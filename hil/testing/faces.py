@@ -1,16 +1,19 @@
 """What a test holds of a bench: ports, taps, axes, pins, boards and faults."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, Literal
 
-from hil.core import Snapshot
+from hil.core import CoreMotion, Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.station import Tap
+from hil.sim.uart import DeviceUart
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
-from hil.testing.outputs import Outputs
+from hil.vocab.axis_plan import OUTPUTS
+from hil.vocab.firmware import NETWORK
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
@@ -18,6 +21,10 @@ from hil.wire.step_dir import Edges
 
 Record = Callable[[Device, tuple[str, ...], int], Recording]
 """Begins a recording of a device's signals at every multiple of an interval in nanoseconds."""
+
+TX_ENABLE = "TxEn"
+"""The output that switches a board's RS485 driver on, high while any of its ports sends; boards with two
+serial interfaces have it."""
 
 
 class PortFace:
@@ -68,7 +75,6 @@ class PortFace:
         return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends."""
         self._unread.append((at_ns, data))
         self.timeline.append((at_ns, data))
 
@@ -188,6 +194,44 @@ class AxisFace:
         if problem := self._runtime.faults.load_problem(self._device, torque_Nm):
             raise ValueError(f"load_torque_Nm: {problem}")
         self._runtime.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
+
+
+class Outputs:
+    """Edges of a device's outputs, kept from the bench's start."""
+
+    def __init__(self, runtime: BenchRuntime, device: Device) -> None:
+        self._runtime = runtime
+        self._motion = device.axis if isinstance(device.axis, CoreMotion) else None
+        self._edges: list[tuple[SimTimeNs, str, int]] = []
+        self._busy: list[tuple[SimTimeNs, SimTimeNs]] = []
+        self.names = [*OUTPUTS] if self._motion else []
+        if self._motion:
+            self._motion.record_edges(True)
+        if NETWORK in device.uarts:
+            self.names.append(TX_ENABLE)
+            for uart in device.uarts.values():
+                uart.listeners.append(partial(self._sends, uart))
+
+    def edges(self, output: str) -> list[tuple[SimTimeNs, int]]:
+        """All so far: (simulated time, level)."""
+        if output == TX_ENABLE:
+            return self._transmissions()
+        if self._motion:
+            self._edges += [(SimTimeNs(at), name, level) for at, name, level in self._motion.take_edges()]
+        return [(at_ns, level) for at_ns, name, level in self._edges if name == output]
+
+    def _transmissions(self) -> list[tuple[SimTimeNs, int]]:
+        edges: list[tuple[SimTimeNs, int]] = []
+        for start_ns, end_ns in sorted(self._busy):
+            if edges and start_ns <= edges[-1][0]:
+                edges[-1] = (max(end_ns, edges[-1][0]), 0)
+            else:
+                edges += [(start_ns, 1), (end_ns, 0)]
+        return [edge for edge in edges if edge[0] <= self._runtime.now_ns]
+
+    def _sends(self, uart: DeviceUart, at_ns: SimTimeNs, data: bytes) -> None:
+        if uart.baud:
+            self._busy.append((at_ns, SimTimeNs(at_ns + character_ns(len(data), uart.baud))))
 
 
 class PinFace:

@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.faces import FaultFace
 
+NODE = "sac"
+COLD_START_MS = 1100
+
 
 @pytest.fixture
 def bench() -> "Iterator[Callable[..., Bench]]":
@@ -31,12 +34,24 @@ def bench() -> "Iterator[Callable[..., Bench]]":
 def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
     """Makes a bench of SACs on one segment, past their cold start: ``segment(32)`` has ``s4`` to ``s35`` with
     those addresses on ``bus0``, and a tap ``bus0.master``. ``baud`` is the line's, ``first`` the first
-    address."""
+    address, 4 to 255."""
 
     def make(nodes: int, *, baud: int = 38400, first: int = 4, seed: int = 0) -> "Bench":
-        from hil.testing.nodes import segment_of
-
-        return segment_of(bench, nodes, baud=baud, first=first, seed=seed)
+        if nodes < 1 or first < 4 or first + nodes > 256:
+            raise ValueError(f"{nodes} nodes from address {first} on do not fit: addresses are 4 to 255")
+        names = {f"s{address}": address for address in range(first, first + nodes)}
+        wire = {"stations": list(names), "taps": {"master": {"port": "memory"}}, "baud": baud}
+        devices = {name: {"profile": NODE} for name in names}
+        made = bench({"bench": "nodes", "devices": devices, "segments": {"bus0": wire}}, seed)
+        made.run(ms=COLD_START_MS)
+        for line in (b"$CM%d\r", b"$Cn" + str(baud).encode() + b"\r", b"$R\r"):
+            for name, address in names.items():
+                made.port(name).write(line % address if b"%" in line else line)
+            made.run(ms=100)
+        for name in names:
+            made.port(name).read()
+        made.tap("bus0.master").read()
+        return made
 
     return make
 

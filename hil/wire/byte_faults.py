@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from hil.vocab.faults import Fault
+from hil.vocab.time import NS_PER_MS
 from hil.wire._byte_faults import Draws
 
 _MASK = (1 << 64) - 1
@@ -40,33 +42,30 @@ class ByteFault:
     """The delay. Bytes behind it keep their order."""
 
 
-class ByteFaults:
-    """One direction of a line under faults."""
+class ByteFaults(Draws):
+    """One direction of a line under faults; ``changed_bytes`` did not come through as they were.
+
+    ``apply(data)`` gives pieces with the time (ns) by which each is late; none may overtake the one before. A
+    byte's fate depends on how many came before it, not on the pieces they come in.
+    """
 
     def __init__(self, fault: ByteFault, seed: int) -> None:
         rates = (fault.bit_error_rate, fault.drop_rate, fault.duplicate_rate, fault.delay_rate)
         flip, drop, duplicate, delay = (math.ceil(rate * 2.0**64) for rate in rates)
-        self._draws = Draws(seed & _MASK, flip, drop, duplicate, delay, fault.delay_ns)
-
-    @property
-    def changed_bytes(self) -> int:
-        """Bytes that did not come through as they were."""
-        return self._draws.changed_bytes
-
-    def apply(self, data: bytes) -> list[tuple[int, bytes]]:
-        """Pieces with the time (ns) by which each is late; none may overtake the one before. A byte's fate
-        depends on how many came before it, not on the pieces they come in."""
-        return self._draws.apply(data)
+        super().__init__(seed & _MASK, flip, drop, duplicate, delay, fault.delay_ns)
 
 
-def byte_fault(kind: str, rate: float, delay_ns: int = 0) -> ByteFault:
-    """The rates of a fault of the layer ``byte`` (``hil.vocab.faults``)."""
-    return {
+def byte_faults(fault: Fault) -> ByteFaults:
+    """A fault of the layer ``byte`` (``hil.vocab.faults``), from its seed."""
+    rate = fault.number("rate")
+    delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
+    effect = {
         "byte_flip": ByteFault(bit_error_rate=rate),
         "byte_drop": ByteFault(drop_rate=rate),
         "byte_duplicate": ByteFault(duplicate_rate=rate),
         "byte_delay": ByteFault(delay_rate=rate, delay_ns=delay_ns),
-    }[kind]
+    }[fault.kind]
+    return ByteFaults(effect, int(fault.number("seed")))
 
 
 def apply_all(faults: Iterable[ByteFaults], data: bytes) -> list[tuple[int, bytes]]:

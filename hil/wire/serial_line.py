@@ -7,6 +7,7 @@ which the edges of the sent bits and the middles of the read bits are whole numb
 from dataclasses import dataclass
 
 _NS_PER_S = 10**9
+_BITS = 10
 
 
 @dataclass(frozen=True)
@@ -20,47 +21,41 @@ class Sampled:
     """Time of its start edge, counted from the first start edge, rounded down."""
 
 
-def character_ns(n: int, baud: int, bits: int = 10) -> int:
-    """Duration of ``n`` characters of ``bits`` bits (start and stop included), rounded down once."""
-    return n * bits * _NS_PER_S // baud
+def character_ns(n: int, baud: int) -> int:
+    """Duration of ``n`` characters of 10 bits (start and stop included), rounded down once."""
+    return n * _BITS * _NS_PER_S // baud
 
 
-def resample(data: bytes, sent_baud: int, read_baud: int, *, data_bits: int = 8) -> list[Sampled]:
+def resample(data: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
     """The characters that a receiver at ``read_baud`` reads of bytes sent back to back at ``sent_baud``.
 
-    One start bit, ``data_bits`` (5 to 8, least significant first), no parity, one stop bit, the line
-    idle before and after. The receiver waits for a falling edge, checks that the line is still low in
-    the middle of the start bit, takes each further bit in its middle, and looks for the next falling
-    edge after it has sampled the stop bit. A sample on an edge sees the level after the edge.
+    One start bit, 8 data bits (least significant first), no parity, one stop bit, the line idle before and
+    after. The receiver waits for a falling edge, checks that the line is still low in the middle of the start
+    bit, takes each further bit in its middle, and looks for the next falling edge after it has sampled the
+    stop bit. A sample on an edge sees the level after the edge.
 
     Raises:
-        ValueError: a baud rate is not positive, or ``data_bits`` is out of range.
+        ValueError: a baud rate is not positive.
     """
     if sent_baud <= 0 or read_baud <= 0:
         raise ValueError(f"baud rates must be positive, not {sent_baud} and {read_baud}")
-    if not 5 <= data_bits <= 8:
-        raise ValueError(f"data_bits must be 5 to 8, not {data_bits}")
-    mask = (1 << data_bits) - 1
     if sent_baud == read_baud:
-        bits = data_bits + 2
-        return [Sampled(byte & mask, False, character_ns(n, sent_baud, bits)) for n, byte in enumerate(data)]
-    return _sample(_levels(data, data_bits), sent_baud, read_baud, data_bits)
+        return [Sampled(byte, False, character_ns(n, sent_baud)) for n, byte in enumerate(data)]
+    return _sample(_levels(data), sent_baud, read_baud)
 
 
-def _levels(data: bytes, data_bits: int) -> bytes:
+def _levels(data: bytes) -> bytes:
     """The line's level (0 or 1) in each bit time; one idle bit stands before the first start bit."""
     levels = bytearray([1])
     for byte in data:
-        levels.append(0)
-        levels.extend(byte >> bit & 1 for bit in range(data_bits))
-        levels.append(1)
+        levels += bytes((0, *(byte >> bit & 1 for bit in range(8)), 1))
     return bytes(levels)
 
 
-def _sample(levels: bytes, sent_baud: int, read_baud: int, data_bits: int) -> list[Sampled]:
+def _sample(levels: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
     sent_bit = 2 * read_baud
     half_read_bit = sent_baud
-    middles = [(2 * bit + 1) * half_read_bit for bit in range(data_bits + 2)]
+    middles = [(2 * bit + 1) * half_read_bit for bit in range(_BITS)]
     last = len(levels) - 1  # a stop bit: the line stays at its level
     sampled = []
     now = -1  # the first start edge is at 0

@@ -20,8 +20,7 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
-from hil.sim.around import Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import Around, BenchRuntime
 from hil.sim.given_fault import fault_refusal
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.sim.inputs import (

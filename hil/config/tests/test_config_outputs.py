@@ -16,13 +16,13 @@ from hil.config import (
     Change,
     ConfigError,
     DeviceConfig,
-    FlashConfig,
     diff,
     from_dict,
     profile_from_yaml,
     reference,
     schema,
 )
+from hil.config.model import FlashConfig
 
 ROOT = Path(__file__).parents[3]
 PROFILE = ROOT / "device_profiles" / "mechaduino"
@@ -125,9 +125,9 @@ def test_every_key_of_the_models_is_described_and_in_the_reference() -> None:
             assert field.description, name
             assert f"| `{name}` |" in page
             assert field.description.replace("|", r"\|") in page
-    for parameter in CATALOGUE.profiles["mechaduino"].axis.values():
+    for name, parameter in CATALOGUE.profiles["mechaduino"].axis.items():
         other = "" if parameter.full is None else f"; `plant: full`: {parameter.full:g}"
-        assert f"| `{parameter.name}` | {parameter.value:g}{other} | {parameter.unit} |" in page
+        assert f"| `{name}` | {parameter.value:g}{other} | {parameter.unit} |" in page
 
 
 def test_the_reference_has_well_formed_tables_with_types_and_defaults() -> None:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hil.config import AxisParameter, ConfigError, HardwareVersion, profile_from_yaml
+from hil.config import ConfigError
+from hil.config.catalogue import AxisParameter, HardwareVersion, profile_from_yaml
 
 FOLDER = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
 TEXT = (FOLDER / "profile.yaml").read_text()
@@ -25,7 +26,6 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     assert (profile.name, profile.law, profile.plant) == ("mechaduino", "mechaduino", "simple")
     assert profile.firmware == "firmware:Mechaduino"
     assert profile.usb == "native"
-    assert profile.folder == FOLDER
     assert {name: parameter.value for name, parameter in profile.axis.items()} == {
         "inertia_kg_m2": 5.4e-6,
         "viscous_Nm_s_per_rad": 0.004,
@@ -53,8 +53,8 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     assert profile.registers == {"diaagc": 0x0180, "errfl": 0}
     assert profile.default_hardware == "0.1"
     assert profile.hardware == {
-        "0.1": HardwareVersion("0.1", 8, 25, ("D0", "D1")),
-        "0.2": HardwareVersion("0.2", 8, 35, ("D0", "D1", "D2", "D3")),
+        "0.1": HardwareVersion(supply_min_V=8, supply_max_V=25, inputs_5V=["D0", "D1"]),
+        "0.2": HardwareVersion(supply_min_V=8, supply_max_V=35, inputs_5V=["D0", "D1", "D2", "D3"]),
     }
 
 
@@ -82,11 +82,11 @@ def test_a_broken_profile_says_where(old: str, new: str, expected: str) -> None:
 
 
 def test_limits_of_a_parameter() -> None:
-    limited = AxisParameter("x_V", 1.0, "V", minimum=-1.0, maximum=2.0, source="here")
+    limited = AxisParameter(value=1.0, unit="V", minimum=-1.0, maximum=2.0, about="", source="here")
     assert limited.refusal(-1.0) is None
     assert limited.refusal(2.0) is None
     assert limited.refusal(-1.5) == ("-1.5 V is too small", "write -1 or more")
     assert limited.refusal(2.5) == ("2.5 V is too large", "write 2 or less")
-    above = AxisParameter("x_V", 1.0, "V", minimum=None, maximum=None, source="here", above=0.0)
+    above = AxisParameter(value=1.0, unit="V", about="", source="here", above=0.0)
     assert above.refusal(0.0) == ("0 V is too small", "write more than 0")
     assert above.refusal(1e-300) is None

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from hil.config import Catalogue, ConfigError, Problem, from_dict, parse, profile_from_yaml, yaml_text
+from hil.config import Catalogue, ConfigError, from_dict, parse, profile_from_yaml, yaml_text
+from hil.config.document import Problem
 
 PROFILE = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
 

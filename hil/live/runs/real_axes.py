@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, cast
 
-from hil.compose import load_terminal_axis
+from hil.compose.find import load_terminal_axis
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
 from hil.live.places import Places

@@ -8,7 +8,7 @@ from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
 from hil.live.commits import Commits
 from hil.live.store import NvmStore
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes

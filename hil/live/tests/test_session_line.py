@@ -10,7 +10,7 @@ from session_bench import Bench, Echo, MemoryPort
 from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
 from hil.live.sim_ends import UartEnd
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main

@@ -3,14 +3,14 @@
 from functools import partial
 
 from hil.sim.device import Device
-from hil.sim.faults import byte, node
+from hil.sim.faults import node
 from hil.sim.faults.physics import AxisFaults
+from hil.sim.given_fault import load_problem
 from hil.sim.inputs import Clear, Inject
-from hil.sim.loads import load_problem
 from hil.sim.roster import Place, Roster
 from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
 from hil.vocab.time import NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import Chance
+from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
 LOAD = "shaft_load"
 
@@ -77,7 +77,6 @@ class Faults:
         return self._count
 
     def apply(self, target: str, given: Inject | Clear, now_ns: SimTimeNs) -> None:
-        """An input takes effect."""
         if isinstance(given, Inject):
             self.inject(given.number, Fault(given.kind, target, dict(given.parameters)), now_ns)
         else:
@@ -121,7 +120,9 @@ class Faults:
             return
         self._in_force[number] = fault, place
         if kind.layer in ("byte", "host"):
-            byte.begin(number, fault, place)
+            for way in _ways(fault, place):
+                all_lost = fault.layer == "host"
+                way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0) if all_lost else byte_faults(fault)
         elif fault.kind == "node_babble":
             chance = Chance(int(fault.number("seed")))
             node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
@@ -133,7 +134,8 @@ class Faults:
     def _end(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
         kind = FAULT_KINDS[fault.kind]
         if kind.layer in ("byte", "host"):
-            byte.end(number, fault, place)
+            for way in _ways(fault, place):
+                del way[number]
         elif place.segment and kind.target in (SEGMENT, STATION):
             if fault.kind != "node_babble":  # which hears of it when it wants to speak again
                 place.segment.clear(number, fault, place.station)
@@ -147,3 +149,12 @@ class Faults:
         node.renew(place, here, now_ns)
         if layer == "node":
             node.run(place, now_ns)
+
+
+def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
+    """The directions that a fault of a port is on."""
+    assert place.uart
+    rx, tx = place.uart.rx_faults, place.uart.tx_faults
+    if fault.kind == "host_close":
+        return [rx, tx]
+    return [rx] if fault.parameters.get("towards") == "board" else [tx]

@@ -31,7 +31,6 @@ def happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
 
 
 def run(place: Place, now_ns: SimTimeNs) -> None:
-    """The firmware runs on what has happened to its board."""
     assert place.device
     place.device.step(now_ns)
     place.group.note_due(place.device)

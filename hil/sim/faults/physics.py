@@ -63,5 +63,4 @@ class AxisFaults:
         self._told[device] = state
 
     def forget(self, name: str) -> None:
-        """A device goes."""
         self._told = {device: state for device, state in self._told.items() if device.name != name}

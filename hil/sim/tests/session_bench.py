@@ -4,10 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from hil.core import Core
-from hil.sim.around import VIRTUAL, Around
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import VIRTUAL, Around, BenchRuntime
 from hil.sim.device import Device
-from hil.sim.spec import DeviceSpec
+from hil.sim.hardware import DeviceSpec
 from hil.testing.bench import MemoryStore
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Main

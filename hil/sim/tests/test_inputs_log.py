@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.sim.input_log import InputLogWriter, read_input_log
-from hil.sim.input_reading import LATEST_NS, decode_line
+from hil.sim.input_reading import LATEST_NS, decode, read_line
 from hil.sim.inputs import (
     Bytes,
     CommitDone,
@@ -52,13 +52,13 @@ GOOD = '{"at_ns":5,"device":"m1","input":"bytes","data":"7079","client_baud":nul
 def test_a_line_reads_back(logged: Logged) -> None:
     line = encode_line(logged)
     assert "\n" not in line
-    assert decode_line(line) == logged
+    assert decode(read_line(line)) == logged
 
 
 def test_a_line_is_what_the_format_says() -> None:
     logged = Logged(SimTimeNs(5), "m1", Bytes(b"py"))
     assert encode_line(logged) == GOOD
-    assert decode_line(GOOD) == logged
+    assert decode(read_line(GOOD)) == logged
 
 
 @pytest.mark.parametrize(
@@ -82,13 +82,13 @@ def test_a_line_is_what_the_format_says() -> None:
 )
 def test_what_is_no_line_is_refused(line: str) -> None:
     with pytest.raises(InputLogError):
-        decode_line(line)
+        decode(read_line(line))
 
 
 @given(st.text(max_size=60) | st.binary(max_size=60).map(lambda data: data.decode("latin-1")))
 def test_nonsense_is_an_input_log_error_and_nothing_else(text: str) -> None:
     with pytest.raises(InputLogError):
-        decode_line(text)
+        decode(read_line(text))
 
 
 MEMORIES = st.dictionaries(TEXT, st.dictionaries(TEXT, st.binary(max_size=50), max_size=2), max_size=3)

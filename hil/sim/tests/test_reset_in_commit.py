@@ -5,11 +5,10 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from hil.core import Core
-from hil.sim.around import VIRTUAL
-from hil.sim.bench import BenchRuntime
+from hil.sim.bench import VIRTUAL, BenchRuntime
 from hil.sim.device import Device
+from hil.sim.hardware import DeviceSpec
 from hil.sim.inputs import Bytes, CommitDone, Reset
-from hil.sim.spec import DeviceSpec
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, Commit, CoreEvent, Main
 from hil.vocab.time import SimTimeNs

@@ -10,7 +10,7 @@ from session_bench import Bench, MemoryPort
 from hil.live.joint import Joint
 from hil.live.lines import Lines
 from hil.live.sim_ends import UartEnd
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from hil.compose.replay import replay
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench

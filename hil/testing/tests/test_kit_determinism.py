@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter, Sent, sent_now
 from hil.sim.inputs import Bytes, Pin, Reset, ScriptEncoder, SetField

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import FAULT_KINDS, FaultRefused

@@ -8,9 +8,9 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_sections
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.sim.around import Around
+from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
-from hil.sim.input_reading import decode_line
+from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
 from hil.testing import Bench, replay
 from hil.testing.bench import MemoryStore
@@ -114,7 +114,7 @@ def test_a_log_with_verbs_does_not_tell_how_the_run_was_cut(tmp_path: Path) -> N
 )
 def test_a_verb_as_a_line_of_the_log(given: Do) -> None:
     logged = Logged(SimTimeNs(12), "m1", given)
-    assert decode_line(encode_line(logged)) == logged
+    assert decode(read_line(encode_line(logged))) == logged
 
 
 def test_refusals_name_what_there_is() -> None:

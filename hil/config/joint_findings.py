@@ -1,0 +1,104 @@
+"""Wires and segments between devices, checked against what each kind of board has. The models tell what has
+not the form of one. ``devices``: those whose profile is known; ``real``: those that are no twins."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+
+from hil.config.catalogue import ProfileInfo
+from hil.config.document import Finding, KeyPath
+from hil.config.explain import shown, suggestion
+from hil.vocab.axis_plan import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
+from hil.vocab.firmware import MAIN, NETWORK
+
+Devices = Mapping[str, ProfileInfo]
+
+
+def joint_findings(value: Mapping[str, object], devices: Devices, real: Collection[str]) -> Iterator[Finding]:
+    """What is wrong with the wires and segments of a configuration."""
+    yield from _wire_findings(value.get("wires"), devices, real)
+    yield from _segment_findings(value.get("segments"), devices, real)
+
+
+def _no_twin(path: KeyPath, device: str, devices: Devices, real: Collection[str], why: str) -> Finding | None:
+    if device not in devices:
+        return Finding(path, f"there is no device {shown(device)}", suggestion(device, devices))
+    return Finding(path, f"{device} is a real board", why) if device in real else None
+
+
+def _wire_findings(wires: object, devices: Devices, real: Collection[str]) -> Iterator[Finding]:
+    driven: dict[tuple[str, object], int] = {}
+    begun: Counter[str] = Counter()
+    wires = wires if isinstance(wires, list) else []
+    for index, wire in enumerate(wires):
+        if not isinstance(wire, dict) or not all(isinstance(wire.get(end), str) for end in ("from", "to")):
+            continue
+        path: KeyPath = ("wires", index)
+        ends = [_end(wire[end], (*path, end), end, devices, real) for end in ("from", "to")]
+        if any(ends):
+            yield from filter(None, ends)
+            continue
+        (source, output), (device, pin) = (wire[end].split(".", 1) for end in ("from", "to"))
+        if (output == CLOCK_OUT) != (pin == CLOCK_IN):
+            remedy = f"wire {CLOCK_OUT} to {CLOCK_IN}, and other outputs to other inputs"
+            yield Finding(path, f"{shown(output)} and {shown(pin)} do not fit", remedy)
+            continue
+        begun[source] += output != CLOCK_OUT
+        if begun[source] == MAX_WIRES + 1:
+            message = f"{source} has {MAX_WIRES} wires already"
+            yield Finding((*path, "from"), message, "begin this one at another device")
+        inputs = AXIS_PINS[devices[device].law].inputs
+        driver = driven.setdefault((device, inputs.get(pin, pin)), index)
+        if driver != index:
+            message = f"{wire['to']} is driven by {wires[driver]['from']} already"
+            yield Finding((*path, "to"), message, "an input takes one wire: take one of them out")
+
+
+def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[str]) -> Finding | None:
+    device, dot, pin = text.partition(".")
+    if not dot:
+        return Finding(path, f"{shown(text)} is no pin", "write the device and its pin, as in s1.clk")
+    if no_twin := _no_twin(path, device, devices, real, "wire it by hand; wires here join twins"):
+        return no_twin
+    pins = AXIS_PINS[devices[device].law]
+    wanted, other = (pins.inputs, pins.outputs) if end == "to" else (pins.outputs, pins.inputs)
+    wanted_names = [*wanted, CLOCK_IN if end == "to" else CLOCK_OUT] if pins.outputs else [*wanted]
+    if pin in wanted_names:
+        return None
+    if pin in (*other, CLOCK_OUT if end == "to" else CLOCK_IN):
+        kind = "an output" if end == "to" else "an input"
+        return Finding(path, f"{pin} of {device} is {kind}", _choice(device, wanted_names))
+    remedy = suggestion(pin, wanted_names) if wanted_names else _choice(device, [])
+    return Finding(path, f"{device} has no pin {shown(pin)}", remedy)
+
+
+def _choice(device: str, names: list[str]) -> str:
+    return f"write one of {', '.join(names)}" if names else f"{device} has no pin that a wire can begin at"
+
+
+def _segment_findings(segments: object, devices: Devices, real: Collection[str]) -> Iterator[Finding]:
+    taken: dict[tuple[str, str], str] = {}
+    for name, segment in segments.items() if isinstance(segments, dict) else ():
+        if name in devices:
+            message = f"a device has the name {shown(name)} already"
+            yield Finding(("segments", name), message, "give the segment another", at_key=True)
+        stations = segment.get("stations") if isinstance(segment, dict) else None
+        for index, station in enumerate(stations if isinstance(stations, list) else ()):
+            if not isinstance(station, str):
+                continue
+            path = ("segments", name, "stations", index)
+            device, dot, uart = station.partition(".")
+            uart = uart if dot else NETWORK
+            if no_twin := _no_twin(path, device, devices, real, "stations here are twins"):
+                yield no_twin
+            elif uart not in (MAIN, NETWORK):
+                remedy = suggestion(uart, (MAIN, NETWORK))
+                yield Finding(path, f"{device} has no serial interface {shown(uart)}", remedy)
+            elif uart == NETWORK and devices[device].network_baud is None:
+                yield Finding(path, f"a {devices[device].name} has no network", "leave it out")
+            elif uart == MAIN and devices[device].baud is None:
+                message = f"the serial interface of a {devices[device].name} is USB"
+                yield Finding(path, message, "leave it out")
+            elif where := taken.get((device, uart)):
+                yield Finding(path, f"{device}.{uart} is on segment {where} already", "take one of them out")
+            else:
+                taken[device, uart] = name
