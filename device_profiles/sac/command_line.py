@@ -39,7 +39,7 @@ class CommandLine:
         system: SystemCommands,
         now: Callable[[], SimTimeNs],
     ) -> None:
-        self._motion = motion
+        self.motion = motion
         self._session = session
         self._terminal = terminal
         self._network = network
@@ -53,7 +53,7 @@ class CommandLine:
         """``+`` and ``-`` need no line end (manual, communications)."""
         if byte not in b"+-" or self._terminal.mode is not None:
             return False
-        self._motion.pulse(byte == ord("-"))
+        self.motion.pulse(byte == ord("-"))
         return True
 
     def execute(self, line: str) -> Steps | None:
@@ -86,7 +86,7 @@ class CommandLine:
     def _command_from_network(self, text: Text) -> Steps:
         """Execute a packet's data. It answers no queries, and opens no screens."""
         if text.peek() and text.peek() in "+-":
-            self._motion.pulse(text.take() == "-")
+            self.motion.pulse(text.take() == "-")
             return
         command = COMMANDS_BY_LETTER.get(text.take())
         if command is None:
@@ -114,13 +114,17 @@ class CommandLine:
     def velocity(self, text: Text) -> None:
         """``vd`` shows the speed of now (decision: RPM, TAB, period); all else sets it."""
         if text.takes("dD"):
-            shown = [f"{int(self._motion.get('speed_rpm'))}\t{int(self._motion.get('period_us'))}"]
+            shown = [f"{int(self.motion.get('speed_rpm'))}\t{int(self.motion.get('period_us'))}"]
             self._terminal.println(shown)
             return
         self.moves.velocity(text)
 
     def debug(self, text: Text) -> None:
         self._session.is_debug = not self._session.is_debug
+
+    def toggle_gap(self, text: Text) -> None:
+        self._session.is_gap_on = not self._session.is_gap_on
+        self.motion.gap(self._session.is_gap_on)
 
     def show(self, text: Text) -> None:
         """``cc`` and ``cf``."""
@@ -172,16 +176,14 @@ COMMANDS = (
     Command("vV", "velocity of the session, vd: of now", CommandLine.velocity),
     Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
-    Command("S", "stop at once", lambda line, text: line.moves.stop_at_once(text)),
-    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully(text)),
-    Command("N", "next command, at once", lambda line, text: line.moves.next_at_once(text)),
-    Command(
-        "n", "next command, with this one's deceleration", lambda line, text: line.moves.next_gracefully(text)
-    ),
-    Command("y", "release the sync", lambda line, text: line.moves.release(text)),
+    Command("S", "stop at once", lambda line, text: line.motion.stop(None)),
+    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully()),
+    Command("N", "next command, at once", lambda line, text: line.motion.next(False)),
+    Command("n", "next command, with this one's deceleration", lambda line, text: line.motion.next(True)),
+    Command("y", "release the sync", lambda line, text: line.motion.release_sync()),
     Command("qQ", "queue: list, edit, save, restore, clear, program", CommandLine.queue_command),
     Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo()),
-    Command("gG", "GAP testing on or off", lambda line, text: line.moves.toggle_gap(text)),
+    Command("gG", "GAP testing on or off", CommandLine.toggle_gap),
     Command("cC", "cc: configuration, cf: session", CommandLine.show),
     Command("bB", "debug on or off", CommandLine.debug),
     Command("$", "system commands", lambda line, text: line.system.run(text)),

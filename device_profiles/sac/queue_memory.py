@@ -50,7 +50,7 @@ class QueueMemory:
             return
         parameters = self._session.parameters
         said = read_attributes(text, parameters.steps_per_rev, with_steps=True)
-        self._write({position: said.apply(self._motion.entry(position), parameters.ramps())})
+        self._write({position: said.apply(self._motion.entry(position), parameters.ramp)})
 
     def entries(self) -> list[MotionEntry]:
         """Entries 1 to 30."""
