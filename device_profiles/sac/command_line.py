@@ -6,7 +6,7 @@ Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from device_profiles.sac.memory import Memory
+from device_profiles.sac.eeprom import Memory
 from device_profiles.sac.moves import Moves
 from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
 from device_profiles.sac.queue_memory import QueueMemory

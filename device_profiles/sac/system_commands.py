@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from device_profiles.sac import screens
-from device_profiles.sac.memory import Memory
+from device_profiles.sac.eeprom import Memory
 from device_profiles.sac.parameters import change
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps, Terminal
