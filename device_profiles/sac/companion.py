@@ -201,7 +201,6 @@ class Calibration:
 
     @property
     def correction_us(self) -> int:
-        """The correction of each pulse."""
         return round((self.nominal_ns - self.measured_ns) / 1000 / self.pulses)
 
 

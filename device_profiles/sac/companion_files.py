@@ -52,7 +52,6 @@ class Row(NamedTuple):
         )
 
     def is_possible(self, steps_per_rev: int) -> bool:
-        """Whether RPM and cycle can belong together."""
         f = f_of(steps_per_rev)
         return f // self.rpm == self.cycle_us or f // self.cycle_us == self.rpm
 
@@ -96,7 +95,6 @@ def read_queue(data: bytes, file: str) -> QueueFile:
 
 
 def _lines(data: bytes, file: str, problems: list[str]) -> Iterator[str]:
-    """The lines without their ends."""
     if len(data) > _FILE_BYTES:
         problems.append(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
         return

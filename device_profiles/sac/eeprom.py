@@ -31,8 +31,6 @@ class EepromError(Exception):
 
 @dataclass
 class Eeprom:
-    """The content of the EEPROM."""
-
     parameters: Parameters = field(default_factory=Parameters)
     queue: list[MotionEntry] | None = None
     """The queue's entries 1 to 30 as ``qs`` saved them; None: never."""

@@ -59,14 +59,12 @@ class Parameters:
         return (self.linear_acc, self.linear_dec) if is_linear else (self.acc, self.dec)
 
     def bauds(self) -> tuple[int, int]:
-        """The bauds of the hardware port and of the software port."""
         hardware, software = (
             min(max(baud, BAUD_MINIMUM), BAUD_MAXIMUM) for baud in (self.hardware_baud, self.software_baud)
         )
         return hardware, software
 
     def setup(self) -> MotionSetup:
-        """The motion engine's set-up at a start."""
         exponent = min(self.microstep_exponent, 7)
         pins = PIN_MAPS.get(self.driver_id, self.pin_map)[exponent]
         return MotionSetup(

@@ -53,7 +53,6 @@ class QueueMemory:
         self._write({position: said.apply(self._motion.entry(position), parameters.ramp)})
 
     def entries(self) -> list[MotionEntry]:
-        """Entries 1 to 30."""
         return [self._motion.entry(position) for position in POSITIONS]
 
     def restore(self, saved: list[MotionEntry] | None) -> None:
@@ -95,5 +94,4 @@ class QueueMemory:
         return True
 
     def xref_lines(self) -> Iterable[str]:
-        """The array's rows."""
         return screens.xref(self._motion.xref())

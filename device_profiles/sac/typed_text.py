@@ -37,7 +37,6 @@ class Text:
         return False
 
     def is_digit(self) -> bool:
-        """Whether a digit comes next."""
         return self._at < len(self._text) and self._text[self._at] in "0123456789"
 
     def number(self) -> int | None:
@@ -69,7 +68,6 @@ class Text:
         return self._text[start : self._at]
 
     def rest(self) -> str:
-        """The unread rest."""
         return self._text[self._at :]
 
 

@@ -196,7 +196,6 @@ class Monitor(_Dialogue):
         }
 
     def lost(self, reason: str) -> list[Message]:
-        """Close what is open, and tell the client why."""
         if not self._is_open:
             return []
         self._is_open = False

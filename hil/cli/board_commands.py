@@ -38,7 +38,6 @@ _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "
 
 
 def mount(app: typer.Typer) -> None:
-    """Add the commands of all profiles that have some."""
     spec = find_spec(PROFILES)
     for root in (spec.submodule_search_locations or []) if spec else []:
         for path in sorted(Path(root).glob("*/cli.py")):
@@ -134,7 +133,6 @@ def _write(file: Path, data: bytes) -> None:
 
 
 def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
-    """Address and speed of a running bench's device."""
     status = ask_bench(bench, runtime_dir, "status")
     rows = {row["device"]: row for row in status["devices"] if row["profile"] == profile}
     if device is None and len(rows) != 1:
@@ -257,7 +255,6 @@ class _Bar:
 
 
 def _last_words(dialogue: Dialogue[Any]) -> str:
-    """The message of a dialogue that is interrupted."""
     try:
         dialogue.throw(DialogueError("interrupted"))
     except DialogueError as error:

@@ -8,7 +8,6 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """The entry point."""
     if sys.argv[1:2] == ["_names"]:
         from hil.cli.completion_names import print_names
 

@@ -77,7 +77,6 @@ def _cell(text: str) -> str:
 
 
 def _verbs() -> str:
-    """The operations that can be asked for in JSON."""
     rows = [
         f"## Control socket (version {CONTROL_VERSION})\n",
         "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
@@ -97,7 +96,6 @@ def _verbs() -> str:
 
 
 def _device_verbs() -> str:
-    """What can be asked of each kind of board, and the codes of refusals."""
     parts = [
         "## Verbs of devices\n",
         "By `hil axis DEVICE VERB`, the control socket's `do`, the bridges and the client; every twin has"
@@ -119,7 +117,6 @@ def _device_verbs() -> str:
 
 
 def _metrics() -> str:
-    """What can be wrong with a bench, and what is counted."""
     rows = [
         "## Health\n",
         "`hil status`, `sim/health` over zenoh and the metrics say `ok`, or `degraded` and why:\n",

@@ -192,7 +192,6 @@ class Link:
         )
 
     def read(self, rest: str) -> dict[str, Any]:
-        """The document under a key."""
         return read(self.ask(rest)[0])
 
     def subscribe(self, rest: str, call: Callable[[bytes], object] | None = None) -> Any:

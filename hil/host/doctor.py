@@ -81,7 +81,6 @@ def worst_first(findings: list[Finding]) -> list[Finding]:
 
 
 def healthy(findings: list[Finding]) -> bool:
-    """Whether nothing that matters is wrong."""
     return all(finding.verdict != "problem" for finding in findings)
 
 

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 
 class Process(NamedTuple):
-    """A reading of them."""
-
     resident_bytes: int
     locked_bytes: int
     cpu_s: float

@@ -33,7 +33,6 @@ class Grant:
         return "degraded" if self.missing else "ok"
 
     def line(self) -> str:
-        """One line for people."""
         lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
         pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
         if not self.missing:

@@ -43,7 +43,6 @@ class Options(BaseModel):
 
 
 def make(options: Options, context: PortContext) -> Port:
-    """The port, still closed."""
     return SerialPort(options, context)
 
 
