@@ -36,7 +36,6 @@ def fail(message: str, code: int = 1) -> typer.Exit:
     """What a command raises after it has said why."""
     import logging
     import os
-    import sys
 
     from hil.host.journal import is_journal, prefixed, say
 

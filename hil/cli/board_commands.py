@@ -38,18 +38,20 @@ _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "
 
 
 def mount(app: typer.Typer) -> None:
-    spec = find_spec(PROFILES)
-    for root in (spec.submodule_search_locations or []) if spec else []:
-        for path in sorted(Path(root).glob("*/cli.py")):
-            _mount_profile(app, path.parent.name)
+    for name in _with_commands(PROFILES):
+        _mount_profile(app, name)
 
 
 def mount_bridges(app: typer.Typer) -> None:
     """Add the commands of all bridges that have some: ``app`` of their ``cli.py``."""
-    spec = find_spec(BRIDGES)
-    for root in (spec.submodule_search_locations or []) if spec else []:
-        for path in sorted(Path(root).glob("*/cli.py")):
-            app.add_typer(import_module(f"{BRIDGES}.{path.parent.name}.cli").app)
+    for name in _with_commands(BRIDGES):
+        app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app)
+
+
+def _with_commands(package: str) -> list[str]:
+    spec = find_spec(package)
+    roots = spec.submodule_search_locations or [] if spec else []
+    return [path.parent.name for root in roots for path in sorted(Path(root).glob("*/cli.py"))]
 
 
 def _mount_profile(app: typer.Typer, name: str) -> None:
