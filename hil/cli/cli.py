@@ -80,8 +80,8 @@ def serve(
     from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
-    from hil.host.open_files import allow_many
     from hil.host.paths import log_file, runtime_base, state_base
+    from hil.host.process import allow_many_files
     from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
@@ -102,7 +102,7 @@ def serve(
         port_group=port_group,
         notifier=notifier,
     )
-    allow_many()
+    allow_many_files()
     try:
         try:
             asyncio.run(daemon.run(lambda serving: started(serving, writer)))

@@ -128,7 +128,8 @@ def _rt_group(system: System, tried: Tried) -> Finding:
         if not tried.fifo_errno:
             return Finding(name, "ok", "no budget, but real-time priority was given")
         # Whatever else refuses, too, is said of the priority itself.
-        why = real_time_refused(_with_priority(system), tried.priority)
+        allowed = replace(system, capabilities=system.capabilities | {CAP_SYS_NICE})
+        why = real_time_refused(allowed, tried.priority)
         return Finding(
             name, "problem", why.cause, "no real-time priority, whatever the limits say", why.remedy
         )
@@ -136,10 +137,6 @@ def _rt_group(system: System, tried: Tried) -> Finding:
         return Finding(name, "ok", "control groups have no real-time budgets here")
     own = min(system.rt_groups, key=lambda group: group.budget_us / group.period_us)
     return Finding(name, "ok", f"{own.budget_us} of {own.period_us} us")
-
-
-def _with_priority(system: System) -> System:
-    return replace(system, capabilities=system.capabilities | {CAP_SYS_NICE})
 
 
 def _throttling(system: System) -> Finding:
