@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, control_path, fail
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
 from hil.cli.interrupts import ended_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
@@ -102,7 +102,7 @@ def capture(
     if rotate_mb and write == "-":
         raise fail("hil: --rotate needs a file", 2)
     try:
-        client, _ = begin(control_path(bench, runtime_dir), "capture", ports=sources)
+        client, _ = begin(bench_meant(bench, runtime_dir).socket, "capture", ports=sources)
     except ControlError as error:
         raise fail(f"hil: {error}") from None
     with client:
