@@ -19,7 +19,7 @@ def judged(tmp_path: Path, age_s: float) -> Finding:
         listener.listen()
         at_s = time.time() - age_s
         os.utime(folder / "control.sock", (at_s, at_s))
-        (finding,) = doctor_benches.judge_benches(doctor_benches.look(tmp_path / "hil", is_named=True))
+        (finding,) = doctor_benches.judge_benches(tmp_path / "hil", is_named=True)
     return finding
 
 

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import pytest
@@ -138,36 +138,73 @@ def test_a_server_ends(place: Place, command: tuple[str, ...], sign: bytes, numb
     assert b"Traceback" not in rest
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_was_just_submitted_is_cancelled(number: int) -> None:
-    # The signal comes after the bench has taken the run, and before the command knows that it has.
+def interrupted(
+    number: int,
+    at: str,
+    last: str,
+    results: Callable[[list[str]], object],
+    words: Sequence[str],
+    **files: str,
+) -> tuple[int, list[str], bytes]:
+    """Exit code, verbs asked and output of a command that gets a signal after the bench has taken the verb
+    ``at``, and before the command knows that it has. ``results``: the answer to the last of the verbs."""
     asked: list[str] = []
     with Place() as place, socket.socket(socket.AF_UNIX) as listener:
         folder = place.runtime / "t"
         folder.mkdir(parents=True)
         listener.bind(str(folder / "control.sock"))
         listener.listen()
-        running = subprocess.Popen(
-            [HIL, "run", str(place.write(FAR, "far.yaml")), "--runtime-dir", str(place.runtime)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
+        paths = {name: place.write(text, f"{name}.yaml") for name, text in files.items()}
+        command = [HIL, *(word.format(**paths) for word in words), "--runtime-dir", str(place.runtime)]
+        running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
         def serve() -> None:
-            while asked[-1:] != ["runs"]:
+            while asked[-1:] != [last]:
                 client, _ = listener.accept()
                 with client, suppress(OSError):  # who only looks whether somebody listens
                     if line := client.makefile("rb").readline():
                         asked.append(json.loads(line)["verb"])
-                        is_over = "cancel_run" in asked
-                        progress = Progress("far", state="cancelled" if is_over else "running").as_dict()
-                        if asked[-1] == "run":
+                        if asked[-1] == at:
                             running.send_signal(number)
-                        result = [progress] if asked[-1] == "runs" else progress
-                        client.sendall(json.dumps({"ok": True, "result": result}).encode() + b"\n")
+                        client.sendall(json.dumps({"ok": True, "result": results(asked)}).encode() + b"\n")
 
         thread = threading.Thread(target=serve, daemon=True)
         thread.start()
         said = running.communicate(timeout=PATIENCE_S)[0]
-        assert (running.returncode, asked) == (1, ["run", "cancel_run", "runs"]), said
-        assert b"far: cancelled" in said
+        return running.returncode, asked, said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_was_just_submitted_is_cancelled(number: int) -> None:
+    def results(asked: list[str]) -> object:
+        state = "cancelled" if "cancel_run" in asked else "running"
+        progress = Progress("far", state=state).as_dict()
+        return [progress] if asked[-1] == "runs" else progress
+
+    code, asked, said = interrupted(number, "run", "runs", results, ("run", "{far}"), far=FAR)
+    assert (code, asked) == (1, ["run", "cancel_run", "runs"]), said
+    assert b"far: cancelled" in said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("words", "verbs", "is_played"),
+    [
+        (("--steps", "3600", "--plot"), ["watch", "drive", "unwatch"], True),
+        (("--steps", "3600"), ["drive"], True),
+        (("--stop", "--plot"), ["watch", "drive", "unwatch"], False),
+    ],
+)
+def test_a_train_that_was_just_taken_goes_on_and_the_command_says_so(
+    words: tuple[str, ...], verbs: list[str], is_played: bool, number: int
+) -> None:
+    def results(asked: list[str]) -> object:
+        return {
+            "watch": {"watch": 1, "signals": ["r", "yw", "e"]},
+            "drive": {"effective_at_ns": 0, "length_ns": 3_600_000_000},
+            "unwatch": {},
+        }[asked[-1]]
+
+    code, asked, said = interrupted(number, "drive", verbs[-1], results, ("drive", "m1", *words))
+    assert (code, asked) == (130, verbs), said
+    assert (b"the train goes on; `hil drive m1 --stop` ends it" in said) == is_played, said

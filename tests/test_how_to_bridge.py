@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import bridges
-from hil.compose import bridge_reference, find_catalogue
+from hil.compose import find_catalogue
+from hil.compose.find import bridge_reference
 from hil.config import ConfigError, parse
 from hil.daemon import Daemon, Serving
 

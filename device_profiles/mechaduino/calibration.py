@@ -68,13 +68,11 @@ def angles(means: Sequence[int]) -> "array[float]":
     out = array("f")
     for step in range(first, first + STEPS_PER_REV + 1):
         ticks = _ticks(means, step)
+        low = first_count if step == first else 0
+        high = first_count if step == first + STEPS_PER_REV else abs(ticks)
         if ticks > 1:
-            low = first_count if step == first else 0
-            high = first_count if step == first + STEPS_PER_REV else ticks
             out.extend(_angle(step, j, ticks) for j in range(low, high))
         elif ticks < 1:
-            low = first_count if step == first else 0
-            high = first_count if step == first + STEPS_PER_REV else -ticks
             out.extend(_angle(step, ticks + j, ticks) for j in range(high, low, -1))
     return out
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from device_profiles.mechaduino import calibration
 from device_profiles.mechaduino.serial_usb import SerialUSB, Steps
+from hil.firmware.arduino import print_float
 from hil.vocab.firmware import Axis, Commit
 
 LOOKUP = "lookup"
@@ -55,5 +56,5 @@ class LookupTable:
     def text(self) -> str:
         """All angles with two decimals, as ``q`` prints them."""
         if not self._text:
-            self._text = "".join(f"{SerialUSB.format_float(angle)}, " for angle in self.angles)
+            self._text = "".join(f"{print_float(angle)}, " for angle in self.angles)
         return self._text

@@ -32,11 +32,6 @@ class SerialUSB:
     def print_float(self, value: float, digits: int = 2) -> None:
         self.print(print_float(value, digits))
 
-    @staticmethod
-    def format_float(value: float) -> str:
-        """A number as ``print(value)`` prints it: two decimals."""
-        return print_float(value)
-
     def wait(self) -> Steps:
         """``while (SerialUSB.available() == 0) {}``"""
         yield _A_BYTE

@@ -43,18 +43,6 @@ def _set_point(board: Mechaduino, mode: str, r: float) -> None:
     board.axis.set("r", r)
 
 
-def position(board: Mechaduino, position_deg: float) -> None:
-    _set_point(board, "x", position_deg)
-
-
-def velocity(board: Mechaduino, velocity_rpm: float) -> None:
-    _set_point(board, "v", velocity_rpm)
-
-
-def torque(board: Mechaduino, effort_count: float) -> None:
-    _set_point(board, "t", effort_count)
-
-
 def mode(board: Mechaduino, mode: str) -> None:
     _at_the_menu(board)
     board.axis.set("mode", ord(MODES[mode]))
@@ -75,10 +63,6 @@ def enable(board: Mechaduino) -> Answer:
     board.axis.set("r", r)
     board.axis.loop(True)
     return {"set_point": board.axis.get("r")}
-
-
-def disable(board: Mechaduino) -> None:
-    board.disable()
 
 
 def gains(board: Mechaduino, **given: float) -> Answer:
@@ -216,21 +200,21 @@ VERBS = (
         "position",
         "set-point of the position; the loop has to be on",
         (Parameter("position_deg", "the angle", "deg", -_ANGLE_DEG, _ANGLE_DEG),),
-        position,
+        lambda board, position_deg: _set_point(board, "x", position_deg),
         Effect.STREAM,
     ),
     Verb(
         "velocity",
         "set-point of the speed; the loop has to be on",
         (Parameter("velocity_rpm", "the speed", "rpm", -3000.0, 3000.0),),
-        velocity,
+        lambda board, velocity_rpm: _set_point(board, "v", velocity_rpm),
         Effect.STREAM,
     ),
     Verb(
         "torque",
         "set-point of the effort; the loop has to be on",
         (Parameter("effort_count", "8.63 mA each", "count", -255.0, 255.0),),
-        torque,
+        lambda board, effort_count: _set_point(board, "t", effort_count),
         Effect.STREAM,
     ),
     Verb(
@@ -243,7 +227,12 @@ VERBS = (
     Verb(
         "enable", "start the control loop, which holds the shaft where it is", run=enable, effect=Effect.ENDS
     ),
-    Verb("disable", "stop the control loop and take the current off", run=disable, effect=Effect.ENDS),
+    Verb(
+        "disable",
+        "stop the control loop and take the current off",
+        run=Mechaduino.disable,
+        effect=Effect.ENDS,
+    ),
     Verb(
         "gains",
         "set gains and break frequencies of the law; without any it tells them",

@@ -3,6 +3,6 @@
 ``profile.yaml`` describes board, driver and motor. ``firmware.py`` is its program: ``terminal.py`` reads
 lines, ``network.py`` packets, and ``command_line.py`` executes both, with ``moves.py``, ``queue_memory.py``
 and ``system_commands.py``. ``typed_text.py`` parses numbers and attributes; ``session.py`` and
-``parameters.py`` hold what the board knows, ``memory.py`` and ``eeprom.py`` keep it, ``screens.py`` draws.
+``parameters.py`` hold what the board knows, ``eeprom.py`` keeps it, ``screens.py`` draws.
 The pulses are made in the core (``native/motion``).
 """

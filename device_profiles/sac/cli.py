@@ -6,13 +6,7 @@ from typing import Annotated
 import typer
 
 from device_profiles.sac import companion
-from device_profiles.sac.companion_files import (
-    LINE_BYTES,
-    FileError,
-    read_one_shot,
-    read_queue,
-    write_queue,
-)
+from device_profiles.sac.companion_files import LINE_BYTES, is_line, read_one_shot, read_queue, write_queue
 from hil.vocab.dialogue import Refusal, Task
 
 HELP = "Files of the SAC's companion program, for twins and real boards."
@@ -31,10 +25,7 @@ def load(
 
     Every row is checked before the first is sent, and the whole queue is read back.
     """
-    try:
-        queue = read_queue(_content(file), str(file))
-    except FileError as error:
-        raise Refusal(str(error)) from None
+    queue = read_queue(_content(file), str(file))
     where = " and its EEPROM" if store else ""
     return Task(
         companion.load(queue, store=store), lambda rows: f"{rows} rows are in the board's queue{where}"
@@ -58,10 +49,7 @@ def oneshot(
     ],
 ) -> Task:
     """Send one command of a one-shot file."""
-    try:
-        command = read_one_shot(_content(file), str(file), number)
-    except FileError as error:
-        raise Refusal(str(error)) from None
+    command = read_one_shot(_content(file), str(file), number)
     return Task(companion.commands([command]), lambda lines: "\n".join([f"sent: {command}", *lines]))
 
 
@@ -73,7 +61,7 @@ def command(
     Quote what the shell would take for its own: hil sac command '$CM90' '$R'
     """
     for line in lines:
-        if len(line) > LINE_BYTES or not line.isascii() or not line.isprintable():
+        if not is_line(line):
             raise Refusal(f"{line!r}: a line has at most {LINE_BYTES} printable ASCII characters")
     return Task(companion.commands(lines), "\n".join)
 

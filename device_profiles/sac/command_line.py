@@ -4,9 +4,10 @@ Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from device_profiles.sac.memory import Memory
+from device_profiles.sac.eeprom import Memory
 from device_profiles.sac.moves import Moves
 from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
 from device_profiles.sac.queue_memory import QueueMemory
@@ -26,86 +27,79 @@ class Command(NamedTuple):
     run: Callable[["CommandLine", Text], Steps | None]
 
 
+@dataclass(eq=False)
 class CommandLine:
     """Executes lines; ``now`` tells the simulated time."""
 
-    def __init__(
-        self,
-        motion: Motion,
-        session: Session,
-        terminal: Terminal,
-        network: Network,
-        memory: Memory,
-        system: SystemCommands,
-        now: Callable[[], SimTimeNs],
-    ) -> None:
-        self._motion = motion
-        self._session = session
-        self._terminal = terminal
-        self._network = network
-        self._memory = memory
-        self._now = now
-        self.system = system
-        self.queue = QueueMemory(motion, session)
-        self.moves = Moves(motion, session, self.queue)
+    motion: Motion
+    session: Session
+    terminal: Terminal
+    network: Network
+    memory: Memory
+    system: SystemCommands
+    now: Callable[[], SimTimeNs]
+
+    def __post_init__(self) -> None:
+        self.queue = QueueMemory(self.motion, self.session)
+        self.moves = Moves(self.motion, self.session, self.queue)
 
     def single_pulse(self, byte: int) -> bool:
         """``+`` and ``-`` need no line end (manual, communications)."""
-        if byte not in b"+-" or self._terminal.mode is not None:
+        if byte not in b"+-" or self.terminal.mode is not None:
             return False
-        self._motion.pulse(byte == ord("-"))
+        self.motion.pulse(byte == ord("-"))
         return True
 
     def execute(self, line: str) -> Steps | None:
         """A line of the terminal: the network's if it begins with an address, else up to its first blank."""
         text = Text(line.partition(" ")[0])
-        if self._terminal.mode is not None:
-            return self._in_mode(self._terminal.mode, text)
-        if self._network.typed(line):
+        if self.terminal.mode is not None:
+            return self._in_mode(self.terminal.mode, text)
+        if self.network.typed(line):
             return None
         command = COMMANDS_BY_LETTER.get(text.take())
         return None if command is None else self._run(command, text)
 
     def from_network(self) -> Steps:
         """Answer what has come and do what it says."""
-        for packet in self._network.received():
-            yield from self._network.acknowledge(packet)
+        for packet in self.network.received():
+            yield from self.network.acknowledge(packet)
             if not packet.is_good:
                 continue
             if is_signal(packet):
                 if packet.data == NAK:
-                    self._terminal.message(b"NAK %d" % packet.origin)
+                    self.terminal.message(b"NAK %d" % packet.origin)
                 continue
-            self._network.remember(packet)
+            self.network.remember(packet)
             data = packet.data.decode("latin-1")
             if data[:1] and data[0] in SEPARATORS:
-                self._terminal.message(packet.data[1:])
+                self.terminal.message(packet.data[1:])
             else:
                 yield from self._command_from_network(Text(data.partition(" ")[0]))
 
     def _command_from_network(self, text: Text) -> Steps:
         """Execute a packet's data. It answers no queries, and opens no screens."""
         if text.peek() and text.peek() in "+-":
-            self._motion.pulse(text.take() == "-")
+            self.motion.pulse(text.take() == "-")
             return
         command = COMMANDS_BY_LETTER.get(text.take())
         if command is None:
             return
-        mode = self._terminal.mode
-        self._terminal.is_muted = True
+        mode = self.terminal.mode
+        self.terminal.is_muted = True
         yield from command.run(self, text) or ()
-        self._terminal.is_muted = False
-        self._terminal.mode = mode
+        self.terminal.is_muted = False
+        self.terminal.mode = mode
 
     def _run(self, command: Command, text: Text) -> Steps:
         yield from command.run(self, text) or ()
-        if self._session.is_debug:
-            self._terminal.println([f"{(self._now() - self._terminal.line_began_ns) // 1000} us"])
+        if self.session.is_debug:
+            self.terminal.println([f"{(self.now() - self.terminal.line_began_ns) // 1000} us"])
 
     def _in_mode(self, mode: Callable[[Text], Steps | None], text: Text) -> Steps | None:
         """A line of the configure screen or of a program mode."""
         if text.takes("xX"):
-            self._terminal.mode = None
+            self.terminal.mode = None
             return None
         return mode(text)
 
@@ -114,45 +108,49 @@ class CommandLine:
     def velocity(self, text: Text) -> None:
         """``vd`` shows the speed of now (decision: RPM, TAB, period); all else sets it."""
         if text.takes("dD"):
-            shown = [f"{int(self._motion.get('speed_rpm'))}\t{int(self._motion.get('period_us'))}"]
-            self._terminal.println(shown)
+            shown = [f"{int(self.motion.get('speed_rpm'))}\t{int(self.motion.get('period_us'))}"]
+            self.terminal.println(shown)
             return
         self.moves.velocity(text)
 
     def debug(self, text: Text) -> None:
-        self._session.is_debug = not self._session.is_debug
+        self.session.is_debug = not self.session.is_debug
+
+    def toggle_gap(self, text: Text) -> None:
+        self.session.is_gap_on = not self.session.is_gap_on
+        self.motion.gap(self.session.is_gap_on)
 
     def show(self, text: Text) -> None:
         """``cc`` and ``cf``."""
         if text.takes("cC"):
             self.system.show_configuration()
         elif text.takes("fF"):
-            self._terminal.println(self._session.lines())
+            self.terminal.println(self.session.lines())
 
     def queue_command(self, text: Text) -> Steps | None:
         """``q`` and what may follow it."""
         if not text.peek():
-            self._terminal.println(self.queue.lines())
+            self.terminal.println(self.queue.lines())
         elif text.is_digit():
             self.queue.edit(text)
         elif text.takes("sS"):
-            self._memory.eeprom.queue = self.queue.entries()
-            return self._memory.save()
+            self.memory.eeprom.queue = self.queue.entries()
+            return self.memory.save()
         elif text.takes("rR"):
-            self.queue.restore(self._memory.eeprom.queue)
+            self.queue.restore(self.memory.eeprom.queue)
         elif text.takes("cC"):
             self.queue.clear()
         elif text.takes("pP"):
-            self._terminal.println(self.queue.lines())
-            self._terminal.mode = self.queue.edit
+            self.terminal.println(self.queue.lines())
+            self.terminal.mode = self.queue.edit
         return None
 
     def xref(self, text: Text) -> None:
         """``x`` and what may follow it."""
         if text.takes("dD"):
-            self._terminal.println(self.queue.xref_lines())
+            self.terminal.println(self.queue.xref_lines())
         elif text.takes("pP"):
-            self._terminal.mode = self._edit_xref
+            self.terminal.mode = self._edit_xref
         elif text.takes("lL"):
             self.moves.loop_array(text)
         elif text.takes("mM"):
@@ -162,7 +160,7 @@ class CommandLine:
 
     def _edit_xref(self, text: Text) -> None:
         if self.queue.edit_xref(text):
-            self._terminal.println(self.queue.xref_lines())
+            self.terminal.println(self.queue.xref_lines())
 
 
 COMMANDS = (
@@ -172,16 +170,14 @@ COMMANDS = (
     Command("vV", "velocity of the session, vd: of now", CommandLine.velocity),
     Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
-    Command("S", "stop at once", lambda line, text: line.moves.stop_at_once(text)),
-    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully(text)),
-    Command("N", "next command, at once", lambda line, text: line.moves.next_at_once(text)),
-    Command(
-        "n", "next command, with this one's deceleration", lambda line, text: line.moves.next_gracefully(text)
-    ),
-    Command("y", "release the sync", lambda line, text: line.moves.release(text)),
+    Command("S", "stop at once", lambda line, text: line.motion.stop(None)),
+    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully()),
+    Command("N", "next command, at once", lambda line, text: line.motion.next(False)),
+    Command("n", "next command, with this one's deceleration", lambda line, text: line.motion.next(True)),
+    Command("y", "release the sync", lambda line, text: line.motion.release_sync()),
     Command("qQ", "queue: list, edit, save, restore, clear, program", CommandLine.queue_command),
     Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo()),
-    Command("gG", "GAP testing on or off", lambda line, text: line.moves.toggle_gap(text)),
+    Command("gG", "GAP testing on or off", CommandLine.toggle_gap),
     Command("cC", "cc: configuration, cf: session", CommandLine.show),
     Command("bB", "debug on or off", CommandLine.debug),
     Command("$", "system commands", lambda line, text: line.system.run(text)),

@@ -24,6 +24,7 @@ ANSWER_NS = 5 * NS_PER_S
 CALIBRATION_S = 60
 _ECHO_US = 200_000
 """A start wait, so that the start signal does not queue behind echo and prompt."""
+STEPS_PER_REV = r"a sprf\s+(\d+)"
 _ROW = re.compile(r"(\d+)\t(\d+)\t([ +])(CW|CCW)\t(\d+)\t(\d+)\t([ *])([\d.]+)\t([\d.]+)\t(\d+)\t(s?) +(\d+)")
 
 
@@ -57,6 +58,9 @@ class Terminal:
             raise DialogueError(f'"{line}" came back as "{echo[:80]}": characters were lost on the line')
         return lines
 
+    def screen(self, line: str) -> Dialogue[str]:
+        return "\n".join((yield from self.ask(line)))
+
     def _until_prompt(self, timeout_ns: int) -> Generator[Step, Any, bytes]:
         while not (_PROMPT in self._unread and self._unread.translate(None, _SIGNALS).endswith(_PROMPT)):
             heard: Heard = yield Listen(timeout_ns)
@@ -83,7 +87,7 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
     """
     terminal = Terminal()
     yield from terminal.sync()
-    steps_per_rev = yield from _steps_per_rev(terminal)
+    steps_per_rev = number_on((yield from terminal.screen("cc")), STEPS_PER_REV)
     problems = [
         f"{where}:1: RPM {row.rpm} and cycle {row.cycle_us} contradict each other"
         f" at {steps_per_rev} steps a turn; write cycle {f_of(steps_per_rev) // row.rpm}"
@@ -124,8 +128,7 @@ def save() -> Dialogue[list[Row]]:
     """The queue of a board, all of it."""
     terminal = Terminal()
     yield from terminal.sync()
-    rows = yield from _listing(terminal)
-    return rows
+    return (yield from _listing(terminal))
 
 
 def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
@@ -136,11 +139,6 @@ def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
     for line in lines:
         said += [answer for answer in (yield from terminal.ask(line, 40 * NS_PER_S)) if answer]
     return said
-
-
-def _steps_per_rev(terminal: Terminal) -> Dialogue[int]:
-    screen = "\n".join((yield from terminal.ask("cc")))
-    return number_on(screen, r"a sprf\s+(\d+)")
 
 
 def number_on(screen: str, pattern: str) -> int:
@@ -203,7 +201,6 @@ class Calibration:
 
     @property
     def correction_us(self) -> int:
-        """The correction of each pulse."""
         return round((self.nominal_ns - self.measured_ns) / 1000 / self.pulses)
 
 
@@ -216,14 +213,14 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
     """
     terminal = Terminal()
     yield from terminal.sync()
-    screen = "\n".join((yield from terminal.ask("cc")))
-    steps_per_rev = number_on(screen, r"a sprf\s+(\d+)")
+    screen = yield from terminal.screen("cc")
+    steps_per_rev = number_on(screen, STEPS_PER_REV)
     cycle_us = f_of(steps_per_rev) // rpm if rpm > 0 else 0
     steps = rpm * steps_per_rev
     if not 2 <= cycle_us <= WORD // 2 or steps >= WORD:
         raise Refusal(f"{rpm} RPM is no speed at {steps_per_rev} steps a turn")
     yield from stands_still(terminal)
-    was_on = bool(number_on("\n".join((yield from terminal.ask("cf"))), r"soft_ops\s+(\d)"))
+    was_on = bool(number_on((yield from terminal.screen("cf")), r"soft_ops\s+(\d)"))
     yield from terminal.ask("$O1")
     yield Send(f"xm{steps}v{rpm}a999d999u0ft{_ECHO_US}\r".encode())
     begun_ns = yield from _signal(DC1[0], 3, 0)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from device_profiles.sac.typed_text import WORD, f_of
+from hil.vocab.dialogue import Refusal
 
 ROWS = 30
 ONE_SHOTS = 100
@@ -51,7 +52,6 @@ class Row(NamedTuple):
         )
 
     def is_possible(self, steps_per_rev: int) -> bool:
-        """Whether RPM and cycle can belong together."""
         f = f_of(steps_per_rev)
         return f // self.rpm == self.cycle_us or f // self.cycle_us == self.rpm
 
@@ -63,15 +63,11 @@ class QueueFile(NamedTuple):
     where: list[str]
 
 
-class FileError(Exception):
-    """A file cannot be used: a line ``file:line:column: what; remedy`` for each problem."""
-
-
 def read_queue(data: bytes, file: str) -> QueueFile:
     """The 30 rows of a queue file. Blanks may be missing, lines may end LF.
 
     Raises:
-        FileError: with every problem.
+        Refusal: a line ``file:line:column: what; remedy`` for each problem.
     """
     problems: list[str] = []
     rows: dict[int, tuple[Row, str]] = {}
@@ -93,13 +89,12 @@ def read_queue(data: bytes, file: str) -> QueueFile:
             f"{file}:{max(len(lines), 1)}:1: no row for position {', '.join(missing)}; a queue has {ROWS}"
         )
     if problems:
-        raise FileError("\n".join(problems))
+        raise Refusal("\n".join(problems))
     in_order = [rows[position] for position in range(1, ROWS + 1)]
     return QueueFile([row for row, _ in in_order], [where for _, where in in_order])
 
 
 def _lines(data: bytes, file: str, problems: list[str]) -> Iterator[str]:
-    """The lines without their ends."""
     if len(data) > _FILE_BYTES:
         problems.append(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
         return
@@ -162,15 +157,15 @@ def _value(text: str, index: int, where: str, problems: list[str]) -> int:
     return value
 
 
+def is_line(text: str) -> bool:
+    """Whether a board takes it as a line."""
+    return len(text) <= LINE_BYTES and text.isascii() and text.isprintable()
+
+
 def write_queue(rows: list[Row]) -> bytes:
     """A queue's file, as the companion writes it."""
-    lines = (",".join(f" {text} " for text in _texts(row)) for row in rows)
-    return "".join(f"{line}\r\n" for line in lines).encode()
-
-
-def _texts(row: Row) -> Iterator[str]:
-    for index, value in enumerate(row):
-        yield _decimal(value) if index in _HUNDREDTHS else str(value)
+    texts = ([_decimal(n) if i in _HUNDREDTHS else str(n) for i, n in enumerate(row)] for row in rows)
+    return "".join(",".join(f" {text} " for text in row) + "\r\n" for row in texts).encode()
 
 
 def _decimal(hundredths: int) -> str:
@@ -184,20 +179,20 @@ def read_one_shot(data: bytes, file: str, number: int) -> str:
     """Command ``number``, from 1, of a one-shot file.
 
     Raises:
-        FileError: there is none, or it is no line that a board takes.
+        Refusal: there is none, or it is no line that a board takes.
     """
     problems: list[str] = []
     lines = list(_lines(data, file, problems))
     if problems:
-        raise FileError("\n".join(problems))
+        raise Refusal("\n".join(problems))
     if not 1 <= number <= ONE_SHOTS:
-        raise FileError(f"{file}: there is no one-shot {number}; a file has 1 to {ONE_SHOTS}")
+        raise Refusal(f"{file}: there is no one-shot {number}; a file has 1 to {ONE_SHOTS}")
     command = lines[number - 1].strip() if number <= len(lines) else ""
     if not command:
         filled = [str(n) for n, line in enumerate(lines, 1) if line.strip()]
-        raise FileError(
+        raise Refusal(
             f"{file}:{number}:1: one-shot {number} is empty; filled are {', '.join(filled) or 'none'}"
         )
-    if len(command) > LINE_BYTES or not command.isascii() or not command.isprintable():
-        raise FileError(f"{file}:{number}:1: no command: at most {LINE_BYTES} printable ASCII characters")
+    if not is_line(command):
+        raise Refusal(f"{file}:{number}:1: no command: at most {LINE_BYTES} printable ASCII characters")
     return command

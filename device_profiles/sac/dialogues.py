@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from device_profiles.sac.companion import Terminal, number_on, stands_still
+from device_profiles.sac.companion import STEPS_PER_REV, Terminal, number_on, stands_still
 from device_profiles.sac.verbs import one_shot
 from hil.firmware.listening import wait_until
 from hil.vocab.dialogue import Dialogue, DialogueError, Refusal, Send
@@ -38,9 +38,8 @@ class RunAxis:
         terminal = Terminal()
         yield from terminal.sync()
         yield from terminal.ask("$R")
-        screen = "\n".join((yield from terminal.ask("cc")))
-        steps_per_rev = number_on(screen, r"a sprf\s+(\d+)")
-        self._pulses_per_rev = steps_per_rev << number_on(screen, r"J ustep\s+(\d+)")
+        screen = yield from terminal.screen("cc")
+        self._pulses_per_rev = number_on(screen, STEPS_PER_REV) << number_on(screen, r"J ustep\s+(\d+)")
         self._slow_rpm = max(number_on(screen, r"L slow\s+(\d+)"), 1)
         self._pulses, self.commanded_deg = 0, 0.0
 

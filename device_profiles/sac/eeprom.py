@@ -1,14 +1,19 @@
-"""The SAC's EEPROM: parameters, driver pin maps and the saved queue, as 1024 bytes."""
+"""The SAC's EEPROM: parameters, driver pin maps and the saved queue, as 1024 bytes; loaded and saved."""
 
 import struct
 import zlib
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, field, replace
 
 from device_profiles.sac.parameters import Parameters
+from device_profiles.sac.terminal import Steps
+from hil.vocab.firmware import Commit
 from hil.vocab.motion import QUEUE_LEN, MotionEntry
 
 SIZE = 1024
 MAGIC, VERSION = b"SAC", 1
+MEMORY, ASIDE = "eeprom", "eeprom_damaged"
+"""Sections: the EEPROM, and what could not be read when it was one."""
 
 _PARAMETERS = struct.Struct("<13B H 2I 4i 4B 2I B 8B")
 _ENTRY = struct.Struct("<4I 2i 2? B 2?")
@@ -26,8 +31,6 @@ class EepromError(Exception):
 
 @dataclass
 class Eeprom:
-    """The content of the EEPROM."""
-
     parameters: Parameters = field(default_factory=Parameters)
     queue: list[MotionEntry] | None = None
     """The queue's entries 1 to 30 as ``qs`` saved them; None: never."""
@@ -70,3 +73,35 @@ class Eeprom:
         """A deep copy."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)
+
+
+class Memory:
+    """``eeprom`` is the content as commands see it; ``note`` tells the operator what was damaged."""
+
+    def __init__(self, nvm: Mapping[str, bytes], note: Callable[[str, str | None], None]) -> None:
+        self._nvm = nvm
+        self._note = note
+        self.eeprom = Eeprom()
+
+    def load(self) -> Steps:
+        """Read the EEPROM; keep one that cannot be read aside, and take the factory's settings."""
+        stored = self._nvm.get(MEMORY)
+        if stored is None:
+            return
+        try:
+            self.eeprom = Eeprom.unpacked(stored)
+        except EepromError as error:
+            aside = next(name for n in range(1, 1000) if (name := f"{ASIDE}-{n}") not in self._nvm)
+            self._note("eeprom", f"EEPROM: {error}; it was kept as {aside}, the factory's settings hold")
+            if (yield Commit(aside, stored)):
+                yield from self.save()
+
+    def save(self) -> Steps:
+        """Make the EEPROM durable. Where that fails the old content is what a read-back shows."""
+        if not (yield Commit(MEMORY, self.eeprom.packed())):
+            stored = self._nvm.get(MEMORY)
+            self.eeprom = Eeprom.unpacked(stored) if stored else Eeprom()
+
+    def stored(self) -> bytes:
+        """The bytes that are durable, or would be."""
+        return self._nvm.get(MEMORY, self.eeprom.packed())

@@ -8,8 +8,7 @@ from collections.abc import Generator
 from typing import Any
 
 from device_profiles.sac.command_line import CommandLine
-from device_profiles.sac.eeprom import Eeprom
-from device_profiles.sac.memory import Memory
+from device_profiles.sac.eeprom import Eeprom, Memory
 from device_profiles.sac.network import BROADCAST, DC1, DC2, Network
 from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, Parameters
 from device_profiles.sac.session import Session

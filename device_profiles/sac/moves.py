@@ -58,12 +58,10 @@ class Moves:
     # ---- unary commands ----
 
     def acceleration(self, text: Text) -> None:
-        acc = text.hundredths()
-        self._session.say(Attributes(acc=-1 if acc is None else acc))
+        self._session.say(Attributes(acc=text.acceleration()))
 
     def deceleration(self, text: Text) -> None:
-        dec = text.hundredths()
-        self._session.say(Attributes(dec=-1 if dec is None else dec))
+        self._session.say(Attributes(dec=text.acceleration()))
 
     def velocity(self, text: Text) -> None:
         """``v``: the system's default without a number; a continuous motion follows at once."""
@@ -76,26 +74,11 @@ class Moves:
             self._session.say(Attributes(velocity=velocity))
             self._motion.retarget(velocity.rpm, velocity.cycle_us)
 
-    # ---- what ends and releases ----
+    # ---- what ends ----
 
-    def stop_at_once(self, text: Text) -> None:
-        self._motion.stop(None)
-
-    def stop_gracefully(self, text: Text) -> None:
+    def stop_gracefully(self) -> None:
+        """``s``: with the session's deceleration."""
         self._motion.stop(self._session.default.dec_hundredths)
-
-    def next_at_once(self, text: Text) -> None:
-        self._motion.next(False)
-
-    def next_gracefully(self, text: Text) -> None:
-        self._motion.next(True)
-
-    def release(self, text: Text) -> None:
-        self._motion.release_sync()
-
-    def toggle_gap(self, text: Text) -> None:
-        self._session.is_gap_on = not self._session.is_gap_on
-        self._motion.gap(self._session.is_gap_on)
 
     # ---- loops ----
 

@@ -25,8 +25,6 @@ _END, _ETX = 0, 3
 
 
 class Network:
-    """The packets' side."""
-
     def __init__(self, session: Session) -> None:
         self._session = session
         self._decoder = PacketDecoder()

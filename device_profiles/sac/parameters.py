@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from device_profiles.sac.typed_text import RampDefaults, Text, from_cycle
+from device_profiles.sac.typed_text import Text, from_cycle
 from hil.vocab.motion import QUEUE_LEN, MotionEntry, MotionSetup
 
 A4988, DRV8825 = 0, 1
@@ -54,19 +54,17 @@ class Parameters:
     pin_map: list[int] = field(default_factory=lambda: [0] * 8)
     """The pin map of driver 2."""
 
-    def ramps(self) -> RampDefaults:
-        """The accelerations, for ``typed_text.Attributes``."""
-        return RampDefaults(self.acc, self.dec, self.linear_acc, self.linear_dec)
+    def ramp(self, is_linear: bool) -> tuple[int, int]:
+        """Acceleration and deceleration of a kind of ramp, in hundredths."""
+        return (self.linear_acc, self.linear_dec) if is_linear else (self.acc, self.dec)
 
     def bauds(self) -> tuple[int, int]:
-        """The bauds of the hardware port and of the software port."""
         hardware, software = (
             min(max(baud, BAUD_MINIMUM), BAUD_MAXIMUM) for baud in (self.hardware_baud, self.software_baud)
         )
         return hardware, software
 
     def setup(self) -> MotionSetup:
-        """The motion engine's set-up at a start."""
         exponent = min(self.microstep_exponent, 7)
         pins = PIN_MAPS.get(self.driver_id, self.pin_map)[exponent]
         return MotionSetup(
@@ -86,7 +84,7 @@ class Parameters:
     def default_entry(self) -> MotionEntry:
         """The entry that an empty queue is seeded with."""
         velocity = from_cycle(self.cycle_us, self.steps_per_rev)
-        acc, dec = self.ramps().of(bool(self.is_linear))
+        acc, dec = self.ramp(bool(self.is_linear))
         return MotionEntry(
             steps=self.steps_per_rev,
             is_ccw=self.dir_level != self.cw_level,

@@ -50,10 +50,9 @@ class QueueMemory:
             return
         parameters = self._session.parameters
         said = read_attributes(text, parameters.steps_per_rev, with_steps=True)
-        self._write({position: said.apply(self._motion.entry(position), parameters.ramps())})
+        self._write({position: said.apply(self._motion.entry(position), parameters.ramp)})
 
     def entries(self) -> list[MotionEntry]:
-        """Entries 1 to 30."""
         return [self._motion.entry(position) for position in POSITIONS]
 
     def restore(self, saved: list[MotionEntry] | None) -> None:
@@ -95,5 +94,4 @@ class QueueMemory:
         return True
 
     def xref_lines(self) -> Iterable[str]:
-        """The array's rows."""
         return screens.xref(self._motion.xref())

@@ -39,16 +39,9 @@ def _column(line: str, start: int, parameter: Parameter, parameters: Parameters)
 
 def _to(line: str, column: int) -> str:
     """The line with TABs up to a column."""
-    while _width(line) < column:
+    while len(line.expandtabs()) < column:
         line += "\t"
     return line
-
-
-def _width(line: str) -> int:
-    width = 0
-    for character in line:
-        width = width // 8 * 8 + 8 if character == "\t" else width + 1
-    return width
 
 
 def xref(array: tuple[int, ...]) -> Iterator[str]:
@@ -62,4 +55,4 @@ def xref(array: tuple[int, ...]) -> Iterator[str]:
 def dump(data: bytes) -> Iterator[str]:
     """A hexadecimal dump, 16 bytes a line."""
     for at in range(0, len(data), 16):
-        yield f"{at:04X}: " + " ".join(f"{byte:02X}" for byte in data[at : at + 16])
+        yield f"{at:04X}: " + data[at : at + 16].hex(" ").upper()

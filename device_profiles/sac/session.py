@@ -31,13 +31,13 @@ class Session:
 
     def say(self, said: Attributes) -> None:
         """A unary command: it changes the defaults."""
-        self.default = said.apply(self.default, self.parameters.ramps())
+        self.default = said.apply(self.default, self.parameters.ramp)
 
     def command(self, said: Attributes) -> MotionEntry:
         """A motion command as typed, on the defaults; direction, wait and sync are never taken from them."""
         if said.is_ccw is None:
             said.is_ccw = self.parameters.default_entry().is_ccw
-        return said.apply(self.default, self.parameters.ramps())
+        return said.apply(self.default, self.parameters.ramp)
 
     def keep(self, entry: MotionEntry) -> None:
         """A queued command's attributes become the defaults, all but steps, direction, wait and sync."""

@@ -4,10 +4,10 @@ Source: the SAC user manual, Configure and System Commands.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from device_profiles.sac import screens
-from device_profiles.sac.memory import Memory
+from device_profiles.sac.eeprom import Memory
 from device_profiles.sac.parameters import change
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps, Terminal
@@ -15,34 +15,27 @@ from device_profiles.sac.typed_text import Attributes, Text
 from hil.vocab.motion import Motion
 
 
+@dataclass(frozen=True)
 class SystemCommands:
     """Letters are case-sensitive. Each ends all activity first. ``reset`` is what ``$R`` does."""
 
-    def __init__(
-        self,
-        motion: Motion,
-        session: Session,
-        terminal: Terminal,
-        memory: Memory,
-        reset: Callable[[], Steps],
-    ) -> None:
-        self._motion = motion
-        self._session = session
-        self._terminal = terminal
-        self._memory = memory
-        self._reset = reset
+    motion: Motion
+    session: Session
+    terminal: Terminal
+    memory: Memory
+    reset: Callable[[], Steps]
 
     def run(self, text: Text) -> Steps | None:
         """``text`` is what follows the ``$``."""
-        self._motion.stop(None)
-        session = self._session
+        self.motion.stop(None)
+        session = self.session
         match text.take():
             case "C":
                 return self._configure(text)
             case "E":
                 self._show_eeprom()
             case "R":
-                return self._reset()
+                return self.reset()
             case "F":
                 self._set_pulses(False)
             case "P":
@@ -57,34 +50,34 @@ class SystemCommands:
                 session.say(Attributes(is_linear=number != 0))
             case "O" if (number := text.number()) is not None:
                 session.is_soft_ops_on = number != 0
-                self._motion.report(session.is_soft_ops_on)
+                self.motion.report(session.is_soft_ops_on)
             case "n":
                 session.is_throttle = not session.is_throttle
-                self._motion.encoder_mode(session.is_throttle)
+                self.motion.encoder_mode(session.is_throttle)
         return None
 
     def show_configuration(self) -> None:
         """The EEPROM's parameters, as the configure screen has them."""
-        self._terminal.println(screens.configuration(self._memory.eeprom.parameters))
+        self.terminal.println(screens.configuration(self.memory.eeprom.parameters))
 
     def _set_pulses(self, is_pulses: bool) -> None:
-        self._session.default = replace(self._session.default, is_pulses=is_pulses)
+        self.session.default = replace(self.session.default, is_pulses=is_pulses)
 
     def _show_eeprom(self) -> None:
-        lines: Iterable[str] = screens.configuration(self._memory.eeprom.parameters)
-        if self._session.is_debug:
-            lines = screens.dump(self._memory.stored())
-        self._terminal.println(lines)
+        lines: Iterable[str] = screens.configuration(self.memory.eeprom.parameters)
+        if self.session.is_debug:
+            lines = screens.dump(self.memory.stored())
+        self.terminal.println(lines)
 
     def _configure(self, text: Text) -> Steps | None:
         """``$C`` with a letter and a value sets it. Alone: the screen, drawn again after each edit."""
         if text.peek():
-            return self._memory.save() if change(self._memory.eeprom.parameters, text) else None
+            return self.memory.save() if change(self.memory.eeprom.parameters, text) else None
         self.show_configuration()
-        self._terminal.mode = self._edit_configuration
+        self.terminal.mode = self._edit_configuration
         return None
 
     def _edit_configuration(self, text: Text) -> Steps:
-        if change(self._memory.eeprom.parameters, text):
-            yield from self._memory.save()
+        if change(self.memory.eeprom.parameters, text):
+            yield from self.memory.save()
             self.show_configuration()

@@ -1,5 +1,6 @@
 """Reads what is typed at a SAC: numbers, and the attributes of a motion command."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from hil.vocab.motion import MotionEntry
@@ -36,7 +37,6 @@ class Text:
         return False
 
     def is_digit(self) -> bool:
-        """Whether a digit comes next."""
         return self._at < len(self._text) and self._text[self._at] in "0123456789"
 
     def number(self) -> int | None:
@@ -56,6 +56,11 @@ class Text:
             return min(whole * 100, NO_RAMP)
         return whole * 100 + int((decimals + "00")[:2])
 
+    def acceleration(self) -> int:
+        """The hundredths of an ``a`` or a ``d``; -1 without a number: the system's default."""
+        hundredths = self.hundredths()
+        return -1 if hundredths is None else hundredths
+
     def _digits(self) -> str:
         start = self._at
         while self.is_digit():
@@ -63,7 +68,6 @@ class Text:
         return self._text[start : self._at]
 
     def rest(self) -> str:
-        """The unread rest."""
         return self._text[self._at :]
 
 
@@ -107,13 +111,13 @@ class Attributes:
     wait_us: int | None = None
     is_pulses: bool | None = None
 
-    def apply(self, entry: MotionEntry, defaults: "RampDefaults") -> MotionEntry:
-        """The entry with what was said. A change of ramp brings that ramp's defaults first."""
+    def apply(self, entry: MotionEntry, ramp: Callable[[bool], tuple[int, int]]) -> MotionEntry:
+        """The entry with what was said. A change of ramp brings that ramp's defaults first: ``ramp``, whether
+        it is linear in, its acceleration and deceleration out."""
         is_linear = entry.is_linear if self.is_linear is None else self.is_linear
-        acc, dec = entry.acc_hundredths, entry.dec_hundredths
-        if is_linear != entry.is_linear:
-            acc, dec = defaults.of(is_linear)
-        default_acc, default_dec = defaults.of(is_linear)
+        default_acc, default_dec = acc, dec = ramp(is_linear)
+        if is_linear == entry.is_linear:
+            acc, dec = entry.acc_hundredths, entry.dec_hundredths
         if self.acc is not None:
             acc = default_acc if self.acc < 0 else self.acc
         if self.dec is not None:
@@ -132,20 +136,6 @@ class Attributes:
             is_sync=entry.is_sync if self.is_sync is None else self.is_sync,
             is_pulses=entry.is_pulses if self.is_pulses is None else self.is_pulses,
         )
-
-
-@dataclass(frozen=True)
-class RampDefaults:
-    """The system's accelerations and decelerations, in hundredths."""
-
-    acc: int
-    dec: int
-    linear_acc: int
-    linear_dec: int
-
-    def of(self, is_linear: bool) -> tuple[int, int]:
-        """Acceleration and deceleration of a kind of ramp."""
-        return (self.linear_acc, self.linear_dec) if is_linear else (self.acc, self.dec)
 
 
 def read_steps(text: Text, said: Attributes) -> None:
@@ -173,11 +163,9 @@ def read_attributes(text: Text, steps_per_rev: int, *, with_steps: bool = False)
                 if number := text.number():
                     said.velocity = (from_cycle if by_cycle else from_rpm)(number, steps_per_rev)
             case "a":
-                acc = text.hundredths()
-                said.acc = -1 if acc is None else acc
+                said.acc = text.acceleration()
             case "d":
-                dec = text.hundredths()
-                said.dec = -1 if dec is None else dec
+                said.dec = text.acceleration()
             case "l":
                 if (number := text.number()) is not None:
                     said.is_linear = number != 0

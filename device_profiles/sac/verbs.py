@@ -31,11 +31,10 @@ _RAMPS = (
 _POSITION = Parameter("position", "of the queue", "", min(POSITIONS), max(POSITIONS), is_whole=True)
 
 
-def _attributes(velocity_rpm: float | None, acceleration: float | None, deceleration: float | None) -> str:
+def _attributes(velocity_rpm: float | None = None, **ramps: float) -> str:
+    """What is typed for ``_SPEED`` and ``_RAMPS``, of which any may be left out."""
     said = "" if velocity_rpm is None else f"v{int(velocity_rpm)}"
-    for letter, value in (("a", acceleration), ("d", deceleration)):
-        said += "" if value is None else f"{letter}{value:.2f}"
-    return said
+    return said + "".join(f"{name[0]}{ramps[name]:.2f}" for name in sorted(ramps))
 
 
 def one_shot(pulses: int, said: str) -> str:
@@ -48,7 +47,7 @@ def velocity(sac: Sac, velocity_rpm: float) -> None:
     """Continuous motion; in the same direction its speed changes, else it begins anew."""
     motion, rpm = sac.motion, abs(int(velocity_rpm))
     if rpm == 0:
-        sac.moves.stop_gracefully(Text(""))
+        sac.moves.stop_gracefully()
         return
     is_ccw = velocity_rpm < 0
     entry = motion.entry(CONTINUOUS_SLOT)
@@ -63,47 +62,24 @@ def velocity(sac: Sac, velocity_rpm: float) -> None:
     sac.moves.one_shot(Text(f"{'-' if is_ccw else ''}0v{rpm}"))  # without the 0 the default's direction
 
 
-def move_rel(
-    sac: Sac,
-    angle_deg: float,
-    velocity_rpm: float | None = None,
-    acceleration: float | None = None,
-    deceleration: float | None = None,
-) -> Answer:
+def move_rel(sac: Sac, angle_deg: float, **how: float) -> Answer:
     """Move as by ``xm``: at once, and nothing is kept. Whole pulses."""
     setup = sac.parameters.setup()
     per_rev = setup.steps_per_rev << setup.microstep_exponent
     pulses = round(angle_deg / 360 * per_rev)
     if pulses:
-        said = _attributes(velocity_rpm, acceleration, deceleration)
-        sac.moves.one_shot(Text(one_shot(pulses, said)))
+        sac.moves.one_shot(Text(one_shot(pulses, _attributes(**how))))
     return {"pulses": pulses, "angle_deg": pulses * 360 / per_rev}
 
 
-def move_abs(
-    sac: Sac,
-    position_deg: float,
-    velocity_rpm: float | None = None,
-    acceleration: float | None = None,
-    deceleration: float | None = None,
-) -> Answer:
+def move_abs(sac: Sac, position_deg: float, **how: float) -> Answer:
     if sac.motion.get("motion_state") != _STANDBY or sac.motion.get("queue_position") >= 0:
         raise VerbRefused("not_now", "it moves, and where it will be is not known; stop it first")
-    angle_deg = position_deg - sac.motion.get("commanded_deg")
-    return move_rel(sac, angle_deg, velocity_rpm, acceleration, deceleration)
+    return move_rel(sac, position_deg - sac.motion.get("commanded_deg"), **how)
 
 
-def queue(
-    sac: Sac,
-    position: float,
-    steps: float,
-    velocity_rpm: float | None = None,
-    acceleration: float | None = None,
-    deceleration: float | None = None,
-    sync: float = 0,
-) -> None:
-    said = _attributes(velocity_rpm, acceleration, deceleration)
-    sac.queue.edit(Text(f"{int(position)}m{int(steps)}{said}s{int(sync)}f"))
+def queue(sac: Sac, position: float, steps: float, sync: float = 0, **how: float) -> None:
+    sac.queue.edit(Text(f"{int(position)}m{int(steps)}{_attributes(**how)}s{int(sync)}f"))
 
 
 def recall(sac: Sac, position: float) -> None:
@@ -118,7 +94,7 @@ def loop(sac: Sac, first: float, last: float, passes: float) -> None:
 
 
 def sync(sac: Sac) -> None:
-    sac.moves.release(Text(""))
+    sac.motion.release_sync()
 
 
 def pulse(sac: Sac, direction: str) -> None:
@@ -128,9 +104,9 @@ def pulse(sac: Sac, direction: str) -> None:
 def stop(sac: Sac, how: str) -> None:
     """``grace``: with the session's deceleration."""
     if how == "grace":
-        sac.moves.stop_gracefully(Text(""))
+        sac.moves.stop_gracefully()
     else:
-        sac.moves.stop_at_once(Text(""))
+        sac.motion.stop(None)
 
 
 def starve(sac: Sac, policy: str, acceleration_rpm_per_s: float) -> None:
@@ -189,8 +165,8 @@ _VERBS = (
         "loop",
         "run entries of the queue in a loop",
         (
-            Parameter("first", "entry", "", min(POSITIONS), max(POSITIONS), is_whole=True),
-            Parameter("last", "entry", "", min(POSITIONS), max(POSITIONS), is_whole=True),
+            replace(_POSITION, name="first", about="entry"),
+            replace(_POSITION, name="last", about="entry"),
             Parameter("passes", "0: for ever", "", 0, 65535, 1, is_whole=True),
         ),
         loop,

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
-from hil.arduino.protocol import BoardPort, Discovery
+from hil.arduino.protocol import Discovery, Message, board_port
 from hil.arduino.stdio import Commands, send
 from hil.host.trust import refuse_address
 from hil.net.benches_here import find_in
@@ -23,11 +23,11 @@ class Benches:
 
     def __init__(self, bases: Sequence[Path], is_named: bool = False) -> None:
         self._bases, self._is_named = bases, is_named
-        self._last: dict[Path, list[BoardPort]] = {}
+        self._last: dict[Path, list[Message]] = {}
 
-    def ports(self) -> list[BoardPort]:
+    def ports(self) -> list[Message]:
         """The ports that exist now. A daemon that does not answer keeps the ports it had."""
-        now: dict[Path, list[BoardPort]] = {}
+        now: dict[Path, list[Message]] = {}
         for here in find_in(self._bases, self._is_named).benches:
             path = here.socket
             try:
@@ -40,20 +40,10 @@ class Benches:
         return [port for ports in now.values() for port in ports]
 
 
-def _ports(listed: dict[str, Any], owner: int) -> list[BoardPort]:
+def _ports(listed: dict[str, Any], owner: int) -> list[Message]:
     bench = listed["bench"]
     return [
-        BoardPort(
-            address=row["address"],
-            label=f"{bench}/{row['device']}",
-            hardware_id=f"hil/{bench}/{row['device']}",
-            properties=(
-                ("bench", bench),
-                ("device", row["device"]),
-                ("profile", row["profile"]),
-                ("hardware", row["hardware"]),
-            ),
-        )
+        board_port(row["address"], bench, row["device"], profile=row["profile"], hardware=row["hardware"])
         for row in listed["devices"]
         if row["address"] and not refuse_address(row["address"], owner)
     ]

@@ -6,7 +6,6 @@ A message is a dict, sent as JSON. A failed command is answered by a message of 
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, Protocol
 
@@ -26,25 +25,17 @@ _HELLO = re.compile(r'(\d{1,9}) "([^"]+)"')
 _OPEN = re.compile(r"(\S+):(\d{1,5}) (\S.*)")
 
 
-@dataclass(frozen=True)
-class BoardPort:
-    """A device's port as the IDE shows it. ``properties`` are what ``boards.txt`` recognises a board by."""
-
-    address: str
-    label: str
-    hardware_id: str
-    """Stable for a device, wherever its port is."""
-    properties: tuple[tuple[str, str], ...]
-
-    def message(self) -> Message:
-        return {
-            "address": self.address,
-            "label": self.label,
-            "protocol": PROTOCOL,
-            "protocolLabel": PROTOCOL_LABEL,
-            "hardwareId": self.hardware_id,
-            "properties": dict(self.properties),
-        }
+def board_port(address: str, bench: str, device: str, **more: str) -> Message:
+    """A device's port as the IDE shows it. Its properties are what ``boards.txt`` recognises a board by; its
+    id is the same wherever the device's port is."""
+    return {
+        "address": address,
+        "label": f"{bench}/{device}",
+        "protocol": PROTOCOL,
+        "protocolLabel": PROTOCOL_LABEL,
+        "hardwareId": f"hil/{bench}/{device}",
+        "properties": {"bench": bench, "device": device} | more,
+    }
 
 
 def _done(event: str, message: str = "OK", **more: Any) -> list[Message]:
@@ -103,11 +94,11 @@ class _Mode(Enum):
 class Discovery(_Dialogue):
     """``find`` answers the ports there are now; an OSError of it is reported to the client."""
 
-    def __init__(self, find: Callable[[], Sequence[BoardPort]]) -> None:
+    def __init__(self, find: Callable[[], Sequence[Message]]) -> None:
         super().__init__()
         self._find = find
         self._mode = _Mode.IDLE
-        self._known: dict[str, BoardPort] = {}
+        self._known: dict[str, Message] = {}
         self._commands |= {
             "START": self._start,
             "STOP": self._stop,
@@ -120,18 +111,18 @@ class Discovery(_Dialogue):
         """Whether the client wants to be told of changes: call ``found`` then."""
         return self._mode is _Mode.SYNCING and not self.dead
 
-    def found(self, ports: Sequence[BoardPort]) -> list[Message]:
+    def found(self, ports: Sequence[Message]) -> list[Message]:
         """The events that lead from what the client knows to ``ports``. A port whose description has
         changed is added anew, which replaces it."""
         if not self.syncing:
             return []
-        now = {port.address: port for port in ports}
+        now = {port["address"]: port for port in ports}
         gone = [address for address in self._known if address not in now]
         fresh = [port for address, port in now.items() if self._known.get(address) != port]
         self._known = now
         return [
             *({"eventType": "remove", "port": {"address": a, "protocol": PROTOCOL}} for a in gone),
-            *({"eventType": "add", "port": port.message()} for port in fresh),
+            *({"eventType": "add", "port": port} for port in fresh),
         ]
 
     def _start(self, rest: str) -> list[Message]:
@@ -151,7 +142,7 @@ class Discovery(_Dialogue):
         if self._mode is not _Mode.RUNNING:
             return _failed("list", "LIST needs START before it, and not START_SYNC")
         try:
-            return [{"eventType": "list", "ports": [port.message() for port in self._find()]}]
+            return [{"eventType": "list", "ports": list(self._find())}]
         except OSError as error:
             return _failed("list", str(error))
 
@@ -196,7 +187,6 @@ class Monitor(_Dialogue):
         }
 
     def lost(self, reason: str) -> list[Message]:
-        """Close what is open, and tell the client why."""
         if not self._is_open:
             return []
         self._is_open = False

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from hil.cli.ask import fail
+
 ABOUT = """\
 The Arduino IDE 2 and arduino-cli ask helper programs where boards are, and how to talk to them.
 
@@ -68,7 +70,7 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
         book = _sketchbook(sketchbook)
         written = write(book, files)
     except InstallError as error:
-        raise _fail(str(error)) from None
+        raise fail(f"hil: {error}") from None
     for path in written:
         typer.echo(f"wrote {path}")
     typer.echo("Restart the IDE." if written else f"Nothing to do: {book} has it all.")
@@ -84,7 +86,7 @@ def uninstall(sketchbook: Sketchbook = None) -> None:
     try:
         removed = remove(book, ("platform.txt", "boards.txt"))
     except InstallError as error:
-        raise _fail(str(error)) from None
+        raise fail(f"hil: {error}") from None
     for path in removed:
         typer.echo(f"removed {path}")
     if not removed:
@@ -118,8 +120,3 @@ def _program() -> Path:
     """The ``hil`` of this installation: beside its Python, or else the one that was typed."""
     beside = Path(sys.executable).with_name("hil")
     return beside if beside.exists() else Path(shutil.which(sys.argv[0]) or sys.argv[0]).absolute()
-
-
-def _fail(message: str) -> typer.Exit:
-    typer.echo(f"hil: {message}", err=True)
-    return typer.Exit(1)

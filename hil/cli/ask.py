@@ -36,7 +36,6 @@ def fail(message: str, code: int = 1) -> typer.Exit:
     """What a command raises after it has said why."""
     import logging
     import os
-    import sys
 
     from hil.host.journal import is_journal, prefixed, say
 
@@ -77,11 +76,6 @@ def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
     raise fail("\n".join([f"hil: several benches are running ({names}): choose one with --bench", *lines]), 2)
 
 
-def control_path(bench: str | None, runtime_dir: Path | None) -> Path:
-    """The control socket of the bench that is meant; says what is wrong and ends the command."""
-    return bench_meant(bench, runtime_dir).socket
-
-
 def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
     """A port's address as the bench that is meant said it; ends the command if it is none of its own."""
     from hil.host.trust import refuse_address
@@ -95,7 +89,7 @@ def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **argument
     """One request to a bench; says what is wrong and ends the command where it fails."""
     from hil.net.control_client import ControlError, ask
 
-    path = control_path(bench, runtime_dir)
+    path = bench_meant(bench, runtime_dir).socket
     try:
         return ask(path, verb, **arguments)
     except ControlError as error:

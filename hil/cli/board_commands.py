@@ -38,19 +38,20 @@ _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "
 
 
 def mount(app: typer.Typer) -> None:
-    """Add the commands of all profiles that have some."""
-    spec = find_spec(PROFILES)
-    for root in (spec.submodule_search_locations or []) if spec else []:
-        for path in sorted(Path(root).glob("*/cli.py")):
-            _mount_profile(app, path.parent.name)
+    for name in _with_commands(PROFILES):
+        _mount_profile(app, name)
 
 
 def mount_bridges(app: typer.Typer) -> None:
     """Add the commands of all bridges that have some: ``app`` of their ``cli.py``."""
-    spec = find_spec(BRIDGES)
-    for root in (spec.submodule_search_locations or []) if spec else []:
-        for path in sorted(Path(root).glob("*/cli.py")):
-            app.add_typer(import_module(f"{BRIDGES}.{path.parent.name}.cli").app)
+    for name in _with_commands(BRIDGES):
+        app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app)
+
+
+def _with_commands(package: str) -> list[str]:
+    spec = find_spec(package)
+    roots = spec.submodule_search_locations or [] if spec else []
+    return [path.parent.name for root in roots for path in sorted(Path(root).glob("*/cli.py"))]
 
 
 def _mount_profile(app: typer.Typer, name: str) -> None:
@@ -134,7 +135,6 @@ def _write(file: Path, data: bytes) -> None:
 
 
 def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
-    """Address and speed of a running bench's device."""
     status = ask_bench(bench, runtime_dir, "status")
     rows = {row["device"]: row for row in status["devices"] if row["profile"] == profile}
     if device is None and len(rows) != 1:
@@ -257,7 +257,6 @@ class _Bar:
 
 
 def _last_words(dialogue: Dialogue[Any]) -> str:
-    """The message of a dialogue that is interrupted."""
     try:
         dialogue.throw(DialogueError("interrupted"))
     except DialogueError as error:

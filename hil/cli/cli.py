@@ -80,8 +80,8 @@ def serve(
     from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
-    from hil.host.open_files import allow_many
     from hil.host.paths import log_file, runtime_base, state_base
+    from hil.host.process import allow_many_files
     from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
@@ -102,7 +102,7 @@ def serve(
         port_group=port_group,
         notifier=notifier,
     )
-    allow_many()
+    allow_many_files()
     try:
         try:
             asyncio.run(daemon.run(lambda serving: started(serving, writer)))
@@ -306,7 +306,7 @@ def doctor(
     import dataclasses
     import os
 
-    from hil.cli.doctor_benches import judge_benches, judge_folders, judge_memories, look
+    from hil.cli.doctor_benches import judge_benches, judge_memories
     from hil.host.doctor import healthy, judge, worst_first
     from hil.host.paths import runtime_base, state_base
     from hil.host.probes import try_all
@@ -314,8 +314,7 @@ def doctor(
 
     runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
     findings = judge(read_system(), try_all(devices, runtime, state), devices)
-    is_named = runtime_dir is not None
-    benches = [*judge_folders(runtime, is_named), *judge_benches(look(runtime, is_named))]
+    benches = judge_benches(runtime, runtime_dir is not None)
     findings = worst_first([*findings, *benches, *judge_memories(state)])
     if as_json:
         typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))

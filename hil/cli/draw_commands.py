@@ -3,13 +3,17 @@
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
+from hil.cli.interrupts import noted
+
+if TYPE_CHECKING:
+    from hil.wire.step_dir import Train
 
 _POLL_S = 0.1
 _PATIENCE_NS = 3_000_000_000
@@ -143,39 +147,47 @@ def drive(
 
     The board has to be in x mode with its loop on to follow.
     """
-    from hil.wire.step_dir import TrainError, generate, parse_train
-
     _check_output(output)
     if (steps is not None) + (file is not None) + stop != 1:
         raise fail("hil: give one of --steps, --file and --stop", 2)
-    try:
-        if file is not None:
-            train = parse_train(file.read_text(), str(file))
-        else:
-            train = generate(steps, rate_Hz, acceleration) if steps is not None else ()
-    except TrainError as error:
-        raise fail(f"hil: {error}" if file is None else str(error), 2) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise fail(f"hil: {file}: {error}", 2) from None
+    train = _train(file, steps, rate_Hz, acceleration)
     rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
-    if not (draw or output):
-        _played(ask_bench(bench, runtime_dir, "drive", device=device, train=rows), train)
-        return
     recording = _recorded(("r", "yw", "e"))
-    with _watching(bench, runtime_dir, device, recording.signals, 1.0) as (_, more):
-        answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
-        _played(answer, train)
-        end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
-        try:
-            _until(more, recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
-        except KeyboardInterrupt:
+    watching = _watching(bench, runtime_dir, device, recording.signals, 1.0)
+    answer: dict[str, Any] = {}
+    try:
+        with watching if draw or output else nullcontext() as watched:
+            with noted() as interrupts:  # the bench may have the train before its answer is here
+                answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
+            _tell_length(answer, train)
+            if interrupts:
+                raise KeyboardInterrupt
+            if watched is None:
+                return
+            end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
+            _until(watched[1], recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
+    except KeyboardInterrupt:
+        if answer and train:
             typer.echo(f"the train goes on; `hil drive {device} --stop` ends it", err=True)
-            raise
+        raise
     worst = max(abs(row[3]) for row in recording.rows)
     _show(recording, output, f"{device}: following a pulse train", f"largest following error {worst:.3f} deg")
 
 
-def _played(answer: dict[str, Any], train: Any) -> None:
+def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: float | None) -> "Train":
+    from hil.wire.step_dir import TrainError, generate, parse_train
+
+    try:
+        if file is not None:
+            return parse_train(file.read_text(), str(file))
+        return generate(steps, rate_Hz, acceleration) if steps is not None else ()
+    except TrainError as error:
+        raise fail(f"hil: {error}" if file is None else str(error), 2) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise fail(f"hil: {file}: {error}", 2) from None
+
+
+def _tell_length(answer: dict[str, Any], train: "Train") -> None:
     count = sum(e.steps for e in train)
     what = f"{count:,} steps in {answer['length_ns'] * 1e-9:.6g} s" if train else "no train"
     typer.echo(f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on")

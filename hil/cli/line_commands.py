@@ -1,12 +1,14 @@
 """``hil fault`` and ``hil capture``: what happens on lines."""
 
+import sys
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, control_path, fail
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
 from hil.cli.interrupts import ended_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
@@ -95,14 +97,12 @@ def capture(
 
     Live in Wireshark: hil capture bus0 -w - | wireshark -k -i -
     """
-    from contextlib import suppress
-
     from hil.net.control_client import ControlError, begin
 
     if rotate_mb and write == "-":
         raise fail("hil: --rotate needs a file", 2)
     try:
-        client, _ = begin(control_path(bench, runtime_dir), "capture", ports=sources)
+        client, _ = begin(bench_meant(bench, runtime_dir).socket, "capture", ports=sources)
     except ControlError as error:
         raise fail(f"hil: {error}") from None
     with client:
@@ -116,7 +116,6 @@ def capture(
 def _hang_up(client: Any) -> None:
     """Shut the connection down; what has come already can still be read."""
     import socket
-    from contextlib import suppress
 
     with suppress(OSError):  # it has gone by itself
         client.shutdown(socket.SHUT_RDWR)
@@ -124,8 +123,6 @@ def _hang_up(client: Any) -> None:
 
 def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
     """Whole blocks, each file with the header at its beginning."""
-    import sys
-
     from hil.host.new_file import begin_file
     from hil.wire.pcapng import header_length, whole_blocks
 
@@ -164,10 +161,7 @@ def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE
     from hil.wire.packet_text import packet_text
     from hil.wire.pcapng import EVENT_NAMES, CaptureError, Event, read
 
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+    data = _content(file)
     decoders: dict[tuple[str, int], PacketDecoder] = {}
     first_ns = None
     try:
@@ -186,6 +180,13 @@ def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE
         raise fail(f"hil: {file}: {error}") from None
 
 
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+
+
 def play(
     file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")],
     tap: Annotated[str, typer.Argument(help="A tap of the segment to play it on, as in bus0.master.")],
@@ -200,9 +201,7 @@ def play(
     from hil.wire.pcapng import CaptureError, bursts
 
     try:
-        rows = bursts(file.read_bytes(), source)
-    except OSError as error:
-        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+        rows = bursts(_content(file), source)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
     ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)

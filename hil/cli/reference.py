@@ -1,11 +1,10 @@
 """The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
 
 import re
-from collections.abc import Iterator
-from typing import Any
 
 import typer
 
+from hil.cli.commands import HELP, commands
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.compose.find import bridge_reference, find_catalogue, load_verbs
 from hil.config import reference as config_reference
@@ -39,15 +38,14 @@ def reference(app: typer.Typer) -> str:
 
 
 def _commands(app: typer.Typer) -> str:
-    commands = dict(_named_commands(typer.main.get_command(app)))
     rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
     options: dict[tuple[str, str], list[str]] = {}
-    for name, command in commands.items():
-        arguments = " ".join(p.name.upper() for p in command.params if p.param_type_name == "argument")
-        rows.append(f"| `hil {name}{' ' + arguments if arguments else ''}` | {_cell(command.help)} |")
-        for p in command.params:
-            if p.param_type_name == "option":
-                options.setdefault((", ".join(f"`{o}`" for o in p.opts), _cell(p.help)), []).append(name)
+    for command in (each for each in commands(app).all() if each.path):
+        words = " ".join([command.name, *(each.name.upper() for each in command.arguments)])
+        rows.append(f"| `hil {words}` | {_cell(command.about)} |")
+        for option in (each for each in command.options if each is not HELP):
+            flags = ", ".join(f"`{flag}`" for flag in option.flags)
+            options.setdefault((flags, _cell(option.about)), []).append(command.name)
     rows += ["", "| option | of | meaning |", "|---|---|---|"]
     rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
     return "\n".join(rows)
@@ -63,21 +61,12 @@ def _surroundings() -> str:
     return "\n".join(rows) + "\n"
 
 
-def _named_commands(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, command in group.commands.items():
-        if not command.hidden:
-            yield prefix + name, command
-            if hasattr(command, "commands"):
-                yield from _named_commands(command, f"{prefix}{name} ")
-
-
 def _cell(text: str) -> str:
     """Text of a table: one line, and no column's end."""
     return " ".join(text.split()).replace("|", r"\|")
 
 
 def _verbs() -> str:
-    """The operations that can be asked for in JSON."""
     rows = [
         f"## Control socket (version {CONTROL_VERSION})\n",
         "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
@@ -97,7 +86,6 @@ def _verbs() -> str:
 
 
 def _device_verbs() -> str:
-    """What can be asked of each kind of board, and the codes of refusals."""
     parts = [
         "## Verbs of devices\n",
         "By `hil axis DEVICE VERB`, the control socket's `do`, the bridges and the client; every twin has"
@@ -119,7 +107,6 @@ def _device_verbs() -> str:
 
 
 def _metrics() -> str:
-    """What can be wrong with a bench, and what is counted."""
     rows = [
         "## Health\n",
         "`hil status`, `sim/health` over zenoh and the metrics say `ok`, or `degraded` and why:\n",

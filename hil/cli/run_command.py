@@ -99,7 +99,6 @@ def benches(
 
 
 def _report(progress: dict[str, Any]) -> str:
-    """The result of a run, and of each axis."""
     why = f": {progress['why']}" if progress["why"] else ""
     lines = [f"{progress['run']}: {progress['state']}{why}"]
     for name, axis in progress["axes"].items():
@@ -122,7 +121,6 @@ def _report(progress: dict[str, Any]) -> str:
 
 
 def clock_words(bench: dict[str, Any]) -> str:
-    """The offset of another bench's clock, in words."""
     offset_ms, error_ms = bench["clock_offset_ns"] / 1e6, bench["clock_error_ns"] / 1e6
     side = "ahead" if offset_ms >= 0 else "behind"
     return f"its clock is {abs(offset_ms):.3f} ms {side}, give or take {error_ms:.3f}"

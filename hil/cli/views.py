@@ -15,7 +15,6 @@ _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
 
 def device_table(listed: dict[str, Any]) -> RenderableType:
-    """Devices of one bench with the addresses of their ports."""
     table = Table(title=f"bench {listed['bench']} (process {listed['pid']})", title_justify="left", box=None)
     for column in ("device", "profile", "port", "address", "clients"):
         table.add_column(column, no_wrap=column == "address", overflow="fold")
@@ -32,7 +31,6 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
-    """All of ``hil status``."""
     ticks, missed = status["ticks"], status["missed"]
     head = Text.assemble(
         (f"bench {status['bench']}", "bold"),
@@ -66,7 +64,6 @@ def status_view(status: dict[str, Any]) -> RenderableType:
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """One word, and a line for each reason."""
     yield f"health: {health['state']}\n", "green" if health["state"] == "ok" else "bold red"
     for problem in health["problems"]:
         about = f"{problem['about']}: " if problem["about"] else ""
@@ -74,7 +71,6 @@ def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _bridge_line(row: dict[str, Any]) -> str:
-    """A bridge's doors and what came through."""
     doors = ", ".join([*row["listen"], *row["connect"]])
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
     if row["dropped"]:
@@ -84,7 +80,6 @@ def _bridge_line(row: dict[str, Any]) -> str:
 
 
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
-    """Segments with their loads and what went wrong on them."""
     table = Table(box=None)
     for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
         table.add_column(column, justify="left" if column in ("segment", "errors") else "right")
@@ -130,7 +125,6 @@ def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
 
 
 def _state(row: dict[str, Any]) -> list[str]:
-    """Remarks on what is wrong with a device."""
     said = [f"stopped: {row['failed']}"] if row["failed"] else []
     said += [row["port_failure"]] if row["port_failure"] else []
     said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []

@@ -1,38 +1,48 @@
 """The client for asyncio: the same as the other, each exchange in a thread."""
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine
+from functools import wraps
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from hil.client.link import ENDPOINT, TIMEOUT_S, Link
+from hil.client.link import ENDPOINT, TIMEOUT_S
 from hil.client.messages import Ack, State, state_of
 from hil.client.synchronous import Axis, Bench, connect_sync
-from hil.client.verbs import MOTION_S, AxisVerbs
+from hil.client.verbs import AxisVerbs
 
 QUEUED = 10_000
 """States that wait; the oldest of more are dropped."""
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
+
+def _awaited(
+    method: Callable[Concatenate[Any, Given], Result],
+) -> Callable[Concatenate[Any, Given], Coroutine[Any, Any, Result]]:
+    """The method of the client that blocks, in a thread."""
+
+    @wraps(method)
+    async def ask(self: Any, /, *given: Given.args, **named: Given.kwargs) -> Result:
+        return await asyncio.to_thread(method, self._blocking, *given, **named)
+
+    return ask
 
 
 class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
-    """As ``Axis``, to be awaited."""
+    """As ``Axis``, to be awaited; ``put`` is at once."""
 
-    def __init__(self, link: Link, name: str) -> None:
-        self.name = name
-        self._link = link
-        self._axis = Axis(link, name)
+    def __init__(self, blocking: Axis) -> None:
+        self.name = blocking.name
+        self.put = blocking.put
+        self._blocking = blocking
 
-    async def do(self, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Ack:
-        return await asyncio.to_thread(self._axis.do, verb, wait=wait, timeout_s=timeout_s, **given)
-
-    def put(self, verb: str, **given: object) -> None:
-        """Carry out a verb without an answer, at once: for set-points in a stream."""
-        self._axis.put(verb, **given)
-
-    async def state(self) -> State:
-        """The present state, at most 20 ms old."""
-        return await asyncio.to_thread(self._axis.state)
+    do = _awaited(Axis.do)
+    state = _awaited(Axis.state)
+    parameter = _awaited(Axis.parameter)
+    set_parameter = _awaited(Axis.set_parameter)
+    fault = _awaited(Axis.fault)
+    clear_fault = _awaited(Axis.clear_fault)
 
     async def states(self) -> AsyncIterator[State]:
         """States as they come."""
@@ -44,86 +54,43 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
                 came.get_nowait()
             came.put_nowait(text)
 
-        def take(text: bytes) -> None:
-            loop.call_soon_threadsafe(keep, text)
-
-        with self._link.subscribe(f"axis/{self.name}/state", take):
+        with self._blocking.subscribe(lambda text: loop.call_soon_threadsafe(keep, text)):
             while True:
                 yield state_of(await came.get())
 
-    async def parameter(self, name: str) -> float:
-        """A settable field."""
-        return await asyncio.to_thread(self._axis.parameter, name)
-
-    async def set_parameter(self, name: str, value: float) -> Ack:
-        """Set a settable field."""
-        return await asyncio.to_thread(self._axis.set_parameter, name, value)
-
-    async def fault(self, fault: str, **parameters: object) -> int:
-        """Begin a fault; its number."""
-        return await asyncio.to_thread(self._axis.fault, fault, **parameters)
-
-    async def clear_fault(self, number: int | str = "all") -> None:
-        """End a fault, or all."""
-        await asyncio.to_thread(self._axis.clear_fault, number)
-
 
 class AsyncBench:
-    """A bench; ``async with connect(...)`` opens it."""
+    """As ``Bench``, to be awaited; ``async with connect(...)`` opens it."""
 
-    def __init__(self, bench: str, arguments: dict[str, Any]) -> None:
+    def __init__(self, bench: str, connect: Callable[[], Bench]) -> None:
         self.name = bench
-        self._arguments = arguments
+        self._connect = connect
         self._bench: Bench | None = None
 
     async def __aenter__(self) -> "AsyncBench":
-        self._bench = await asyncio.to_thread(connect_sync, self.name, **self._arguments)
+        self._bench = await asyncio.to_thread(self._connect)
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        await asyncio.to_thread(self._open.close)
+    async def __aexit__(self, *_: object) -> None:
+        await asyncio.to_thread(self._blocking.close)
 
     @property
-    def _open(self) -> Bench:
+    def _blocking(self) -> Bench:
         if self._bench is None:
             raise RuntimeError("open it first: async with connect(...) as bench")
         return self._bench
 
     def axis(self, name: str) -> AsyncAxis:
         """A device."""
-        return AsyncAxis(self._open.link, name)
+        return AsyncAxis(self._blocking.axis(name))
 
-    async def submit(self, run: Mapping[str, object] | str) -> dict[str, Any]:
-        """Submit a multi-axis run, as data or as YAML; its progress."""
-        return await asyncio.to_thread(self._open.submit, run)
-
-    async def run_state(self, name: str) -> dict[str, Any]:
-        """The progress of a run."""
-        return await asyncio.to_thread(self._open.run_state, name)
-
-    async def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
-        """End a run."""
-        return await asyncio.to_thread(self._open.cancel, name, how)
-
-    async def perform(
-        self, run: Mapping[str, object] | str, *, timeout_s: float = MOTION_S
-    ) -> dict[str, Any]:
-        """Submit a run and wait for its end; its last progress."""
-        return await asyncio.to_thread(self._open.perform, run, timeout_s=timeout_s)
-
-    async def alive(self) -> list[str]:
-        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
-        return await asyncio.to_thread(self._open.alive)
-
-    async def clock(self) -> tuple[int, int]:
-        """Simulated and wall time, ns."""
-        return await asyncio.to_thread(self._open.clock)
-
-    async def read(self, key: str) -> dict[str, Any]:
-        """The document under a key of the bench, as in ``sim/health``."""
-        return await asyncio.to_thread(self._open.read, key)
+    submit = _awaited(Bench.submit)
+    run_state = _awaited(Bench.run_state)
+    cancel = _awaited(Bench.cancel)
+    perform = _awaited(Bench.perform)
+    alive = _awaited(Bench.alive)
+    clock = _awaited(Bench.clock)
+    read = _awaited(Bench.read)
 
 
 def connect(
@@ -140,11 +107,8 @@ def connect(
     Raises:
         ClientError: nobody lets us in there.
     """
-    arguments = {
-        "endpoint": endpoint,
-        "user": user,
-        "password": password,
-        "config": config,
-        "timeout_s": timeout_s,
-    }
-    return AsyncBench(bench, arguments)
+
+    def connected() -> Bench:
+        return connect_sync(bench, endpoint, user=user, password=password, config=config, timeout_s=timeout_s)
+
+    return AsyncBench(bench, connected)

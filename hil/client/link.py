@@ -4,14 +4,14 @@ import json
 import re
 import secrets
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import zenoh
 
-from hil.client.messages import Ack, ClientError, State, ack_of, error_of, read, state_of
+from hil.client.messages import Ack, ClientError, ack_of, error_of, read
 from hil.net.signature import signed
 
 ENDPOINT = "tcp/127.0.0.1:7447"
@@ -33,10 +33,8 @@ class Credentials:
     password: str
 
 
-def session_config(
-    endpoint: str, credentials: Credentials | None, timeout_s: float
-) -> tuple[zenoh.Config, str]:
-    """Zenoh's configuration of a client that knows one door and looks for no others, and the door."""
+def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> zenoh.Config:
+    """Zenoh's configuration of a client that knows one door and looks for no others."""
     config = zenoh.Config()
     entries: dict[str, Any] = {
         "mode": "client",
@@ -51,7 +49,7 @@ def session_config(
         entries["transport/auth/usrpwd/password"] = credentials.password
     for path, value in entries.items():
         config.insert_json5(path, json.dumps(value))
-    return config, endpoint
+    return config
 
 
 def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credentials | None]:
@@ -93,8 +91,8 @@ class Link:
         if config_file is not None:
             config, door, self._credentials = from_file(config_file, timeout_s)
         else:
-            config, door = session_config(endpoint, credentials, timeout_s)
-            self._credentials = credentials
+            config = session_config(endpoint, credentials, timeout_s)
+            door, self._credentials = endpoint, credentials
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
@@ -194,14 +192,9 @@ class Link:
         )
 
     def read(self, rest: str) -> dict[str, Any]:
-        """The document under a key."""
         return read(self.ask(rest)[0])
 
-    def state(self, device: str) -> State:
-        """The present state of an axis."""
-        return state_of(self.ask(f"axis/{device}/state")[0])
-
-    def subscribe(self, rest: str, call: Callable[[bytes], None] | None = None) -> Any:
+    def subscribe(self, rest: str, call: Callable[[bytes], object] | None = None) -> Any:
         """Subscribe to a key: a subscriber whose ``recv`` blocks, or one that calls from a thread of its
         own."""
         if call is None:
@@ -220,10 +213,3 @@ class Link:
             return None
         who = self._credentials
         return signed(who.user, who.password, key, payload, time.time_ns(), secrets.token_hex(8))
-
-
-def states(link: Link, device: str) -> Iterator[State]:
-    """States of an axis as they come, until the iterator is closed."""
-    with link.subscribe(f"axis/{device}/state") as subscriber:
-        while True:
-            yield state_of(subscriber.recv().payload.to_bytes())

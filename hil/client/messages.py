@@ -66,20 +66,17 @@ def read(text: bytes) -> dict[str, Any]:
 
 
 def ack_of(text: bytes) -> Ack:
-    """A reply to a command."""
     message = read(text)
     answer = {name: value for name, value in message.items() if name not in _HEAD}
     return Ack(message.get("effective_at_ns"), message["sim_ns"], message["wall_ns"], answer)
 
 
 def error_of(text: bytes) -> CommandError:
-    """A reply that refuses."""
     message = read(text)
     return CommandError(str(message.get("code")), str(message.get("error")))
 
 
 def state_of(text: bytes) -> State:
-    """A state."""
     message = read(text)
     fields = {name: value for name, value in message.items() if name not in _HEAD}
     return State(fields.pop("at_ns"), message["wall_ns"], fields)

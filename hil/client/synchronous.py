@@ -2,13 +2,12 @@
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal
 
-from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, Link, states
-from hil.client.messages import Ack, ClientError, State, ack_of, read
+from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, Link
+from hil.client.messages import Ack, ClientError, State, ack_of, read, state_of
 from hil.client.verbs import MOTION_S, AxisVerbs
 
 
@@ -24,7 +23,7 @@ class Axis(AxisVerbs[Ack]):
         self.name = name
         self._link = link
 
-    def do(self, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Ack:
+    def do(self, /, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Ack:
         return self._link.do(self.name, verb, given, wait, timeout_s)
 
     def put(self, verb: str, **given: object) -> None:
@@ -33,11 +32,17 @@ class Axis(AxisVerbs[Ack]):
 
     def state(self) -> State:
         """The present state, at most 20 ms old."""
-        return self._link.state(self.name)
+        return state_of(self._link.ask(f"axis/{self.name}/state")[0])
 
     def states(self) -> Iterator[State]:
-        """States as they come."""
-        return states(self._link, self.name)
+        """States as they come, until the iterator is closed."""
+        with self.subscribe() as subscriber:
+            while True:
+                yield state_of(subscriber.recv().payload.to_bytes())
+
+    def subscribe(self, call: Callable[[bytes], object] | None = None) -> Any:
+        """Subscribe to its states, as ``Link.subscribe``."""
+        return self._link.subscribe(f"axis/{self.name}/state", call)
 
     def parameter(self, name: str) -> float:
         """A settable field."""
@@ -47,7 +52,7 @@ class Axis(AxisVerbs[Ack]):
         """Set a settable field."""
         return ack_of(self._link.ask(f"axis/{self.name}/param/{name}", value)[0])
 
-    def fault(self, fault: str, **parameters: object) -> int:
+    def fault(self, /, fault: str, **parameters: object) -> int:
         """Begin a fault; its number."""
         answer = self._link.ask(f"axis/{self.name}/fault", {"fault": fault, **parameters})
         return int(ack_of(answer[0]).answer["number"])
@@ -119,9 +124,7 @@ class Bench:
     def __enter__(self) -> "Bench":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -11,10 +11,10 @@ MOTION_S = 600.0
 Answer_co = TypeVar("Answer_co", covariant=True)
 Stop = Literal["grace", "prejudice"]
 Direction = Literal["cw", "ccw"]
-Method = TypeVar("Method", bound=Callable[..., Any])
+Verbs = TypeVar("Verbs")
 
 
-def _verb(method: Method) -> Method:
+def _verb(method: Callable[..., Any]) -> Callable[..., Any]:
     """The method asks for the verb of its name with what it was given; None stands for what was not."""
     signature = inspect.signature(method)
     more = [name for name, each in signature.parameters.items() if each.kind is each.VAR_KEYWORD]
@@ -29,9 +29,17 @@ def _verb(method: Method) -> Method:
             parameters |= bound.arguments[name]
         return self.do(method.__name__, wait=parameters.pop("wait", False), **parameters)
 
-    return ask  # type: ignore[return-value]
+    return ask
 
 
+def _asking(cls: type[Verbs]) -> type[Verbs]:
+    for name, method in list(vars(cls).items()):
+        if name != "do" and not name.startswith("_"):
+            setattr(cls, name, _verb(method))
+    return cls
+
+
+@_asking
 class AxisVerbs(Generic[Answer_co]):
     """What a board can do is in its table; a method that a board has no verb for is refused there."""
 
@@ -39,24 +47,15 @@ class AxisVerbs(Generic[Answer_co]):
         """Carry out a verb by its name; ``wait``: until the motion that it begins has ended."""
         raise NotImplementedError
 
-    @_verb
     def position(self, position_deg: float) -> Answer_co: ...
-    @_verb
     def velocity(self, velocity_rpm: float) -> Answer_co: ...
-    @_verb
     def torque(self, effort_count: float) -> Answer_co: ...
-    @_verb
     def mode(self, mode: Literal["position", "velocity", "torque", "hybrid"]) -> Answer_co: ...
-    @_verb
     def enable(self) -> Answer_co: ...
-    @_verb
     def disable(self) -> Answer_co: ...
-    @_verb
     def gains(self, **gains: float) -> Answer_co: ...
-    @_verb
     def calibrate(self) -> Answer_co: ...
 
-    @_verb
     def move_abs(
         self,
         position_deg: float,
@@ -69,7 +68,6 @@ class AxisVerbs(Generic[Answer_co]):
     ) -> Answer_co:
         """``acceleration_rpm_per_s`` is a Mechaduino's, ``acceleration`` and ``deceleration`` are a SAC's."""
 
-    @_verb
     def move_rel(
         self,
         angle_deg: float,
@@ -82,28 +80,18 @@ class AxisVerbs(Generic[Answer_co]):
     ) -> Answer_co:
         """As ``move_abs``."""
 
-    @_verb
     def stop(self, how: Stop = "grace", *, wait: bool = False) -> Answer_co: ...
-    @_verb
     def pulses(self, count: int, rate_Hz: float | None = None, direction: str | None = None) -> Answer_co: ...
-    @_verb
     def queue(
         self, position: int, steps: int, velocity_rpm: int | None = None, **attributes: float
     ) -> Answer_co: ...
-    @_verb
     def loop(self, first: int, last: int, passes: int = 1, *, wait: bool = False) -> Answer_co: ...
-    @_verb
     def sync(self) -> Answer_co: ...
-    @_verb
     def run(self, position: int, *, wait: bool = False) -> Answer_co: ...
-    @_verb
     def pulse(self, direction: Direction = "cw") -> Answer_co: ...
-    @_verb
     def pin(self, pin: str, level: int) -> Answer_co: ...
 
-    @_verb
     def type(self, text: str) -> Answer_co:
         r"""At the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
 
-    @_verb
     def reset(self) -> Answer_co: ...

@@ -34,8 +34,6 @@ def prefixed(text: str, level: int) -> str:
 
 
 class JournalFormatter(logging.Formatter):
-    """Messages with priorities, in each of their lines."""
-
     def format(self, record: logging.LogRecord) -> str:
         return prefixed(super().format(record), record.levelno)
 

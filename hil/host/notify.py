@@ -43,7 +43,6 @@ class Notifier:
         return int(wanted) * 1000 if wanted.isdecimal() and whose == str(pid) else 0
 
     def __bool__(self) -> bool:
-        """Whether anybody listens."""
         return self._address is not None
 
     @property
@@ -60,7 +59,6 @@ class Notifier:
         self._send("RELOADING=1", f"MONOTONIC_USEC={monotonic_ns // 1000}", wait_s=_PATIENCE_S)
 
     def stopping(self) -> None:
-        """Tell that the daemon ends."""
         self._send("STOPPING=1", "STATUS=stopping", wait_s=_PATIENCE_S)
 
     def status(self, text: str) -> None:
@@ -68,7 +66,6 @@ class Notifier:
         self._send(_status(text))
 
     def ping(self) -> None:
-        """Tell that all is well."""
         self._send("WATCHDOG=1")
 
     def trigger(self) -> None:
@@ -123,7 +120,6 @@ class Throttle:
     _said_ns: int | None = None
 
     def due(self, text: str, now_ns: int) -> bool:
-        """Whether to say it now."""
         if text == self.said or (self._said_ns is not None and now_ns - self._said_ns < self.every_ns):
             return False
         self.said, self._said_ns = text, now_ns

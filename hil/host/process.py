@@ -5,10 +5,11 @@ import re
 import resource
 from typing import NamedTuple
 
+WANTED_FILES = 65_536
+"""A pseudo-terminal takes three, so the usual limit of 1024 ends at 300."""
+
 
 class Process(NamedTuple):
-    """A reading of them."""
-
     resident_bytes: int
     locked_bytes: int
     cpu_s: float
@@ -34,3 +35,11 @@ def read_process() -> Process:
         open_fds=open_fds,
         max_fds=resource.getrlimit(resource.RLIMIT_NOFILE)[0],
     )
+
+
+def allow_many_files() -> None:
+    """Raise the limit in force as far as the process itself may, to WANTED_FILES at most."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = WANTED_FILES if hard == resource.RLIM_INFINITY else min(hard, WANTED_FILES)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

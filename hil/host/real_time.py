@@ -3,6 +3,7 @@
 import errno
 import os
 import resource
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,12 +19,11 @@ WANTED_PRIORITY = 80
 
 @dataclass(frozen=True)
 class Grant:
-    """What was granted to the thread. ``missing`` and ``remedies`` are of the same length."""
+    """What was granted to the thread. ``missing``: what was not, and the remedy of each."""
 
     priority: int
     cpu: int
-    missing: tuple[str, ...]
-    remedies: tuple[str, ...]
+    missing: Mapping[str, str]
     more: str = ""
     """The remedy where a lower priority than wanted was granted."""
 
@@ -33,12 +33,11 @@ class Grant:
         return "degraded" if self.missing else "ok"
 
     def line(self) -> str:
-        """One line for people."""
         lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
         pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
         if not self.missing:
             return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower})"
-        return f"rt: degraded (no {' and no '.join(self.missing)}): {'; '.join(self.remedies)}"
+        return f"rt: degraded (no {' and no '.join(self.missing)}): {'; '.join(self.missing.values())}"
 
 
 def wanted_priority() -> int:
@@ -59,19 +58,16 @@ def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = Non
     """The core's report in words. The system is read where something was refused."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
         more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
-        return Grant(priority, cpu, (), (), more)
+        return Grant(priority, cpu, {}, more)
     system = system or read_system()
-    missing, remedies = [], []
+    missing = {}
     if stats["fifo_errno"]:
-        missing.append("real-time priority")
-        remedies.append(real_time_refused(system, priority).line())
+        missing["real-time priority"] = real_time_refused(system, priority).line()
     if stats["pin_errno"]:
-        missing.append(f"CPU {cpu}")
-        remedies.append(pin_refused(cpu).line())
+        missing[f"CPU {cpu}"] = pin_refused(cpu).line()
     if stats["lock_errno"]:
-        missing.append("locked memory")
-        remedies.append(memory_refused(system).line())
-    return Grant(priority, cpu, tuple(missing), tuple(remedies))
+        missing["locked memory"] = memory_refused(system).line()
+    return Grant(priority, cpu, missing)
 
 
 def refused(configured_cpu: int | None) -> str | None:

@@ -20,8 +20,6 @@ ALLOW_SECCOMP = (
 
 @dataclass(frozen=True)
 class Refusal:
-    """One cause, and what to do about it."""
-
     cause: str
     remedy: str
 
@@ -30,7 +28,6 @@ class Refusal:
 
 
 def real_time_refused(system: System, priority: int) -> Refusal:
-    """Why SCHED_FIFO at this priority was refused."""
     if not system.may(CAP_SYS_NICE) and not (system.rtprio and system.rtprio.allows(priority)):
         return Refusal(f"RLIMIT_RTPRIO is {rtprio_words(system.rtprio)}", raise_rtprio(system, priority))
     if starved := [group.file for group in system.rt_groups if group.budget_us == 0]:
@@ -54,7 +51,6 @@ def real_time_refused(system: System, priority: int) -> Refusal:
 
 
 def memory_refused(system: System) -> Refusal:
-    """Why mlock was refused."""
     limited = not (system.memlock and system.memlock.soft == UNLIMITED)
     if not limited or system.may(CAP_IPC_LOCK):
         if system.seccomp:
@@ -67,7 +63,6 @@ def memory_refused(system: System) -> Refusal:
 
 
 def pin_refused(cpu: int) -> Refusal:
-    """Why a CPU was refused."""
     return Refusal(f"CPU {cpu} is not allowed", "choose a cpu: that `taskset -p $$` allows")
 
 

@@ -26,7 +26,6 @@ class Service:
         """What the last reload was refused for, in short."""
 
     def start(self) -> None:
-        """Everything serves."""
         if not self._notifier:
             return
         self._say_ready()
@@ -35,7 +34,6 @@ class Service:
             self._ping()
 
     def reloading(self) -> None:
-        """A reload begins."""
         self._notifier.reloading(time.monotonic_ns())
 
     def reloaded(self, trouble: str) -> None:
@@ -45,7 +43,6 @@ class Service:
             self._say_ready()
 
     def stop(self) -> None:
-        """The daemon ends."""
         for timer in self._timers.values():
             timer.cancel()
         self._notifier.stopping()

@@ -81,7 +81,6 @@ class System:
     """Group numbers of the process."""
 
     def may(self, capability: int) -> bool:
-        """Whether the process has the capability."""
         return capability in self.capabilities
 
 

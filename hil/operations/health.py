@@ -78,7 +78,7 @@ class Health:
         return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
 
     def _of_bench(self) -> Iterator[Problem]:
-        for missing, remedy in zip(self.grant.missing, self.grant.remedies, strict=True):
+        for missing, remedy in self.grant.missing.items():
             yield Problem("real_time", "", f"no {missing}", remedy)
         again = "see `hil doctor` and docs/how-to/real-time.md"
         if (share := self.vitals.missed_share) > MISSED_SHARE:

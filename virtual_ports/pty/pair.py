@@ -69,7 +69,6 @@ class PtyPair:
             self.fail(error)
 
     def fail(self, error: OSError) -> None:
-        """Take the pty for dead."""
         if not self.is_dead:
             self.is_dead = True
             self._died(error)

@@ -42,13 +42,10 @@ class Options(BaseModel):
 
 
 def make(options: Options, context: PortContext) -> Port:
-    """The port, still closed."""
     return PtyPort(options, context)
 
 
 class _Open(NamedTuple):
-    """A pty while it serves."""
-
     pair: PtyPair
     clients: Clients
     out: Outgoing

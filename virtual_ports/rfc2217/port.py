@@ -10,5 +10,4 @@ class Options(TcpOptions):
 
 
 def make(options: Options, context: PortContext) -> Port:
-    """The port, still closed."""
     return TcpPort(options, context, lambda: Telnet(f"hil {context.device}"), scheme="rfc2217")

@@ -76,7 +76,6 @@ class Telnet:
         return bytes(line), bytes(reply)
 
     def encode(self, data: bytes) -> bytes:
-        """The line's bytes as the client gets them."""
         return data.replace(b"\xff", b"\xff\xff")
 
     def _command(self, byte: int, line: bytearray) -> None:
@@ -123,7 +122,6 @@ class Telnet:
         return b""
 
     def _control(self, value: int, line: bytearray) -> int:
-        """A control's value in force."""
         if value == _BREAK_ON:
             line.append(0)
         elif value in (_DTR_ON, _DTR_OFF):

@@ -77,7 +77,6 @@ class Disturbance:
         return self._line.off_ns
 
     def add(self, burst: Burst) -> None:
-        """Add a burst that begins."""
         self._begin(burst, is_surprise=False)
 
     def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
@@ -99,7 +98,6 @@ class Disturbance:
         self._tell_at(next_ns)
 
     def _drive(self, burst: Burst) -> None:
-        """Put a burst on the line."""
         is_swapped = burst.station in self._stations and self._stations[burst.station].is_swapped
         drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
         self._line.add(burst.station, drive)

@@ -38,7 +38,6 @@ class DisturbedLine:
         """Spans in which the driver of a station was on, as far as they matter."""
 
     def add(self, station: str, drive: Drive) -> None:
-        """A station begins to send."""
         self._drives.append(drive)
         self._own.setdefault(station, []).append((drive.on_ns, drive.off_ns))
         self.off_ns = max(self.off_ns, drive.off_ns)

@@ -33,7 +33,8 @@ class _Clean(NamedTuple):
 
 
 class Segment:
-    """Stations on one wire. Nobody senses the line before it sends: two that send at once collide.
+    """Stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends: two that
+    send at once collide.
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
     told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
@@ -55,42 +56,33 @@ class Segment:
     # ---- stations ----
 
     def join(self, station: str, receiver: Receiver) -> None:
-        """Put a station on the wire."""
         self.stations.join(Station(station, receiver))
         self.stats.stations[station] = StationStats()
 
     def set_address(self, station: str, address: int | None) -> None:
-        """Let only packets to this address and to all concern the station."""
         self.stations.set_address(station, address)
 
     def set_polling(self, station: str, is_polling: bool) -> None:
-        """Whether a station's firmware takes bytes as they come: else it hears what is for others too."""
         (self.stations.busy.discard if is_polling else self.stations.busy.add)(station)
 
     def set_echo(self, station: str, has_echo: bool) -> None:
-        """Whether a station's receiver stays on while it drives."""
         self.stations[station].has_echo = has_echo
 
     def has(self, station: str) -> bool:
-        """Whether a station is on the wire."""
         return station in self.stations
 
     def baud_of(self, station: str) -> int:
-        """The speed of a station, in baud."""
         return self.stations[station].receiver.baud_now
 
     def set_cut(self, station: str, is_cut: bool) -> None:
-        """Take a station off the line, or put it back."""
         self.stations[station].is_taken_off = is_cut
         self.stations.rewire(station)
 
     def clashes_with(self, address: int, but: str) -> list[str]:
-        """Stations on the line, but one, that have an address."""
         members = self.stations.by_address.get(address, {})
         return [name for name, member in members.items() if name != but and not member.is_cut]
 
     def clashes(self) -> Mapping[int, list[str]]:
-        """Addresses that several stations have."""
         return {
             address: list(members)
             for address, members in self.stations.by_address.items()
@@ -98,7 +90,6 @@ class Segment:
         }
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
-        """Statistics since the start, for JSON."""
         return self.stats.counters(elapsed_ns)
 
     # ---- faults (hil.vocab.faults) ----
@@ -106,8 +97,6 @@ class Segment:
     def inject(
         self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
     ) -> None:
-        """A fault of the layers packet or wire, or ``node_clash``, begins. ``answer(at_ns, station, raw)``
-        sends for a station at a later time."""
         if fault.kind == "wire_noise":
             self.noise[number] = ByteFaults(
                 ByteFault(bit_error_rate=fault.number("rate")), int(fault.number("seed"))
@@ -126,7 +115,6 @@ class Segment:
             self.stations.rewire(station)
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
-        """A fault ends."""
         self.noise.pop(number, None)
         if fault.kind == "node_clash":
             self.stations.leave(f"fault {number}")
@@ -139,7 +127,6 @@ class Segment:
     # ---- the wire ----
 
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """A station sends a burst, whose first start bit is at ``start_ns``: until then nothing happens."""
         if start_ns > self._clock.now_ns:
             self._clock.at(start_ns, partial(self._begin, station, data, baud))
         else:

@@ -80,7 +80,6 @@ class Stations(dict[str, Station]):
         self.changed()
 
     def changed(self) -> None:
-        """Look again whether a station is odd."""
         self.is_odd = any(station.is_odd for station in self.values())
 
     def concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:

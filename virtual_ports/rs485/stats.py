@@ -73,7 +73,6 @@ class SegmentStats:
                 del self.senders[station]
 
     def count(self, items: Iterable[Packet | Malformed]) -> None:
-        """Packets, and what is wrong with them."""
         for item in items:
             self.packets += isinstance(item, Packet)
             if fault := fault_of(item):
@@ -84,7 +83,6 @@ class SegmentStats:
         return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
-        """All counters, for JSON."""
         return {
             "load": self.load(elapsed_ns),
             "packets": self.packets,

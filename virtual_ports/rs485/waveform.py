@@ -41,7 +41,6 @@ class Character(NamedTuple):
 
 
 def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
-    """The lows of a line between two times."""
     alike: dict[tuple[object, ...], list[Drive]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:

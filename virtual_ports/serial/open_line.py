@@ -7,11 +7,12 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import serial
 
 from hil.net.traffic import Outgoing, Traffic
+from hil.vocab.ports import PortHost
 
 READ_BYTES = 65536
 QUEUE_BYTES = 1024 * 1024
@@ -19,20 +20,8 @@ QUEUE_BYTES = 1024 * 1024
 _THREAD_READ_S = 0.05
 
 
-class Owner(Protocol):
-    """The owner of a line, told in the event loop's thread."""
-
-    def room(self) -> int:
-        """Number of bytes that may be read now; 0 stops the reading until ``resume``."""
-
-    def received(self, data: bytes) -> None:
-        """Bytes of the line."""
-
-    def drained(self) -> None:
-        """Nothing waits to be sent any more."""
-
-    def lost(self, reason: str) -> None:
-        """The line is dead; called once."""
+Lost = Callable[[str], None]
+"""Is told once, in the event loop's thread, that the line is dead, and why."""
 
 
 def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
@@ -60,12 +49,16 @@ def why(error: Exception) -> str:
 
 
 class FdLine:
-    """A device node or a socket. ``traffic`` counts what is sent, and what is dropped."""
+    """A device node or a socket. ``traffic`` counts what passes, and what is dropped."""
 
-    def __init__(self, port: Any, owner: Owner, traffic: Traffic, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(
+        self, port: Any, host: PortHost, lost: Lost, traffic: Traffic, loop: asyncio.AbstractEventLoop
+    ) -> None:
         self._port = port
         self._fd: int = port.fileno()
-        self._owner = owner
+        self._host = host
+        self._lost = lost
+        self._traffic = traffic
         self._loop = loop
         self._reading = False
         self._open = True
@@ -85,7 +78,7 @@ class FdLine:
 
     def _drained(self) -> None:
         if self._open:
-            self._loop.call_soon(self._owner.drained)  # not in the middle of a write
+            self._loop.call_soon(self._host.drained)  # not in the middle of a write
 
     def resume(self) -> None:
         if self._open and not self._reading:
@@ -93,7 +86,7 @@ class FdLine:
             self._loop.add_reader(self._fd, self._readable)
 
     def _readable(self) -> None:
-        room = self._owner.room()
+        room = self._host.room()
         if room <= 0:
             self._reading = False
             self._loop.remove_reader(self._fd)
@@ -106,14 +99,15 @@ class FdLine:
             self._die(why(error))
             return
         if data:
-            self._owner.received(data)
+            self._traffic.rx_bytes += len(data)
+            self._host.received(data)
         else:
             self._die("it has gone")
 
     def _die(self, reason: str) -> None:
         if self._open:
             self.close()
-            self._loop.call_soon(self._owner.lost, reason)  # not in the middle of a write
+            self._loop.call_soon(self._lost, reason)  # not in the middle of a write
 
     def close(self) -> None:
         """Drops what was not sent."""
@@ -128,9 +122,12 @@ class FdLine:
 class ThreadLine:
     """A port without a file descriptor (RFC 2217): a thread that reads, and one that writes."""
 
-    def __init__(self, port: Any, owner: Owner, traffic: Traffic, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(
+        self, port: Any, host: PortHost, lost: Lost, traffic: Traffic, loop: asyncio.AbstractEventLoop
+    ) -> None:
         self._port = port
-        self._owner = owner
+        self._host = host
+        self._lost = lost
         self._traffic = traffic
         self._loop = loop
         self._open = True
@@ -177,10 +174,11 @@ class ThreadLine:
 
     def _deliver(self) -> None:
         """Hand on as much as there is room for; a rest stops the reading."""
-        while self._open and self._unread and (room := self._owner.room()) > 0:
+        while self._open and self._unread and (room := self._host.room()) > 0:
             data = bytes(self._unread[:room])
             del self._unread[:room]
-            self._owner.received(data)
+            self._traffic.rx_bytes += len(data)
+            self._host.received(data)
         if self._unread and self._open:
             self._may_read.clear()
         else:
@@ -209,13 +207,13 @@ class ThreadLine:
         self._backlog -= count
         self._traffic.tx_bytes += count
         if self._open and not self._backlog:
-            self._owner.drained()
+            self._host.drained()
 
     def _die(self, reason: str) -> None:
         if self._open:
             self.close()
             self._traffic.dropped_bytes += self._backlog
-            self._owner.lost(reason)
+            self._lost(reason)
 
     def close(self) -> None:
         """Ends both threads; what waits is not sent."""

@@ -43,7 +43,6 @@ class Options(BaseModel):
 
 
 def make(options: Options, context: PortContext) -> Port:
-    """The port, still closed."""
     return SerialPort(options, context)
 
 
@@ -86,7 +85,7 @@ class SerialPort:
         self._lost.clear()
         self.away = None
         self._traffic.connects += 1
-        self._line = kind(port, self, self._traffic, self._loop)
+        self._line = kind(port, self._host, self._line_lost, self._traffic, self._loop)
 
     async def _keep(self) -> None:
         while True:
@@ -97,19 +96,7 @@ class SerialPort:
             if self.away is None:
                 log.info("%s: %s is back", self._title, self.address)
 
-    # ---- for the line ----
-
-    def room(self) -> int:
-        return self._host.room()
-
-    def received(self, data: bytes) -> None:
-        self._traffic.rx_bytes += len(data)
-        self._host.received(data)
-
-    def drained(self) -> None:
-        self._host.drained()
-
-    def lost(self, reason: str) -> None:
+    def _line_lost(self, reason: str) -> None:
         if self._line is None:
             return
         self.away = reason
@@ -118,8 +105,6 @@ class SerialPort:
         log.warning("%s: %s: %s; tried again each second", self._title, self.address, reason)
         self._host.client_left(None)
         self._host.drained()
-
-    # ---- Port ----
 
     def write(self, data: bytes) -> None:
         if self._line is None:
@@ -139,11 +124,7 @@ class SerialPort:
         return None
 
     def stats(self) -> PortStats:
-        return PortStats(
-            clients=int(self.away is None),
-            away=self.away,
-            **vars(self._traffic),
-        )
+        return PortStats(clients=int(self.away is None), away=self.away, **vars(self._traffic))
 
     async def close(self) -> None:
         if self._keeper is not None:

@@ -9,5 +9,4 @@ class Options(TcpOptions):
 
 
 def make(options: Options, context: PortContext) -> Port:
-    """The port, still closed."""
     return TcpPort(options, context)

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from device_profiles.sac import companion
 from device_profiles.sac.companion_files import (
-    FileError,
     QueueFile,
     Row,
     read_one_shot,
@@ -114,14 +113,14 @@ BAD = [(f"q.txt:{message}", changed(3, as_saved(row))) for row, message in ROW_3
 
 @pytest.mark.parametrize(("message", "data"), BAD)
 def test_a_bad_row_is_told_with_its_place(message, data):
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_queue(data, "q.txt")
     assert str(caught.value).startswith(message)
 
 
 def test_all_problems_are_told_at_once():
     bad = FILE.replace(b" 800 ", b" x ").replace(b" 600 ", b" y ").replace(b"10.47", b"z")
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_queue(bad, "q.txt")
     assert [line.split(" is ")[0] for line in str(caught.value).splitlines()] == [
         "q.txt:1:6: steps", "q.txt:2:6: steps", "q.txt:3:38: acc", "q.txt:3:42: dec",
@@ -139,9 +138,9 @@ def test_one_shots_are_lines():
         (0, "there is no one-shot 0"),
         (101, "there is no one-shot 101"),
     ):
-        with pytest.raises(FileError, match=message):
+        with pytest.raises(Refusal, match=message):
             read_one_shot(ONE_SHOTS, "o.txt", number)
-    with pytest.raises(FileError, match="no command"):
+    with pytest.raises(Refusal, match="no command"):
         read_one_shot(b"m" * 81, "o.txt", 1)
 
 

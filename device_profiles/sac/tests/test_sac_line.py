@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from device_profiles.sac.eeprom import SIZE, Eeprom, EepromError
 from device_profiles.sac.parameters import BY_LETTER, Parameters, change
-from device_profiles.sac.typed_text import NO_RAMP, RampDefaults, Text, from_cycle, from_rpm, read_attributes
+from device_profiles.sac.typed_text import NO_RAMP, Text, from_cycle, from_rpm, read_attributes
 from hil.vocab.motion import MotionEntry
 
 START = Parameters().default_entry()
-RAMPS = Parameters().ramps()
+RAMPS = Parameters().ramp
 LATIN_1 = st.text(st.characters(max_codepoint=255), max_size=80)
 CODED = st.text("mMvVcCaAdDlLuUtTfFpPsS0123456789.-x²", max_size=80)
 
@@ -82,7 +82,9 @@ def test_attributes_come_in_any_order(order: list[str]) -> None:
 @pytest.mark.parametrize(("line", "acc", "dec"), [("al1", 3, 4), ("l1a", 3, 4), ("dal1", 3, 4), ("a", 1, 9)])
 def test_a_bare_a_or_d_is_the_default_of_the_lines_own_ramp(line: str, acc: int, dec: int) -> None:
     start = replace(START, acc_hundredths=8, dec_hundredths=9)
-    entry = read_attributes(Text(line), 200).apply(start, RampDefaults(1, 2, 3, 4))
+    entry = read_attributes(Text(line), 200).apply(
+        start, Parameters(acc=1, dec=2, linear_acc=3, linear_dec=4).ramp
+    )
     assert (entry.acc_hundredths, entry.dec_hundredths) == (acc, dec)
 
 

@@ -4,20 +4,20 @@ from collections.abc import Callable
 
 import pytest
 
-from hil.arduino.protocol import BAUDS, BoardPort, Discovery, Message, Monitor
+from hil.arduino.protocol import BAUDS, Discovery, Message, Monitor, board_port
 
 HELLO = 'HELLO 1 "arduino-cli 1.2.3"'
 HELLO_ANSWER = [{"eventType": "hello", "protocolVersion": 1, "message": "OK"}]
 QUIT_ANSWER = [{"eventType": "quit", "message": "OK"}]
-M1 = BoardPort("/run/hil/lab/m1", "lab/m1", "hil/lab/m1", (("profile", "mechaduino"), ("device", "m1")))
-M2 = BoardPort("socket://127.0.0.1:7001", "lab/m2", "hil/lab/m2", (("profile", "mechaduino"),))
+M1 = board_port("/run/hil/lab/m1", "lab", "m1", profile="mechaduino")
+M2 = board_port("socket://127.0.0.1:7001", "lab", "m2", profile="mechaduino")
 M1_MESSAGE = {
     "address": "/run/hil/lab/m1",
     "label": "lab/m1",
     "protocol": "hil",
     "protocolLabel": "Virtual board (hil)",
     "hardwareId": "hil/lab/m1",
-    "properties": {"profile": "mechaduino", "device": "m1"},
+    "properties": {"bench": "lab", "device": "m1", "profile": "mechaduino"},
 }
 NOT_COMMANDS = ("", " ", "NONSENSE", "hello", "LISTS", '{"eventType": "hello"}', '{"HELLO": ', "\x00\ufffd")
 
@@ -31,18 +31,18 @@ def error(event: str, answers: list[Message]) -> str:
     return str(answer["message"])
 
 
-class Ports(list[BoardPort]):
+class Ports(list[Message]):
     """What a discovery finds; ``broken`` makes it fail."""
 
     broken = False
 
-    def find(self) -> list[BoardPort]:
+    def find(self) -> list[Message]:
         if self.broken:
             raise OSError("Resource busy")
         return list(self)
 
 
-def discovery(*ports: BoardPort, after: tuple[str, ...] = (HELLO,)) -> tuple[Discovery, Ports]:
+def discovery(*ports: Message, after: tuple[str, ...] = (HELLO,)) -> tuple[Discovery, Ports]:
     found = Ports(ports)
     made = Discovery(found.find)
     for line in after:
@@ -151,12 +151,12 @@ def test_start_sync_tells_what_there_is_and_what_changes() -> None:
     assert answers[1] == {"eventType": "add", "port": M1_MESSAGE}
     assert [answer["eventType"] for answer in answers[1:]] == ["add", "add"]
     assert tool.found([M1, M2]) == []
-    gone = {"address": M2.address, "protocol": "hil"}
+    gone = {"address": M2["address"], "protocol": "hil"}
     assert tool.found([M1]) == [{"eventType": "remove", "port": gone}]
-    assert [a["port"]["address"] for a in tool.found([M2])] == [M1.address, M2.address]
+    assert [a["port"]["address"] for a in tool.found([M2])] == [M1["address"], M2["address"]]
     # A description that changes replaces the one before, without a remove.
-    renamed = BoardPort(M2.address, "lab/other", "hil/lab/other", ())
-    assert tool.found([renamed]) == [{"eventType": "add", "port": renamed.message()}]
+    renamed = board_port(M2["address"], "lab", "other")
+    assert tool.found([renamed]) == [{"eventType": "add", "port": renamed}]
 
 
 def test_a_stop_forgets_what_the_client_knew() -> None:

@@ -465,6 +465,6 @@ def test_the_group_of_serial_ports(machine: Machine, groups: str, capabilities: 
 def test_a_priority_below_the_wanted_one_is_said(machine: Machine) -> None:
     stats = {"fifo_errno": 0, "lock_errno": 0, "pin_errno": 0}
     given = grant(stats, 10, 3, machine.system(rtprio=10))  # type: ignore[typeddict-item]
-    assert (given.state, given.missing) == ("ok", ())
+    assert (given.state, given.missing) == ("ok", {})
     assert "SCHED_FIFO 10" in given.line()
     assert "80 was wanted: LimitRTPRIO=80" in given.line()
