@@ -93,7 +93,9 @@ class Disturbance:
                 baud = max(baud, station.receiver.baud_now)
         told = {id(characters): characters for characters in self._told.values()}.values()
         under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
-        next_ns = now_ns + 1 if is_surprise else min([now_ns + character_ns(1, baud), *under_way])
+        # A low that was too short for a start bit may go on as one: half a bit of the next character is over.
+        soonest_ns = now_ns + character_ns(1, baud) * 19 // 20
+        next_ns = now_ns + 1 if is_surprise else min([soonest_ns, *under_way])
         self._told_ns = now_ns
         self._tell_at(next_ns)
 

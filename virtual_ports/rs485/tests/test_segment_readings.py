@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from wire_rig import BAUD, Ear, Sent, SlowWire, Timeline, Wire, characters_ns
@@ -68,7 +68,24 @@ def sent(bursts: Any, stations: Any) -> list[Sent]:
     return sorted(out, key=lambda each: each.start_ns)
 
 
+RIGHT = {
+    "baud": BAUD,
+    "has_echo": False,
+    "is_swapped": False,
+    "is_stuck": False,
+    "is_cut": False,
+    "release_ns": 0,
+}
+
+
 @settings(max_examples=100)
+@example(  # a low of 1 ns at the end of the first burst of "a" goes on as a start bit
+    [(0, "d", b"U" * 9), (1, "a", b"\xff\0" * 3), (2, "a", b"\2U\1y\3d\0")],
+    (
+        *(RIGHT | {"release_ns": 1}, RIGHT, RIGHT | {"is_stuck": True}),
+        *(RIGHT | {"baud": 57600, "is_swapped": True}, RIGHT, RIGHT),
+    ),
+)
 @given(BURSTS, STATIONS)
 def test_all_is_heard_as_from_the_whole_waveform(bursts: Any, stations: Any) -> None:
     wire, slow = wire_of(stations), slow_of(stations)
