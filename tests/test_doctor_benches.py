@@ -11,12 +11,13 @@ from hil.cli import doctor_benches
 from hil.host.doctor import Finding
 
 
-def judged(tmp_path: Path, age_s: float) -> Finding:
+def judged(tmp_path: Path, age_s: float, mode: int) -> Finding:
     folder = tmp_path / "hil" / "b"
     folder.mkdir(parents=True)
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(folder / "control.sock"))
         listener.listen()
+        (folder / "control.sock").chmod(mode)
         at_s = time.time() - age_s
         os.utime(folder / "control.sock", (at_s, at_s))
         (finding,) = doctor_benches.judge_benches(tmp_path / "hil", is_named=True)
@@ -30,13 +31,14 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_one_that_starts_is_waited_for(tmp_path: Path) -> None:
-    finding = judged(tmp_path, 5.0)
+    finding = judged(tmp_path, 5.0, 0o760)
     assert finding.verdict == "note"
     assert finding.found.endswith("has been starting for 5 s")
     assert "kill" not in (finding.remedy or "")
 
 
-def test_one_that_hangs_is_to_be_killed(tmp_path: Path) -> None:
-    finding = judged(tmp_path, 3600.0)
+@pytest.mark.parametrize(("age_s", "mode"), [(3600.0, 0o760), (3600.0, 0o660), (5.0, 0o660)])
+def test_one_that_hangs_is_to_be_killed(tmp_path: Path, age_s: float, mode: int) -> None:
+    finding = judged(tmp_path, age_s, mode)
     assert finding.verdict == "problem"
     assert f"kill -9 {os.getpid()}" in (finding.remedy or "")

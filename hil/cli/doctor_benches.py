@@ -4,12 +4,13 @@ where limits are its own."""
 import os
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hil.firmware.nvm import NvmError, decode
 from hil.host.doctor import NO_START, Finding
-from hil.host.paths import CONTROL_SOCKET, SERVICES
+from hil.host.paths import CONTROL_SOCKET, SERVICES, STARTING
 from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
@@ -48,7 +49,7 @@ def _judge(name: str, folder: Path) -> Iterator[Finding]:
     try:
         status = ask(socket, "status", timeout_s=PATIENCE_S)
     except ControlError:
-        if (age_s := _age_s(socket)) < START_S:
+        if (age_s := _starting_s(socket)) is not None:
             found = f"process {pid} has been starting for {age_s:.0f} s"
             cost = "its ports and commands wait until it serves: for a real board that does not answer, 5 s"
             yield Finding(name, "note", found, cost, "wait; `hil serve` says what it cannot have")
@@ -60,11 +61,13 @@ def _judge(name: str, folder: Path) -> Iterator[Finding]:
         yield from _judge_running(name, pid, status)
 
 
-def _age_s(socket: Path) -> float:
-    try:
-        return max(time.time() - socket.stat().st_mtime, 0.0)
-    except OSError:
-        return START_S
+def _starting_s(socket: Path) -> float | None:
+    """For how long a bench has been starting; None: it has served, or hangs."""
+    with suppress(OSError):
+        found = socket.stat()
+        age_s = max(time.time() - found.st_mtime, 0.0)
+        return age_s if found.st_mode & STARTING and age_s < START_S else None
+    return None
 
 
 def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Finding]:

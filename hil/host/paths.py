@@ -1,12 +1,15 @@
 """The folders of a bench's files: from options, the configuration and the environment, in this order."""
 
 import os
+import stat
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 CONTROL_SOCKET = "control.sock"
 """Its name in the bench's runtime directory. No device can have this name: it has a dot."""
+STARTING = stat.S_IXUSR
+"""Of a control socket's mode, until its bench serves; on a socket this bit has no other meaning."""
 SERVICES = Path("/run/hil")
 """The runtime directories of services."""
 

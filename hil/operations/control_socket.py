@@ -16,6 +16,7 @@ from inspect import isawaitable
 from pathlib import Path
 from typing import Any
 
+from hil.host.paths import STARTING
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
 from hil.net.control_client import already_running, listener
@@ -28,6 +29,7 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 CONTROL_VERSION = 1
+_MODE = 0o660
 MAX_CLIENTS = 64
 _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
@@ -68,10 +70,16 @@ class ClaimedSocket:
                 self.listening = listen_at(path)
             finally:
                 os.umask(old)
+            path.chmod(_MODE | STARTING)
             self._inode = path.stat().st_ino
         except OSError as error:
             why = error.strerror or error
             raise SocketRefused(f"control socket {path}: {why}; choose another --runtime-dir") from error
+
+    def serve(self) -> None:
+        """Show that clients are served from now on."""
+        with suppress(OSError):  # somebody has removed it: those who are inside stay
+            self._path.chmod(_MODE)
 
     def release(self) -> None:
         """Nobody comes in any more; the socket's file goes, unless it is a successor's."""
@@ -123,6 +131,7 @@ class ControlServer:
         self._operations = desk.describe().operations
         self._is_closed = False
         self._visitors = let_in(claimed.listening, self._client, _LINE_LIMIT)
+        claimed.serve()
 
     async def close(self) -> None:
         """Send everybody away: what still waits for an answer is not carried out."""
