@@ -1,4 +1,4 @@
-"""A bench of virtual boards: the rooms say in their docstrings what is in them, and what they may import.
+"""A bench of virtual boards. Each room's docstring says what is in it and what it may import.
 
 No room knows a board, a port or a bridge by name: those live in the sibling packages ``device_profiles``,
 ``virtual_ports`` and ``bridges``, and are found by their folder's name when a configuration names them.

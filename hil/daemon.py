@@ -35,7 +35,7 @@ from hil.vocab.bridges import BridgeError
 
 @dataclass(frozen=True)
 class Serving:
-    """A bench that serves, for who started it."""
+    """Parts of a bench that serves, handed to whoever started it."""
 
     live: LiveBench
     grant: Grant
@@ -43,7 +43,7 @@ class Serving:
 
 
 class Daemon:
-    """One bench. ``run`` starts it, and returns after ``stop`` or a signal, with everything put away."""
+    """Process of a bench. ``run`` starts it, returns after ``stop`` or a signal, and puts all away."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class Daemon:
         self._stop, self._hang_up = asyncio.Event(), asyncio.Event()
 
     async def run(self, started: Callable[[Serving], None]) -> None:
-        """Start, say so, and serve until told to stop.
+        """Start the bench, call ``started``, and serve until told to stop.
 
         Raises:
             StartError: something is missing; nothing was left behind.
