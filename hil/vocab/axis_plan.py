@@ -1,4 +1,4 @@
-"""What an axis is opened with, and the pins that it has, by the control law that a profile names."""
+"""Plan that an axis is opened with, and its pins, by the control law that a profile names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ PINS = {"D0": 0, "D1": 1, "D2": 2, "D3": 3, "dir": 0, "step": 1, "enable": 2}
 STEPPER_PINS = {"sync": 0, "Estop": 1, "RST": 2, "EnA": 3, "EnB": 4}
 """Inputs of a stepper's controller."""
 OUTPUTS = {"clk": 0, "dir": 1, "OP_SA": 2, "OP_SB": 3, "MS1": 4, "MS2": 5, "MS3": 6}
-"""Its outputs."""
+"""Outputs of a stepper's controller."""
 CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
 """A stepper controller's clock output and its input for one: frequencies and not edges."""
 
 MAX_WIRES = 16
-"""From one board's outputs; ``STEPPER_WIRES`` in ``native/stepper.h``."""
+"""Maximum number of wires from one board's outputs; ``STEPPER_WIRES`` in ``native/stepper.h``."""
 
 
 class Pins(NamedTuple):
@@ -25,7 +25,7 @@ class Pins(NamedTuple):
 
 
 AXIS_PINS = {"mechaduino": Pins(PINS, {}), "sac": Pins(STEPPER_PINS, OUTPUTS)}
-"""The pins that wires can join, by law."""
+"""Pins that wires can join, by law."""
 
 _MOTOR = (
     "inertia_kg_m2",
@@ -39,8 +39,8 @@ AXIS_PARAMETERS = {
     "mechaduino": (*_MOTOR, "sense_resistor_ohm"),
     "sac": (*_MOTOR, "phase_current_A", "driver"),
 }
-"""What a profile has to say about its motor, driver and load, by the law that it names: the Mechaduino's
-closed loop, or the SAC's motion engine."""
+"""Numbers that a profile gives for its motor, driver and load, by control law: the Mechaduino's closed loop,
+or the SAC's motion engine."""
 
 FULL_PARAMETERS = (
     "phase_resistance_ohm",
@@ -53,33 +53,33 @@ FULL_PARAMETERS = (
     "encoder_nonlinearity_deg",
     "encoder_noise_counts",
 )
-"""What it has to say besides for the full plant."""
+"""Numbers that the full plant needs besides."""
 
 FULL_SCALE_V = 0.33
-"""Of the Mechaduino's current command, at the driver's sense resistor: 3.3 V / 10."""
+"""Full scale of the Mechaduino's current command, at the driver's sense resistor: 3.3 V / 10."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """What the shaft of a full plant turns; the parts add up. ``hil/core/native/types.h``: hil_load."""
+    """Load on the shaft of a full plant; the parts add up. ``hil/core/native/types.h``: hil_load."""
 
     inertia_kg_m2: float = 0.0
     torque_Nm: float = 0.0
     stiffness_Nm_per_rad: float = 0.0
     pendulum_Nm: float = 0.0
-    """Weight times length."""
+    """Amplitude of the pendulum's torque: weight times length."""
     centre_deg: float = 0.0
-    """Where spring and pendulum rest."""
+    """Angle at which spring and pendulum rest."""
     min_deg: float = 0.0
     max_deg: float = 0.0
     end_stops: bool = False
-    """Whether min_deg and max_deg mean anything."""
+    """Whether min_deg and max_deg apply."""
 
 
 @dataclass(frozen=True)
 class AxisPlan:
-    """What an axis is opened with: the plant, its numbers by ``AXIS_PARAMETERS`` and
-    ``FULL_PARAMETERS``, its load, and where its randomness starts."""
+    """Plan of an axis: the plant, its numbers by ``AXIS_PARAMETERS`` and ``FULL_PARAMETERS``, its load, and
+    the seed of its randomness."""
 
     parameters: Mapping[str, float]
     plant: Literal["simple", "full"] = "simple"
@@ -89,7 +89,7 @@ class AxisPlan:
 
     @property
     def holding_Nm(self) -> float:
-        """The motor's largest torque, without that of its magnets."""
+        """Maximum torque of the motor, without that of its magnets."""
         of = self.parameters
         most_A = of["phase_current_A"] if self.law == "sac" else FULL_SCALE_V / of["sense_resistor_ohm"]
         return of["torque_constant_Nm_per_A"] * most_A

@@ -12,19 +12,19 @@ from hil.vocab.verbs import Role, Verb
 
 @dataclass(frozen=True)
 class Source:
-    """Who asks: a name for log and status, and what the asker may do."""
+    """Origin of a request: a name for log and status, and the role of its asker."""
 
     name: str
     role: Role
 
 
 LOCAL = Source("control socket", Role.ADMIN)
-"""Who may open the socket may do all."""
+"""Source of requests at the control socket: whoever may open it may do all."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A verb was carried out at ``effective_at_ns``; ``answer`` is the verb's own."""
+    """Result of a verb that was carried out at ``effective_at_ns``; ``answer`` is the verb's own."""
 
     effective_at_ns: int
     answer: Mapping[str, Any]
@@ -32,8 +32,8 @@ class Done:
 
 @dataclass(frozen=True)
 class AxisField:
-    """A value of an axis: its name, type (f32, f64, i32, i64), unit and meaning, its offset in the binary
-    layout in bytes, whether it may be set from outside, and whether it is told most often."""
+    """Field of an axis: name, type (f32, f64, i32, i64), unit, meaning, offset in the binary layout in bytes,
+    whether it may be set from outside, and whether it belongs to the short state."""
 
     name: str
     type: str
@@ -42,7 +42,7 @@ class AxisField:
     offset: int
     is_settable: bool
     is_state: bool
-    """It belongs to the short state that is told most often."""
+    """Whether it belongs to the short state, which is told most often."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class DeviceInfo:
 
 
 class Watched(Enum):
-    """What can be watched, and what its watcher is called with."""
+    """Kinds of things that can be watched, and the arguments of a watcher's call."""
 
     SAMPLES = "an axis at exact multiples of an interval: its fields in the binary layout, ``bytes``"
     PACKETS = "what was on a segment: a ``SegmentEvent``"
@@ -66,33 +66,33 @@ class Watched(Enum):
 
 
 class Watch(Protocol):
-    """Something that is watched."""
+    """Handle of a watch."""
 
     @property
     def lost(self) -> int:
-        """How many samples found no room since the beginning."""
+        """Number of samples lost for lack of room, since the beginning."""
 
     def take(self) -> None:
-        """Call now with the samples that wait, in time's order; all else comes as it happens."""
+        """Hand over the samples that wait, in time's order; all else is told as it happens."""
 
     def close(self) -> None:
-        """No more."""
+        """End the watch."""
 
 
 class BenchClock(Protocol):
     """Simulated time, and the wall's in nanoseconds since 1970."""
 
     def times_ns(self) -> tuple[int, int]:
-        """Both, now."""
+        """Simulated and wall time, now."""
 
     def wall_ns(self, sim_ns: int) -> int:
-        """The wall's at a simulated time."""
+        """Wall time at a simulated time."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """What a bench is. ``devices`` and ``segments`` are those of the moment at which they are looked at;
-    ``ports``: names of what bytes pass at, now."""
+    """Description of a bench. ``devices`` and ``segments`` are current whenever they are looked at;
+    ``ports``: names of places at which bytes pass now."""
 
     bench: str
     clock: BenchClock
@@ -103,12 +103,12 @@ class Description:
 
 
 class Desk(Protocol):
-    """All that a door has of a bench. Everything is refused with ``VerbRefused``."""
+    """Request desk of a bench: all that a door has of it. Every refusal is a ``VerbRefused``."""
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
-        """Carry an operation of the table out: its answer, or where the table says that it takes time maybe a
-        coroutine of it. What takes effect at a time answers ``Done``. ``target``: a name, or empty for the
-        bench.
+        """Carry out an operation of the table. Answers its result, or where the table says that it takes time
+        perhaps a coroutine of it. The result of what takes effect at a time is ``Done``. ``target``: a name,
+        or empty for the bench.
 
         Raises:
             VerbRefused: it was not carried out; a coroutine raises it when it is awaited.
@@ -123,7 +123,7 @@ class Desk(Protocol):
         *,
         interval_ns: int | Fraction = 0,
     ) -> Watch:
-        """Call with what happens from now on. ``interval_ns``: of samples, at whose multiples they are taken,
+        """Call back with what happens from now on. ``interval_ns``: samples are taken at its multiples,
         rounded down to whole nanoseconds.
 
         Raises:
@@ -131,25 +131,24 @@ class Desk(Protocol):
         """
 
     def describe(self) -> Description:
-        """What there is."""
+        """Describe the bench."""
 
 
 class Bridge(Protocol):
-    """One door."""
+    """Door of a bench for another protocol."""
 
     async def open(self) -> None:
-        """Begin. Raises BridgeError."""
+        """Open the bridge. Raises BridgeError."""
 
     async def close(self) -> None:
-        """End, and leave nothing behind."""
+        """Close the bridge, and leave nothing behind."""
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        """These devices of the host were added, taken away or exchanged, with their ports. Raises
-        BridgeError."""
+        """Note that these devices were added, removed or exchanged, with their ports. Raises BridgeError."""
 
     def status(self) -> Mapping[str, Any]:
-        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure``,
-        where that is not all ``risk`` (what whoever reaches it may do), and counters."""
+        """Fields of ``hil status``: ``root``, ``listen``, ``connect``, ``links``, ``insecure``, ``risk``
+        (what whoever reaches it may do, where that is not all), and counters."""
 
 
 class BridgeError(Exception):
@@ -158,7 +157,7 @@ class BridgeError(Exception):
 
 @dataclass(frozen=True)
 class Answered:
-    """An answer, and when the question left and it came, both in this bench's wall time."""
+    """Answer of another bench, and when the question left and it came, both in this bench's wall time."""
 
     content: Mapping[str, Any]
     asked_ns: int
@@ -171,12 +170,12 @@ class BenchGone(Exception):
 
 @runtime_checkable
 class BenchDoor(Protocol):
-    """A bridge that reaches other benches."""
+    """Bridge that reaches other benches."""
 
     async def ask_bench(
         self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
     ) -> Answered:
-        """A command below another bench's keys, for somebody.
+        """Send a command below another bench's keys, on behalf of ``source``.
 
         Raises:
             BenchGone: no answer in time.
@@ -184,4 +183,4 @@ class BenchDoor(Protocol):
         """
 
     async def benches(self) -> Sequence[str]:
-        """The others that are joined now."""
+        """Names of the other benches that are joined now."""

@@ -36,7 +36,7 @@ class Heard:
 
 @dataclass(frozen=True)
 class Progress:
-    """For whoever waits: ``done`` of ``total`` steps, and what the last one was; answers None."""
+    """Progress report: ``done`` of ``total`` steps, and a text about the last one; answers None."""
 
     done: int
     total: int
@@ -59,12 +59,12 @@ class Refusal(Exception):
 
 @dataclass(frozen=True)
 class Task:
-    """What a profile's command wants done: a dialogue, and what to say of its result."""
+    """Work that a profile's command wants done: a dialogue, and how to report its result."""
 
     dialogue: Dialogue[Any]
     report: Callable[[Any], str]
     after_interrupt: Callable[[], Dialogue[Any]] | None = None
-    """What leaves the board as it should be after Ctrl-C in the middle."""
+    """Dialogue that leaves the board as it should be after Ctrl-C in the middle."""
     file: Path | None = None
-    """Where ``content`` of the result goes, before it is reported."""
+    """File for the result's ``content``, written before the report."""
     content: Callable[[Any], bytes] | None = None

@@ -1,7 +1,7 @@
-"""Everything that can be made to go wrong, in one table that configuration, commands, kit and reference use.
+"""Faults that can be injected, in one table that configuration, commands, kit and reference use.
 
 A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.master``) or a segment
-(``bus0``). What a kind can be on is said in the table.
+(``bus0``). The table says what a kind can be on.
 """
 
 from collections.abc import Mapping
@@ -25,14 +25,14 @@ TARGETS = {
 
 
 MOST_LOADS = 10
-"""A load of twice what a motor holds drags it along; ten times leaves room for knocks. More is a wrong unit:
-Ncm are a hundred, mNm a thousand times too much."""
+"""Maximum load, in holding torques of the motor. Two drag it along, ten leave room for knocks. More is a
+wrong unit: Ncm are a hundred, mNm a thousand times too much."""
 LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
 
 
 @dataclass(frozen=True)
 class FaultKind:
-    """One thing that goes wrong: its layer (byte, host, packet, wire, node, physics) and its target."""
+    """Kind of fault: its layer (byte, host, packet, wire, node, physics) and its target."""
 
     name: str
     layer: str
@@ -41,7 +41,7 @@ class FaultKind:
     about: str
     parameters: tuple[Parameter, ...] = ()
     is_once: bool = False
-    """It happens, and is over at once: from then on it is not listed."""
+    """Whether it happens and is over at once: from then on it is not listed."""
 
 
 _BIT_RATE = Parameter("rate", "probability for each bit")
@@ -54,7 +54,7 @@ TIMING = (
     Parameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
     Parameter("for_s", "how long it lasts; 0: until it is cleared", "s", 0.0, _DAY_S, 0.0),
 )
-"""What every kind takes, in simulated seconds."""
+"""Timing parameters of every kind, in simulated seconds."""
 
 _KINDS = (
     FaultKind("byte_flip", "byte", PORT, "bits of bytes are inverted", (_BIT_RATE, _TOWARDS, _SEED)),
@@ -128,7 +128,7 @@ class Fault:
         return FAULT_KINDS[self.kind].layer
 
     def number(self, name: str) -> float:
-        """A parameter that is a number."""
+        """Value of a parameter that is a number."""
         return float(self.parameters[name])
 
 

@@ -1,7 +1,7 @@
-"""What a board's firmware may wait for, and what it may use: the contract between firmware and runtime.
+"""Contract between a board's firmware and its runtime: requests that firmware yields, interfaces it uses.
 
-Firmware is a generator that yields one of the requests below and is resumed at the simulated time
-at which the request is met, with the request's answer as the value of the ``yield``.
+Firmware is a generator that yields one of the requests below and is resumed at the simulated time at which
+the request is met, with the request's answer as the value of the ``yield``.
 """
 
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -63,7 +63,7 @@ class Uart(Protocol):
     """A serial interface of the board as its sketch sees it."""
 
     baud: int | None
-    """Of the line, now; None where bytes take no time (USB)."""
+    """Speed of the line now, in baud; None where bytes take no time (USB)."""
 
     def available(self) -> int:
         """Unread bytes in the receive buffer, the one held by ``peek`` not counted."""
@@ -81,18 +81,15 @@ class Uart(Protocol):
         """Send bytes, now."""
 
     def wake_on(self, byte: int | None, mark: int | None = None) -> None:
-        """Only this byte meets a ``ByteAvailable``: the main loop polls what comes before it into a memory
-        of its own. None, as after power-up: every byte does. ``mark``: it means nothing, and may be polled
-        too, unless this byte stands right before it, or with one other byte between."""
+        """Let only this byte meet a ``ByteAvailable``: the main loop polls what comes before it into a memory
+        of its own. None, as after power-up: every byte does. ``mark``: the byte counts only right behind this
+        one, or with one other byte between; elsewhere it is polled too."""
 
     def listen_for(self, address: int | None) -> None:
-        """On a segment: packets to other addresses than this and 0 need not be brought. None, as after
-        power-up: everything is."""
+        """Receive only packets to this address and to 0, on a segment. None, as after power-up: all."""
 
     def set_baud(self, baud: int | None) -> None:
-        """Another speed of the line from now on, in baud; None: what it has at power-up.
-
-        Nothing on a line without one (USB)."""
+        """Set the line's speed in baud; None: the one at power-up. No effect without a line (USB)."""
 
 
 class Axis(Protocol):
@@ -123,16 +120,16 @@ class Axis(Protocol):
         """Replace the look-up table; the shape of ``table()``."""
 
     def follow(self, path: Sequence[PathPiece], start_ns: int = 0) -> None:
-        """The set-point follows a path from ``start_ns`` on, or from now, and keeps its end. Whatever sets it
-        or the mode, or stops the loop, ends that."""
+        """Let the set-point follow a path from ``start_ns`` on, or from now, and keep its end. Setting it or
+        the mode, or stopping the loop, ends that."""
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
-        """Edges on the inputs from now on: rows as ``hil.wire.step_dir.Edges``."""
+        """Play edges on the inputs from now on: rows as ``hil.wire.step_dir.Edges``."""
 
 
 @dataclass(frozen=True)
 class Board:
-    """What a firmware is made with: the board around the microcontroller."""
+    """Interfaces that a firmware is made with: the board around the microcontroller."""
 
     uart: Uart
     axis: Axis
@@ -145,7 +142,7 @@ class Board:
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
     note: Callable[[str, str | None], None] = lambda about, text: None
-    """What an operator should know and the board cannot print: (what about, a line); None: no longer."""
+    """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
 
 
 class Firmware(Protocol):
@@ -153,7 +150,7 @@ class Firmware(Protocol):
     in the non-volatile memory it is made with."""
 
     def main(self) -> Main:
-        """The board's setup() and loop()."""
+        """Run the board's setup() and loop()."""
 
     def interrupt(self, event: CoreEvent) -> None:
-        """Something happened outside the main loop; runs at the event's own time."""
+        """Handle something that happened outside the main loop, at the event's own time."""

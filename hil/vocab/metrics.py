@@ -1,4 +1,4 @@
-"""What a daemon counts, for those that watch it: names, kinds and values, in no format."""
+"""Metrics of a daemon, for those that watch it: names, kinds and values, in no format."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ class Metric:
 
 @dataclass(frozen=True)
 class Histogram:
-    """``buckets`` are ascending upper bounds in seconds with how many lie below each and above the one
-    before; ``over`` lie above them all; ``total_s`` is the sum of all."""
+    """Counts by upper bound. ``buckets``: ascending bounds in seconds, each with the number of values from
+    the one before up to it; ``over``: number of values above them all; ``total_s``: sum of all."""
 
     buckets: Sequence[tuple[float, int]]
     over: int
@@ -28,4 +28,4 @@ class Histogram:
 
 Value = float | Histogram
 Reading = tuple[Metric, Iterable[tuple[tuple[str, ...], Value]]]
-"""A metric, and its values by those of its labels; lazy: it is read as it is iterated."""
+"""A metric, and its values by those of its labels; lazy: read while it is iterated."""

@@ -22,35 +22,35 @@ class MotionEntry:
     is_ccw: bool
     rpm: int
     cycle_us: int
-    """Period of a full step at cruise; what counts for the cruise."""
+    """Period of a full step at cruise, which sets the speed."""
     acc_hundredths: int
     dec_hundredths: int
     is_linear: bool
     extra_pulses: int
-    """``u``: 0 to 255."""
+    """Extra pulses (``u``), 0 to 255."""
     is_sync: bool
-    """Held until the sync is released."""
+    """Whether it is held until the sync is released."""
     wait_us: int
-    """``t``: start wait."""
+    """Start wait (``t``)."""
     is_pulses: bool
-    """``steps`` counts pulses and not full steps."""
+    """Whether ``steps`` counts pulses instead of full steps."""
 
 
 @dataclass(frozen=True)
 class MotionSetup:
-    """What the engine takes over at a cold start and at ``$R``."""
+    """Parameters that the engine takes over at a cold start and at ``$R``."""
 
     steps_per_rev: int
     slow_rpm: int
     microstep_exponent: int
     pulse_us: int
     interrupt_overhead_us: int
-    """``ihd``."""
+    """Parameter ``ihd``."""
     clock_correction_us: int
-    """``xclk``, the number."""
+    """Number of the parameter ``xclk``."""
     is_clock_internal: bool
     external_clock_Hz: int
-    """``xfreq``: the frequency that the external clock is taken to have."""
+    """Assumed frequency of the external clock (``xfreq``)."""
     is_cw_high: bool
     """Level of the direction pin for clockwise."""
     ops: int
@@ -60,7 +60,7 @@ class MotionSetup:
 
 
 class Motion(Protocol):
-    """The engine. Slots are 0 (continuous), 1 to 30 (queue), 31 (one-shot)."""
+    """Motion engine. Slots are 0 (continuous), 1 to 30 (queue), 31 (one-shot)."""
 
     def setup(self, setup: MotionSetup) -> None:
         """Take over parameters; ends all motion."""
@@ -71,42 +71,41 @@ class Motion(Protocol):
         """Change a slot; a running command keeps what it began with."""
 
     def enqueue(self, slot: int) -> None:
-        """The queue's entry waits to be run after those that wait already."""
+        """Append a queue entry to those that wait to be run."""
 
     def run_once(self, slot: int) -> None:
-        """Preempt with a queue entry or with ``ONE_SHOT_SLOT``; what was interrupted resumes with its next
+        """Preempt with a queue entry or ``ONE_SHOT_SLOT``; what is interrupted resumes with its next
         entry."""
 
     def run_continuous(self) -> None:
         """Preempt with ``CONTINUOUS_SLOT``."""
 
     def retarget(self, rpm: int, cycle_us: int) -> None:
-        """``v``/``vc`` during continuous motion; nothing otherwise."""
+        """Change the speed of a continuous motion (``v``, ``vc``); nothing otherwise."""
 
     def pulse(self, ccw: bool) -> None:
-        """``+`` and ``-``: a single pulse; only in STANDBY, else nothing."""
+        """Make a single pulse (``+``, ``-``), only in STANDBY."""
 
     def stop(self, dec_hundredths: int | None) -> None:
         """End all: at once (None), or with this deceleration. Drops pending commands, loops, holds, waits."""
 
     def next(self, is_graceful: bool) -> None:
-        """``n`` (with its own deceleration) and ``N`` (at once): end the current command, go on with the
-        next."""
+        """End the command and go on with the next: ``n`` (its deceleration) or ``N`` (at once)."""
 
     def finish(self) -> None:
-        """``l`` alone: the universal terminator with grace."""
+        """End with grace whatever runs (``l`` alone)."""
 
     def loop_start(self, slot: int) -> None:
-        """``ls``."""
+        """Set a loop's start (``ls``)."""
 
     def loop_finish(self, slot: int) -> None:
-        """``lf``."""
+        """Set a loop's end (``lf``)."""
 
     def loop_passes(self, passes: int) -> None:
-        """``ln``; 0 for ever."""
+        """Set a loop's passes (``ln``); 0: for ever."""
 
     def loop_array(self, passes: int) -> None:
-        """``lnn``: run the xRef array; 0 for ever."""
+        """Run the xRef array (``lnn``) so many times; 0: for ever."""
 
     def xref(self) -> tuple[int, ...]:
         """The 31 entries of the xRef array."""
@@ -114,16 +113,16 @@ class Motion(Protocol):
     def write_xref(self, index: int, slot: int) -> None: ...
 
     def release_sync(self) -> None:
-        """``y``."""
+        """Release the sync (``y``)."""
 
     def gap(self, on: bool) -> None:
-        """``g``: GAP testing."""
+        """Switch GAP testing (``g``)."""
 
     def encoder_mode(self, is_throttle: bool) -> None:
-        """``$n``: follow or throttle."""
+        """Set the encoder mode (``$n``): follow or throttle."""
 
     def report(self, on: bool) -> None:
-        """Tell the firmware's ``interrupt`` of commands: ``command_begun`` (value: its slot) and
+        """Report commands to the firmware's ``interrupt``: ``command_begun`` (value: its slot) and
         ``command_ended``, when OP SA rises and falls. Off after a power-up."""
 
     def get(self, field: str) -> float:

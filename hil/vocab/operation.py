@@ -9,7 +9,7 @@ from hil.vocab.verbs import Role
 
 
 class Target(Enum):
-    """What an operation is asked of; the value is how requests call it, and its meaning."""
+    """Kind of target of an operation; the value is its name in requests, and its meaning."""
 
     BENCH = ("", "the bench")
     DEVICE = ("device", "a device")
@@ -21,14 +21,15 @@ class Target(Enum):
 
     @property
     def argument(self) -> str:
-        """The argument that names it in a request; empty: there is none."""
+        """Name of the argument that gives the target in a request; empty: there is none."""
         return self.value[0]
 
 
 @dataclass(frozen=True)
 class Operation:
-    """One row of the table. ``takes_time``: its answer may have to be awaited. ``answer``: the form of the
-    answer (``hil.net.answers``), None where that is no JSON and only doors in this process can have it."""
+    """Row of the table of operations. ``takes_time``: its answer may have to be awaited. ``answer``: the form
+    of the answer (``hil.net.answers``), None where that is no JSON and only doors in this process can have
+    it."""
 
     name: str
     target: Target
@@ -40,6 +41,6 @@ class Operation:
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """Names in a request: the target's, then the parameters'."""
+        """Names of a request's arguments: the target's, then the parameters'."""
         named = (self.target.argument,) if self.target.argument else ()
         return (*named, *(parameter.name for parameter in self.parameters))

@@ -1,4 +1,4 @@
-"""A parameter of a fault or a verb: what it means, its unit, its limits; and the check of what was given."""
+"""Parameters of faults and verbs: meaning, unit and limits; and the check of given values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 
 class Form(NamedTuple):
-    """What a value looks like that is no number, word or text."""
+    """Form of a value that is no number, word or text."""
 
     about: str
     fits: Callable[[Any], bool]
@@ -22,22 +22,21 @@ class Parameter:
     minimum: float = 0.0
     maximum: float = 1.0
     default: float | str | None = None
-    """None: it has to be given, unless ``is_optional``."""
+    """Default value; None: it has to be given, unless ``is_optional``."""
     choices: tuple[str, ...] = ()
-    """Not empty: one of these words instead of a number."""
+    """Allowed words; if there are any, it takes one of these instead of a number."""
     is_text: bool = False
-    """A text of at most ``maximum`` characters instead of a number."""
+    """Whether it is a text of at most ``maximum`` characters instead of a number."""
     is_whole: bool = False
     is_optional: bool = False
-    """It may be left out, and then has no value."""
+    """Whether it may be left out, and then has no value."""
     limits: str = ""
-    """Not empty: what to write, where the target says how much it takes. Beyond ``minimum`` and ``maximum``
-    none does."""
+    """Text of the limits, where the target sets them; all are within ``minimum`` and ``maximum``."""
     form: Form | None = None
-    """A value of this form instead of a number."""
+    """Form of the value, instead of a number."""
 
     def problem(self, value: object) -> str | None:
-        """What is wrong with a value, or None."""
+        """Error text for a value, or None for a good one."""
         if self.form:
             return None if self.form.fits(value) else f"write {self.form.about}"
         if self.choices:
@@ -59,7 +58,7 @@ class Parameter:
         return self.limits or f"{self.minimum:g} to {self.maximum:g}"
 
     def described(self) -> str:
-        """Values, unit and default, in one line."""
+        """Text of values, unit and default, in one line."""
         values = " or ".join(self.choices) or self._range
         if self.is_text:
             values = f"text, at most {self.maximum:g} characters"
@@ -78,7 +77,7 @@ Values = dict[str, Any]
 def filled(
     what: str, parameters: Sequence[Parameter], given: Mapping[str, object]
 ) -> tuple[Values, dict[str, str]]:
-    """What was given with the defaults filled in, and what is wrong, by the name of the parameter."""
+    """Fill in the defaults: the values, and the errors by the name of the parameter."""
     problems: dict[str, str] = {}
     values: Values = {}
     names = {parameter.name: parameter for parameter in parameters}

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from hil.vocab.time import NS_PER_S
 
 DEG_PER_S = 6.0
-"""One rpm."""
+"""One rpm in degrees per second."""
 
 
 @dataclass(frozen=True)
 class PathPiece:
-    """A set-point and its first three derivatives by the second, at the beginning of ``duration_ns``."""
+    """Set-point and its first three derivatives by the second, at the beginning of ``duration_ns``."""
 
     duration_ns: int
     r: float
@@ -19,7 +19,7 @@ class PathPiece:
     per_s3: float = 0.0
 
     def after(self, into_ns: int) -> tuple[float, float]:
-        """Set-point and rate, so long after the beginning."""
+        """Set-point and rate, ``into_ns`` after the beginning."""
         t = into_ns / NS_PER_S
         r = self.r + t * (self.per_s + t * (self.per_s2 / 2 + t * self.per_s3 / 6))
         return r, self.per_s + t * (self.per_s2 + t * self.per_s3 / 2)

@@ -1,4 +1,4 @@
-"""What an RS485 segment is to a bench: stations transmit on it, and hear each other with the line's times."""
+"""RS485 segment as a bench sees it: stations transmit on it, and hear each other with the line's times."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from hil.vocab.time import SimTimeNs
 
 
 class HeardCharacter(Protocol):
-    """One that a receiver reads: complete at ``at_ns``; a framing error if its stop bit was low."""
+    """Character that a receiver reads, complete at ``at_ns``; a framing error if its stop bit was low."""
 
     @property
     def at_ns(self) -> int: ...
@@ -24,22 +24,22 @@ class Receiver(Protocol):
 
     @property
     def baud_now(self) -> int:
-        """The speed that it reads at."""
+        """Speed at which it reads, in baud."""
 
     def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """Bytes that stand back to back on the line from ``start_ns`` on, at the sender's baud."""
+        """Hear bytes that stand back to back on the line from ``start_ns`` on, at the sender's baud."""
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
-        """What a disturbed line reads as."""
+        """Hear the characters that a disturbed line reads as."""
 
     def retract(self, after_ns: SimTimeNs) -> None:
-        """What was told of and would be complete after this time does not come."""
+        """Take back what was announced and would be complete after this time."""
 
 
 @dataclass(frozen=True)
 class SegmentEvent:
-    """What has been on a wire: a burst as it was sent, or what a disturbed line read as. ``about``: by whom,
-    and what was wrong."""
+    """Traffic that has been on a wire: a burst as it was sent, or what a disturbed line read as. ``about``:
+    by whom, and what was wrong."""
 
     at_ns: SimTimeNs
     data: bytes
@@ -48,7 +48,7 @@ class SegmentEvent:
 
 
 class SegmentView(Protocol):
-    """A wire with stations, for whoever looks: nothing here moves the line on or changes what is heard."""
+    """Read-only view of a wire with stations: nothing here moves the line on or changes what is heard."""
 
     watchers: list[Callable[[SegmentEvent], None]]
     """Called with what has been on the wire to its end, in order, at that time of the segment's group; in
@@ -58,36 +58,36 @@ class SegmentView(Protocol):
         """Whether a station is on the wire."""
 
     def baud_of(self, station: str) -> int:
-        """The speed of a station, in baud."""
+        """Speed of a station, in baud."""
 
     def clashes(self) -> Mapping[int, list[str]]:
-        """Addresses that several stations have."""
+        """Stations by address, for each address that several have."""
 
     def clashes_with(self, address: int, but: str) -> list[str]:
-        """Stations on the line, but one, that have an address."""
+        """Stations on the line that have an address, all but one."""
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
 
 
 class Segment(SegmentView, Protocol):
-    """A wire with stations, each under its name. Only what happens in the time of its group calls these."""
+    """Wire with stations, each under its name. Only what happens in the time of its group calls these."""
 
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""
 
     def set_address(self, station: str, address: int | None) -> None:
-        """From now on only packets to this address and to all concern the station; None: everything."""
+        """Limit the packets that concern the station to those to this address or to all; None: no limit."""
 
     def set_polling(self, station: str, is_polling: bool) -> None:
-        """Whether a station's firmware takes bytes as they come. While it does not, each counts for its
+        """Set whether a station's firmware takes bytes as they come. While it does not, each counts for its
         buffer, and the station is told of those for others too."""
 
     def set_echo(self, station: str, has_echo: bool) -> None:
-        """Whether a station hears what it sends."""
+        """Set whether a station hears what it sends."""
 
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """A station sends a burst, whose first start bit is at ``start_ns``: until then nothing happens."""
+        """Send a burst from a station; its first start bit is at ``start_ns``: until then nothing happens."""
 
     def set_cut(self, station: str, is_cut: bool) -> None:
         """Take a station off the line, or put it back."""
@@ -95,8 +95,8 @@ class Segment(SegmentView, Protocol):
     def inject(
         self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
     ) -> None:
-        """A fault of the layers packet or wire, or ``node_clash``, begins. ``answer(at_ns, station, raw)``
+        """Begin a fault of the layers packet or wire, or ``node_clash``. ``answer(at_ns, station, raw)``
         sends for a station at a later time."""
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
-        """A fault ends."""
+        """End a fault."""

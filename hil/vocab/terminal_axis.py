@@ -1,4 +1,4 @@
-"""A real board as an axis of runs: what its profile's dialogues have for that, over its terminal alone.
+"""Real board as an axis of runs, by dialogues of its profile over its terminal alone.
 
 ``AXIS`` of a profile's ``dialogues.py`` is a class that makes one of these, a ``TerminalServo`` or a
 ``TerminalStepper``. Times are those of the clock that answers ``Listen``.
@@ -13,20 +13,20 @@ How = Literal["grace", "prejudice"]
 
 
 class TerminalAxis(Protocol):
-    """One board. Its dialogues are carried out one after the other; each may be broken off between two of
-    its steps."""
+    """Axis of one real board. Its dialogues are carried out one after the other; each may be broken off
+    between two of its steps."""
 
     kind: ClassVar[Literal["servo", "stepper"]]
     taken_by: ClassVar[str]
     """The verb that ``take`` stands for."""
     commanded_deg: float | None
-    """Where its set-point is, as the board confirmed it; None: nobody knows."""
+    """Set-point as the board confirmed it; None: unknown."""
 
     def take(self) -> Dialogue[None]:
         """Make it ready for motion, at rest, and learn where it is."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
-        """End all motion; ends when it stands."""
+        """End all motion; the dialogue ends when the board stands."""
 
 
 class TerminalServo(TerminalAxis, Protocol):

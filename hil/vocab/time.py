@@ -14,10 +14,10 @@ class Clock(Protocol):
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """How far it has come."""
+        """Present simulated time."""
 
     def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
-        """Call at a time that has not been reached yet; at one time, in the order of these calls."""
+        """Schedule a call for a time not reached yet; calls of one time run in the order of scheduling."""
 
 
 NS_PER_MS = 1_000_000
@@ -25,5 +25,5 @@ NS_PER_S = 1_000_000_000
 
 
 def ms(value: float) -> SimTimeNs:
-    """Milliseconds to simulated nanoseconds, rounded to the nearest nanosecond."""
+    """Convert milliseconds to simulated nanoseconds, rounded to the nearest nanosecond."""
     return SimTimeNs(round(value * NS_PER_MS))

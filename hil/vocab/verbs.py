@@ -1,4 +1,4 @@
-"""What can be asked of a device from outside its serial port, beside typing at it.
+"""Verbs of devices: what can be asked of one from outside its serial port, beside typing at it.
 
 A profile's ``verbs.py`` has ``VERBS``, a tuple of ``Verb``; ``COMMON`` is what every twin has beside them.
 The one table drives the command line, the bridges, the reference and the check of permissions.
@@ -13,7 +13,7 @@ from hil.vocab.parameters import Parameter, Values, filled
 
 
 class Role(IntEnum):
-    """Who may do what; each may do what those before it may."""
+    """Roles of askers, ascending: each may do what those before it may."""
 
     VIEWER = 1
     OPERATOR = 2
@@ -21,20 +21,20 @@ class Role(IntEnum):
 
 
 class Effect(IntEnum):
-    """What a verb does to the set-point's time-out."""
+    """Effect of a verb on the set-point's time-out."""
 
     NONE = 0
     STREAM = 1
-    """It is a set-point, and the next one is awaited."""
+    """A set-point, after which the next one is awaited."""
     ENDS = 2
-    """It is another motion, or the end of all: no set-point is awaited any more."""
+    """Another motion, or the end of all: no set-point is awaited any more."""
 
 
 @dataclass(frozen=True)
 class Verb:
-    """One thing to ask for. ``run(firmware, **parameters)`` does it, at the present simulated time, and
-    answers what the asker is told; None for those of ``COMMON``, which are inputs of other kinds, and for
-    those that type."""
+    """Request that a device understands. ``run(firmware, **parameters)`` carries it out at the present
+    simulated time and answers the asker; None for those of ``COMMON``, which are inputs of other kinds, and
+    for those that type."""
 
     name: str
     about: str
@@ -43,15 +43,15 @@ class Verb:
     effect: Effect = Effect.NONE
     role: Role = Role.OPERATOR
     types: bytes = b""
-    """Instead of ``run``: what is typed at the board's serial interface, for its main program to do."""
+    """Bytes typed at the board's serial interface instead of ``run``, for its main program to handle."""
 
     def filled(self, given: Mapping[str, object]) -> Values:
-        """The parameters with defaults. Raises VerbRefused: what was given does not do; with all problems."""
+        """Fill in the parameters' defaults. Raises VerbRefused, with all problems of what was given."""
         return checked(self.name, self.parameters, given)
 
 
 def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, object]) -> Values:
-    """What was given with the defaults filled in. Raises VerbRefused: it does not do; with all problems."""
+    """Fill in the defaults of what was given. Raises VerbRefused, with all problems."""
     values, problems = filled(what, parameters, given)
     if problems:
         text = "; ".join(f"{name}: {problem}" for name, problem in problems.items())
@@ -107,13 +107,12 @@ COMMON = (
 
 
 def table_of(verbs: tuple[Verb, ...]) -> dict[str, Verb]:
-    """A profile's verbs and the common ones, by name."""
+    """Index a profile's verbs and the common ones by name."""
     return {verb.name: verb for verb in (*verbs, *COMMON)}
 
 
 def described(verbs: Mapping[str, Verb]) -> list[dict[str, Any]]:
-    """The table for those who ask a daemon for it; ``texts``: parameters that are no numbers, whatever
-    they look like."""
+    """Describe the table for clients; ``texts``: parameters that are no numbers, whatever they look like."""
     return [
         {
             "verb": verb.name,
