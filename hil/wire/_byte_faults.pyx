@@ -21,7 +21,7 @@ cdef struct rate:
 
 
 cdef rate rate_of(limit):
-    """``limit``: how many of the 2**64 draws hit."""
+    """Make a rate. ``limit``: how many of the 2**64 draws hit."""
     cdef rate r
     r.is_on = limit > 0
     r.most = limit - 1 if limit else 0

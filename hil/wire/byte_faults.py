@@ -22,7 +22,7 @@ class Chance:
         return self.bits() < probability * 2.0**64
 
     def bits(self) -> int:
-        """64 of them."""
+        """Next 64 bits of the stream."""
         self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
         z = self._state
         z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 & _MASK
@@ -32,18 +32,19 @@ class Chance:
 
 @dataclass(frozen=True)
 class ByteFault:
-    """Probabilities for each byte but ``bit_error_rate``, which is one for each of its eight bits."""
+    """Probabilities for each byte, except ``bit_error_rate``, which is for each of its eight bits."""
 
     bit_error_rate: float = 0.0
     drop_rate: float = 0.0
     duplicate_rate: float = 0.0
     delay_rate: float = 0.0
     delay_ns: int = 0
-    """The delay. Bytes behind it keep their order."""
+    """Delay of a byte. Bytes behind it keep their order."""
 
 
 class ByteFaults(Draws):
-    """One direction of a line under faults; ``changed_bytes`` did not come through as they were.
+    """One direction of a line under faults; ``changed_bytes`` counts those that did not come through as they
+    were.
 
     ``apply(data)`` gives pieces with the time (ns) by which each is late; none may overtake the one before. A
     byte's fate depends on how many came before it, not on the pieces they come in.
@@ -56,7 +57,7 @@ class ByteFaults(Draws):
 
 
 def byte_faults(fault: Fault) -> ByteFaults:
-    """A fault of the layer ``byte`` (``hil.vocab.faults``), from its seed."""
+    """Make a fault of the layer ``byte`` (``hil.vocab.faults``) from its seed."""
     rate = fault.number("rate")
     delay_ns = round(float(fault.parameters.get("delay_ms", 0)) * NS_PER_MS)
     effect = {

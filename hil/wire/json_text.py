@@ -1,8 +1,8 @@
-"""Reading JSON that comes from outside: the one place where it is decided what is let in.
+"""Reader of JSON that comes from outside: the one place that decides what is let in.
 
 Beside what JSON forbids, nothing comes in that the rest of the program would have to fear: text that is no
-UTF-8, ``NaN`` and ``Infinity``, numbers that no float or 64-bit integer holds, nesting without end, halves
-of surrogate pairs.
+UTF-8, ``NaN`` and ``Infinity``, numbers that no float or 64-bit integer holds, nesting without end, halves of
+surrogate pairs.
 """
 
 import json
@@ -10,12 +10,12 @@ from math import isfinite
 from typing import Any, NoReturn
 
 DEEPEST = 32
-"""Objects and arrays in each other; the deepest of the program's own is a log's header, with 10."""
+"""Maximum nesting of objects and arrays; the deepest of the program's own is a log's header, with 10."""
 LEAST, MOST = -(1 << 63), (1 << 64) - 1
-"""Integers. Seeds have all 64 bits."""
+"""Range of integers. Seeds have all 64 bits."""
 _LONGEST_INTEGER = len(str(LEAST))
 _LONG_NUMBERS = (b"0" * 19, b"e000", b"E000", b"e+000", b"E+000")
-"""Of numbers that need a look, with all digits made 0."""
+"""Patterns of numbers that need a closer look, with all digits made 0."""
 _ZEROED = bytes.maketrans(b"123456789", b"000000000")
 _SURROGATES = (b"\\ud", b"\\uD")
 _CONTAINERS = (dict, list)
@@ -27,7 +27,7 @@ class JsonError(ValueError):
 
 
 def read_json(text: str | bytes) -> Any:
-    """The value of a JSON text. The caller bounds its length.
+    """Parse a JSON text. The caller bounds its length.
 
     Raises:
         JsonError: it is none.
@@ -59,7 +59,7 @@ def _has(data: bytes, marks: tuple[bytes, ...]) -> bool:
 
 
 def _check_depth(value: Any) -> None:
-    """A level at a time, for which nesting is no recursion."""
+    """Check the depth a level at a time, so that nesting is no recursion."""
     level = [value] if isinstance(value, _CONTAINERS) else []
     for _ in range(DEEPEST):
         children = (each.values() if isinstance(each, dict) else each for each in level)

@@ -40,11 +40,11 @@ UNUSABLE_ADDRESSES = (2, 3)
 
 
 def encode(destination: int, origin: int, data: bytes, *, crc: bool = True) -> bytes:
-    """A packet's bytes; without ``crc`` NUL follows ETX.
+    """Encode a packet; without ``crc`` NUL follows ETX.
 
     Raises:
-        ValueError: an address that is not 0, 1 or 4 to 255, data that is too long, or that has an STX, ETX
-            or NUL.
+        ValueError: an address that is not 0, 1 or 4 to 255, data that is too long, or that has an STX, ETX or
+            NUL.
     """
     for address in (destination, origin):
         if not 0 <= address <= 255 or address in UNUSABLE_ADDRESSES:

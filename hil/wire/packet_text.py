@@ -8,7 +8,7 @@ _SIGNALS = {b"\x06": "ACK", b"\x15": "NAK", b"\x11": "DC1", b"\x12": "DC2"}
 
 
 def packet_text(item: Packet | Malformed) -> str:
-    """A line as in ``1 -> 85 m3000`` or ``malformed (no ETX): 02 55``."""
+    """Format a packet as one line, as in ``1 -> 85 m3000`` or ``malformed (no ETX): 02 55``."""
     if isinstance(item, Malformed):
         return f"malformed ({item.fault}): {item.raw.hex(' ')}"
     to = "all" if item.destination == 0 else str(item.destination)

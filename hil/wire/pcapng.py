@@ -20,7 +20,7 @@ _BLOCK_MAX = 1 << 24
 
 
 class Event(IntEnum):
-    """Kinds of records, as the link type numbers them. TX is what goes to a board, RX what a board sends."""
+    """Kinds of records, as the link type numbers them. TX goes to a board, RX comes from it."""
 
     TX = 1
     RX = 2
@@ -35,7 +35,7 @@ EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in Ev
 
 
 def header(program: str, interfaces: Sequence[str]) -> bytes:
-    """The beginning of a capture: a section, and an interface for each name; numbers count from 0."""
+    """Encode the beginning of a capture: a section, and an interface for each name; numbers count from 0."""
     section = struct.pack("<IHHq", _MAGIC, 1, 0, -1) + _options((_USER_APPLICATION, program.encode()))
     blocks = [_block(_SECTION, section)]
     for name in interfaces:
@@ -45,7 +45,7 @@ def header(program: str, interfaces: Sequence[str]) -> bytes:
 
 
 def record(interface: int, at_ns: int, event: Event, data: bytes = b"", comment: str = "") -> bytes:
-    """One event. ``at_ns``: nanoseconds since 1970."""
+    """Encode one event. ``at_ns``: nanoseconds since 1970."""
     seconds, rest_ns = divmod(at_ns, 10**9)
     payload = struct.pack(">IIBBH", seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
     head = struct.pack(

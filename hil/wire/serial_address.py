@@ -1,11 +1,11 @@
-"""How a real serial port is named: a device node, or a URL as pyserial has them."""
+"""Names of real serial ports: a device node, or a URL as pyserial has them."""
 
 SERIAL_URLS = ("socket://", "rfc2217://")
 SERIAL_FORMS = "write a path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port"
 
 
 def is_serial_address(text: str) -> bool:
-    """Say whether this can name a real serial port: a device node's path, or a URL of ``SERIAL_URLS``."""
+    """Say whether a text can name a real serial port: a device node's path, or a URL of ``SERIAL_URLS``."""
     kind = next((kind for kind in SERIAL_URLS if text.startswith(kind)), None)
     if kind is None:
         return text.startswith("/") and "\0" not in text

@@ -16,7 +16,7 @@ class Sampled:
 
     byte: int
     framing_error: bool
-    """The line was low where the receiver looked for the stop bit."""
+    """Whether the line was low where the receiver looked for the stop bit."""
     offset_ns: int
     """Time of its start edge, counted from the first start edge, rounded down."""
 
@@ -27,7 +27,7 @@ def character_ns(n: int, baud: int) -> int:
 
 
 def resample(data: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
-    """The characters that a receiver at ``read_baud`` reads of bytes sent back to back at ``sent_baud``.
+    """Read bytes that were sent back to back at ``sent_baud`` as a receiver at ``read_baud`` does.
 
     One start bit, 8 data bits (least significant first), no parity, one stop bit, the line idle before and
     after. The receiver waits for a falling edge, checks that the line is still low in the middle of the start

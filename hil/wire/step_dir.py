@@ -7,8 +7,7 @@ from decimal import Decimal, InvalidOperation
 from math import isqrt
 
 MAX_RATE_HZ = 200_000
-"""Maximum rate of a run of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles for each
-step)."""
+"""Maximum rate of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles a step)."""
 MAX_STEPS = 100_000_000
 """Maximum number of steps of one run."""
 MAX_ROWS = 200_000
@@ -39,7 +38,7 @@ class Edges:
 
     @property
     def end_ns(self) -> int:
-        """The time from which on the next may come."""
+        """Earliest time of the next row."""
         return self.at_ns + (self.duration_ns if self.steps else 0)
 
 
@@ -52,7 +51,7 @@ def train_length_ns(train: Sequence[Edges]) -> int:
 
 
 def train_problem(train: Sequence[Edges]) -> str | None:
-    """Why rows from outside are no train, or None."""
+    """Reason why rows from outside are no train, or None."""
     end_ns = 0
     for i, e in enumerate(train, start=1):
         if e.pin not in LEVEL_COLUMNS or e.level not in (0, 1) or e.steps < 0:
@@ -66,7 +65,7 @@ def train_problem(train: Sequence[Edges]) -> str | None:
 
 
 def _run_problem(steps: int, duration_ns: int) -> str | None:
-    """Why a run of so many steps cannot be."""
+    """Reason why a run of so many steps cannot be, or None."""
     if steps > MAX_STEPS:
         return f"{steps} steps; write at most {MAX_STEPS:,} in a row"
     shortest_ns = steps * _NS_PER_S // MAX_RATE_HZ
@@ -78,8 +77,8 @@ def _run_problem(steps: int, duration_ns: int) -> str | None:
 
 
 def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = None) -> Train:
-    """A move of ``steps`` (negative: towards smaller counts, direction input high) at ``rate_hz``; with an
-    acceleration (steps/s per s), up to the rate and down from it as far as the steps reach.
+    """Generate a move of ``steps`` (negative: towards smaller counts, direction input high) at ``rate_hz``;
+    with an acceleration (steps/s per s), up to the rate and down from it as far as the steps reach.
 
     Raises:
         TrainError: a number is out of range.
@@ -121,9 +120,10 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
 
 
 def parse_train(text: str, name: str) -> Train:
-    """A train from CSV text with a header. Either levels, one row for each time at which something changes:
-    ``at_s`` and one or more of step, dir, enable, D3 (as logic analysers export; the first column may have
-    any name that holds "time"); or runs: ``at_s, steps, duration_s``, negative steps for the other direction.
+    """Parse a train from CSV text with a header. Either levels, one row for each time at which something
+    changes: ``at_s`` and one or more of step, dir, enable, D3 (as logic analysers export; the first column
+    may have any name that holds "time"); or runs: ``at_s, steps, duration_s``, negative steps for the other
+    direction.
 
     Raises:
         TrainError: with every problem, ``name:line`` in front.
