@@ -24,7 +24,7 @@ _IGNORED = 0x01  # the core's "ignore nothing" mark is itself a byte that number
 
 
 def float32(x: float) -> float:
-    """``x`` rounded to the nearest IEEE single, as a double; too large becomes an infinity."""
+    """Round ``x`` to the nearest IEEE single, as a double; too large becomes an infinity."""
     try:
         rounded: float = struct.unpack("<f", struct.pack("<f", x))[0]
     except OverflowError:
@@ -33,7 +33,7 @@ def float32(x: float) -> float:
 
 
 def print_float(value: float, digits: int = 2) -> str:
-    """``Print::print(double, digits)``. A firmware's ``float`` has to be passed through ``float32`` first."""
+    """Format as ``Print::print(double, digits)``. Pass a firmware's ``float`` through ``float32`` first."""
     if math.isnan(value):
         return "nan"
     if math.isinf(value):
@@ -59,7 +59,7 @@ def print_float(value: float, digits: int = 2) -> str:
 
 
 def print_int(value: int, base: int = 10) -> str:
-    """``Print::print(long, base)``, base 2 to 36: signed in base 10, as 32-bit unsigned in others.
+    """Format as ``Print::print(long, base)``, base 2 to 36: signed in base 10, as 32-bit unsigned in others.
 
     Raises:
         ValueError: there are no digits for the base.
@@ -77,10 +77,10 @@ def print_int(value: int, base: int = 10) -> str:
 
 
 def parse_float(uart: Uart, timeout_ns: int = STREAM_TIMEOUT_NS) -> Generator[Request, Any, float]:
-    """``Stream::parseFloat()``: the next number of the input, as a single.
+    """Parse the next number of the input as ``Stream::parseFloat()``, as a single.
 
-    ``timeout_ns`` counts anew for each awaited byte; a time-out ends the number (0.0 if none has
-    begun). The byte that ends the number stays held by ``peek``: ``available`` does not count it.
+    ``timeout_ns`` counts anew for each awaited byte; a time-out ends the number (0.0 if none has begun). The
+    byte that ends the number stays held by ``peek``: ``available`` does not count it.
     """
     byte = yield from _timed_peek(uart, timeout_ns)
     while byte >= 0 and byte not in _NUMBER_STARTS:

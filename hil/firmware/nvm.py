@@ -28,7 +28,7 @@ class Content:
     profile: str
     """The profile whose firmware wrote it, at most 255 bytes; "" if the file did not say."""
     counter: int
-    """Number of commits, 0 to 2**64 - 1; whoever commits counts it up."""
+    """Number of commits, 0 to 2**64 - 1, which the committer increments."""
     sections: Mapping[str, bytes]
     """Sections, at most 65,535, with names of at most 255 bytes. A version 1 file's only one is named ""."""
 
@@ -50,7 +50,7 @@ class NvmNewer(NvmError):
 
 
 def encode(content: Content) -> bytes:
-    """The file, in the current version; equal contents give equal bytes.
+    """Encode a file of the current version; equal contents give equal bytes.
 
     Raises:
         ValueError: a name, a section, the counter or the number of sections is too large to store.
@@ -65,7 +65,7 @@ def encode(content: Content) -> bytes:
 
 
 def decode(data: bytes) -> Decoded:
-    """A file of the current version or an older one.
+    """Decode a file of the current version or an older one.
 
     Raises:
         NvmNewer: it is of a later version.

@@ -44,7 +44,7 @@ class Runtime:
         self._ready_ns = SimTimeNs(0)
         self._deadline_ns = SimTimeNs(0)
         self.polls_from_ns = FOREVER
-        """The time from which on the program reads bytes as they come."""
+        """Time from which the program reads bytes as they come."""
         self.due_ns = SimTimeNs(0)
 
     def resume(self, now_ns: SimTimeNs) -> None:
@@ -66,7 +66,7 @@ class Runtime:
         raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
 
     def commit_done(self, durable: bool) -> None:
-        """The store has answered; call ``resume`` next."""
+        """Take the store's answer to a commit; call ``resume`` next."""
         self._committing = False
         self._answer = durable
 

@@ -14,8 +14,7 @@ class RxBuffer:
         self._held = -1
 
     def feed(self, data: bytes, *, at_once: bool = False) -> int:
-        """Bytes from the line; answers how many were taken, the rest found no room. ``at_once``: the sketch
-        reads them as they come, so that there is room for all."""
+        """Take bytes from the line; answers how many found room. ``at_once``: all do, read as they come."""
         taken = data if at_once else data[: self.room()]
         self._unread.extend(taken)
         return len(taken)
@@ -34,13 +33,13 @@ class RxBuffer:
         return data
 
     def read(self) -> int:
-        """The next byte, the held one first, or -1."""
+        """Take the next byte, the held one first; -1 if there is none."""
         byte = self.peek()
         self._held = -1
         return byte
 
     def peek(self) -> int:
-        """The next byte, or -1; it is held until ``read``."""
+        """Answer the next byte and hold it until ``read``; -1 if there is none."""
         if self._held < 0 and self._unread:
             self._held = self._unread[0]
             del self._unread[:1]

@@ -1,4 +1,4 @@
-"""Paths of a set-point: how long they take, where they are at a time, and the way to rest or to a target."""
+"""Paths of a set-point: their duration, their value at a time, and the way to rest or to a target."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -8,13 +8,12 @@ from hil.vocab.time import NS_PER_S
 
 
 def length_ns(path: Sequence[PathPiece]) -> int:
-    """How long it takes."""
+    """Duration of a path."""
     return sum(piece.duration_ns for piece in path)
 
 
 def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
-    """Set-point and rate, so long after the beginning; before it as at it, after the end at rest. The path
-    has a piece."""
+    """Set-point and rate ``into_ns`` after the beginning; before it as at it, after the end at rest."""
     into_ns = max(into_ns, 0)
     for piece in path:
         if into_ns < piece.duration_ns:
@@ -24,14 +23,14 @@ def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
 
 
 def to_rest(r: float, rate: float, per_s2: float) -> Path:
-    """From a set-point that changes at ``rate`` by the second to rest, with this deceleration."""
+    """Path from a set-point that changes at ``rate`` per second to rest, with this deceleration."""
     return _joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])
 
 
 def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float) -> Path:
-    """From a set-point that changes at ``rate`` to ``target``, and rest there, as fast as the limits let
-    it: ramps of ``per_s2``, at most ``per_s`` in between. What is faster than that at the beginning slows
-    down first; what cannot stop before the target comes back."""
+    """Path from a set-point that changes at ``rate`` to rest at ``target``, as fast as the limits let it:
+    ramps of ``per_s2``, at most ``per_s`` in between. What is faster than that at the beginning slows down
+    first; what cannot stop before the target comes back."""
     stopped_at = r + rate * abs(rate) / (2 * per_s2)
     sign = 1.0 if target >= stopped_at else -1.0
     distance, start = (target - r) * sign, rate * sign
@@ -48,7 +47,7 @@ def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float)
 
 
 def _joined(r: float, rate: float, pieces: Sequence[tuple[float, float]]) -> Path:
-    """Pieces of (seconds, acceleration), each beginning where the one before ends. Times are whole
+    """Join pieces of (seconds, acceleration), each beginning where the one before ends. Times are whole
     nanoseconds, set-points and rates those of the times before rounding, so that nothing adds up."""
     path = []
     for seconds, per_s2 in pieces:
