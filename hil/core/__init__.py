@@ -1,6 +1,6 @@
 """The facade over the native core: clock, groups, axes, events, snapshots.
 
-What the native core is and who may touch what: ``native/hil_core.h`` and ``docs/decisions/0001``.
+``native/hil_core.h`` and ``docs/decisions/0001`` describe the native core and who may touch what.
 
 May import: hil.vocab, the pure standard library.
 """

@@ -99,8 +99,8 @@ cdef int read_numbers(object numbers, int axes, double *out) except -1:
 
 
 cdef class Course:
-    """The axes' profiles and, of a line, its path's. The calls that plan answer a traj_error, and once;
-    nothing else changes what it does."""
+    """Profiles of the axes and, for a line, of its path. The calls that plan answer a traj_error, and are
+    made once; nothing else changes a course."""
 
     cdef traj_profile *profiles  # the path's is the last
     cdef traj_segment *segments
@@ -196,7 +196,7 @@ cdef class Course:
         return error
 
     def stretched(self, double factor):
-        """(traj_error, the same in factor times the time)."""
+        """Stretch it to factor times the time; answers (traj_error, Course)."""
         cdef Course other = Course(self.axes, self.profiles[0].room)
         cdef traj_error error = TRAJ_OK
         cdef traj_profile *to
@@ -216,7 +216,7 @@ cdef class Course:
 
     @property
     def duration_ns(self):
-        """Of the axis that takes longest."""
+        """Duration of the axis that takes longest."""
         cdef int64_t longest = 0
         cdef int i
         for i in range(self.axes):
@@ -239,7 +239,7 @@ cdef class Course:
         return out
 
     def segments_of(self, int axis):
-        """(seconds from the start, length, position, velocity, acceleration, jerk) each."""
+        """Segments as (seconds from the start, length, position, velocity, acceleration, jerk)."""
         if not 0 <= axis < self.axes:
             raise IndexError(axis)
         cdef traj_profile *p = &self.profiles[axis]
@@ -247,7 +247,7 @@ cdef class Course:
         return [(s[i].t, s[i].length, p.start_position + s[i].p, s[i].v, s[i].a, s[i].j) for i in range(p.count)]
 
     def check(self, limits, bint is_s_curve):
-        """A traj_error: of limits, for the two calls after this one."""
+        """Check limits, before the two calls after this one; answers a traj_error."""
         cdef traj_limits limit[TRAJ_AXES]
         read_limits(limits, self.axes, limit)
         return traj_check_limits(self.axes, limit, is_s_curve, &self.fault)

@@ -1,4 +1,4 @@
-"""A core and its axes, with names instead of numbers."""
+"""Facade of a core and its axes, with names instead of numbers."""
 
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +27,7 @@ FAULTS = (
     *("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev"),
     *("load_Nm", "freeze", "open_line"),
 )
-"""HIL_FAULT_* of ``native/types.h``, in its order."""
+"""Names of HIL_FAULT_* of ``native/types.h``, in its order."""
 EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
 """Names of ``hil_event_kind`` in ``native/types.h``."""
 
@@ -37,13 +37,13 @@ _Call = IntEnum(
     " RELEASE_SYNC GAP THROTTLE REPORT",
     start=0,
 )
-"""hil_motion_call, in its order."""
+"""Names of hil_motion_call, in its order."""
 
 SEED_MASK = (1 << 64) - 1
 
 
 def bucket_edges_ns(bucket: int) -> tuple[int, int]:
-    """What a bucket of ``rt_stats()["wake_latency"]`` counts: from, up to and without. Eight an octave."""
+    """Bounds of a bucket of ``rt_stats()["wake_latency"]``, the upper one excluded. Eight an octave."""
     if bucket < 8:
         return bucket, bucket + 1
     low, octave = 8 + bucket % 8, bucket // 8 - 1
@@ -51,7 +51,7 @@ def bucket_edges_ns(bucket: int) -> tuple[int, int]:
 
 
 def octaves(histogram: Sequence[int]) -> list[int]:
-    """The same counts by powers of two: bucket b has values of [2^(b-1), 2^b) ns, bucket 0 has 0."""
+    """Sum the counts by powers of two: bucket b has values of [2^(b-1), 2^b) ns, bucket 0 has 0."""
     joined = [0] * (len(histogram) // 8 + 3)
     for bucket, count in enumerate(histogram):
         joined[bucket_edges_ns(bucket)[0].bit_length()] += count
@@ -59,7 +59,7 @@ def octaves(histogram: Sequence[int]) -> list[int]:
 
 
 def entry_of(values: Mapping[str, int]) -> MotionEntry:
-    """An entry from the numbers that the core holds."""
+    """Make an entry from the numbers that the core holds."""
     flags = ("is_ccw", "is_linear", "is_sync", "is_pulses")
     return MotionEntry(**{name: bool(v) if name in flags else v for name, v in values.items()})  # type: ignore[arg-type]
 
@@ -72,17 +72,17 @@ class CoreAxis:
 
     kind = SERVO
     pins: Mapping[str, int] = PINS
-    """Names of its inputs."""
+    """Numbers of its inputs by name."""
 
     def __init__(self, native: NativeCore, axis: int) -> None:
         self._native = native
         self.id = axis
         self.nominal_supply_V = native.supply_V(axis)
-        """Of the full plant as it was opened, 0 for the simple one."""
+        """Supply of the full plant as it was opened, 0 for the simple one."""
         self.holding_Nm = 0.0
-        """``AxisPlan.holding_Nm``."""
+        """Holding torque, ``AxisPlan.holding_Nm``."""
         self.set_load_Nm = 0.0
-        """``load_torque_Nm`` as it was set last, without that of faults."""
+        """Load torque as it was set last, without that of faults."""
 
     def get(self, field: str) -> float:
         """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
@@ -122,7 +122,7 @@ class CoreAxis:
         self._native.pin(self.id, self.pins[name], level)
 
     def fault(self, what: str, value: float) -> None:
-        """Something of ``FAULTS`` goes wrong, or is right again (0).
+        """Begin a fault of ``FAULTS``, or end it (0).
 
         Raises:
             ValueError: this axis cannot have it.
@@ -130,24 +130,24 @@ class CoreAxis:
         self._native.fault(self.id, FAULTS.index(what), value)
 
     def supply_V(self) -> float:
-        """Of the full plant now, 0 for the simple one."""
+        """Supply of the full plant now, 0 for the simple one."""
         return self._native.supply_V(self.id)
 
     def script_encoder(self, points: Sequence[tuple[int, int]], linear: bool) -> None:
-        """Encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""
+        """Take encoder counts from ``(at_ns, raw)`` points instead of the shaft; none: the shaft again."""
         times = array("q", [at_ns for at_ns, _ in points])
         self._native.script_encoder(self.id, times, array("q", [raw for _, raw in points]), linear)
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
-        """A signal source on the inputs from now on; no rows: none. Rows are (at_ns from now, pin, level,
-        steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
+        """Drive the inputs by a signal source from now on; no rows: none. Rows are (at_ns from now, pin,
+        level, steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
         self._native.drive(
             self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )
 
     def follow(self, path: Sequence[PathPiece], start_ns: int = 0) -> None:
-        """The set-point follows a path from ``start_ns`` on, or from now, and keeps its end; an empty one: it
-        stays as it is.
+        """Let the set-point follow a path from ``start_ns`` on, or from now, and keep its end; an empty path
+        leaves it as it is.
 
         Raises:
             ValueError: a piece that is not finite, or too long.
@@ -171,25 +171,25 @@ class CoreAxis:
         return self._native.take_samples(self.id, slot)
 
     def lost_samples(self, slot: int) -> int:
-        """How many samples found no room since ``watch``."""
+        """Number of samples lost for lack of room, since ``watch``."""
         return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:
         return Snapshot(self._native.snapshot(self.id), self.kind)
 
     def published(self) -> Snapshot:
-        """The state as of the last release, in real time of the last 20 ms; any thread, owner or not."""
+        """State as of the last release, in real time of the last 20 ms; from any thread, owner or not."""
         return Snapshot(self._native.published(self.id), self.kind)
 
 
 class CoreMotion(CoreAxis):
-    """A stepper's axis: what a firmware sees is ``hil.vocab.motion.Motion``."""
+    """Axis of a stepper; a firmware sees it as ``hil.vocab.motion.Motion``."""
 
     kind = STEPPER
     pins = STEPPER_PINS
 
     def loop(self, on: bool) -> None:
-        """A stepper has no control loop; what stops one ends all motion."""
+        """End all motion where a control loop would be stopped: a stepper has none."""
         if not on:
             self.stop(None)
 
@@ -257,11 +257,11 @@ class CoreMotion(CoreAxis):
         self._do(_Call.REPORT, on)
 
     def record_edges(self, on: bool, outputs: Iterable[str] = OUTPUTS) -> None:
-        """Keep the edges of these outputs from now on, for ``take_edges``, or of none; for virtual time."""
+        """Keep the edges of these outputs from now on for ``take_edges``, or of none. For virtual time."""
         self._native.record_edges(self.id, sum(1 << OUTPUTS[name] for name in outputs) if on else 0)
 
     def take_edges(self) -> list[tuple[int, str, int]]:
-        """(at_ns, output, level) since the last call."""
+        """Edges since the last call: (at_ns, output, level)."""
         names = list(OUTPUTS)
         return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
 
@@ -277,7 +277,7 @@ class Core:
         self.event_fd = self.native.event_fd
 
     def open_axis(self, group: int, plan: AxisPlan) -> CoreAxis:
-        """A cold-started axis.
+        """Open a cold-started axis.
 
         Raises:
             ValueError: such a motor is too stiff to be integrated.
@@ -305,7 +305,7 @@ class Core:
         self.native.wire(from_axis.id, OUTPUTS[name], to_axis.id, to_axis.pins[input_name])
 
     def take_events(self, group: int) -> list[CoreEvent]:
-        """What interrupts of this group did since the last call, in time's order."""
+        """Events from interrupts of this group since the last call, in time's order."""
         return [
             CoreEvent(SimTimeNs(at_ns), axis, EVENT_KINDS[kind], value)
             for at_ns, axis, kind, value in self.native.take_events(group)

@@ -10,7 +10,7 @@ from hil.core import _native
 
 @dataclass(frozen=True)
 class Field:
-    """One value of an axis. ``type`` is f32, f64, i32 or i64."""
+    """Field of an axis. ``type`` is f32, f64, i32 or i64."""
 
     name: str
     type: str
@@ -18,7 +18,7 @@ class Field:
     writable: bool
     meaning: str
     kind: int = 0
-    """The axes that have it: 0 any, 1 servos, 2 steppers."""
+    """Kind of axis that has it: 0 any, 1 servos, 2 steppers."""
 
 
 FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
@@ -28,12 +28,11 @@ OF_KIND: dict[int, dict[str, int]] = {
     kind: {name: INDEX[name] for name, field in FIELDS.items() if field.kind in (0, kind)}
     for kind in (SERVO, STEPPER)
 }
-"""Places in the table of the fields that a kind of axis has."""
+"""Indices in the table, by name, of the fields that a kind of axis has."""
 
 
 class Snapshot:
-    """The state of an axis at one simulated time: one attribute for each name in ``FIELDS`` that its kind
-    of axis has."""
+    """State of an axis at one simulated time: an attribute for each field that its kind of axis has."""
 
     __slots__ = ("_names", "_values")
 
@@ -49,7 +48,7 @@ class Snapshot:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """Of all fields of the table, those that its kind has not too."""
+        """Values of all fields of the table, those that its kind has not too."""
         return self._values
 
     def as_dict(self) -> dict[str, float]:
@@ -67,7 +66,7 @@ class Snapshot:
 
 
 def _layout() -> tuple[dict[str, int], int]:
-    """Offsets, and the whole length: fields in their order, each at a multiple of its own size."""
+    """Offsets and total length: fields in their order, each at a multiple of its own size."""
     offsets, end = {}, 0
     for field in FIELDS.values():
         size = SIZES[field.type]
@@ -78,13 +77,13 @@ def _layout() -> tuple[dict[str, int], int]:
 
 SIZES = {"f32": 4, "f64": 8, "i32": 4, "i64": 8}
 CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
-"""Of ``struct``; the machine's byte order, little on all that are supported."""
+"""Codes of ``struct``; in the machine's byte order, little on all that are supported."""
 OFFSETS, PACKED_BYTES = _layout()
-"""The binary layout of a snapshot, as ``take_samples`` gives it."""
+"""Binary layout of a snapshot, as ``take_samples`` gives it."""
 
 
 def packed(values: Sequence[float]) -> bytes:
-    """Values of all fields in the binary layout."""
+    """Pack values of all fields in the binary layout."""
     layout, end = "<", 0
     for field in FIELDS.values():
         layout += f"{OFFSETS[field.name] - end}x{CODES[field.type]}"
@@ -93,6 +92,6 @@ def packed(values: Sequence[float]) -> bytes:
 
 
 def reader(name: str) -> Callable[[bytes], float]:
-    """What takes one field out of a packed snapshot."""
+    """Make a function that reads one field of a packed snapshot."""
     unpack, offset = Struct("<" + CODES[FIELDS[name].type]).unpack_from, OFFSETS[name]
     return lambda packed: unpack(packed, offset)[0]

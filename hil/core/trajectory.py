@@ -1,4 +1,4 @@
-"""Plans of motions over several axes: where each axis is, how fast and how hard it accelerates, at any time.
+"""Trajectories over several axes: position, velocity and acceleration of each axis at any time.
 
 Positions are in degrees, velocities in deg/s, accelerations in deg/s2, jerks in deg/s3, times in integer ns
 from the start of the trajectory. Nothing moves here: a trajectory is a value, the same to the bit on every
@@ -22,7 +22,7 @@ _MOST_NS = 2**63 - 1
 
 
 class PlanProblem(IntEnum):
-    """``traj_error`` of ``native/motion/course.h``, in its order."""
+    """Names of ``traj_error`` of ``native/motion/course.h``, in its order."""
 
     NOT_FINITE = 1
     LIMIT_NOT_POSITIVE = 2
@@ -53,7 +53,7 @@ _MEANINGS = {
 
 
 class PlanError(ValueError):
-    """Something that cannot be planned: what, of which axis (None: of none), and the least duration if too
+    """A motion cannot be planned: the problem, its axis (None: no single one), and the least duration if too
     short a one was asked for."""
 
     def __init__(self, problem: PlanProblem, axis: int | None = None, least_ns: int | None = None) -> None:
@@ -67,7 +67,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True)
 class AxisLimits:
-    """In deg/s, deg/s2, deg/s3. A trapezoid has no use for the jerk."""
+    """Limits of an axis, in deg/s, deg/s2, deg/s3. A trapezoid has no use for the jerk."""
 
     velocity_max: float
     acceleration_max: float
@@ -76,7 +76,7 @@ class AxisLimits:
 
 @dataclass(frozen=True)
 class AxisState:
-    """Of an axis at one time. A trapezoid starts with any acceleration."""
+    """State of an axis at one time. A trapezoid starts with any acceleration."""
 
     position_deg: float
     velocity_deg_per_s: float = 0.0
@@ -85,7 +85,7 @@ class AxisState:
 
 @dataclass(frozen=True)
 class Segment:
-    """Of constant jerk. The state at its start, which is ``start_s`` after the trajectory's."""
+    """Segment of constant jerk: the state at its start, which is ``start_s`` after the trajectory's."""
 
     start_s: float
     length_s: float
@@ -97,7 +97,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Violation:
-    """Where a limit is exceeded; the value has a sign."""
+    """Place where a limit is exceeded; the value has a sign."""
 
     axis: int
     quantity: Literal["velocity", "acceleration", "jerk"]
@@ -111,7 +111,7 @@ _QUANTITIES: tuple[Literal["velocity", "acceleration", "jerk"], ...] = ("velocit
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What ``plan_joint`` and the others return."""
+    """Trajectory of all axes, as ``plan_joint`` and the others return it."""
 
     _course: _trajectory.Course
     kind: Kind
@@ -122,24 +122,24 @@ class Trajectory:
 
     @property
     def duration_ns(self) -> int:
-        """From here on every axis is exactly at its end, at rest or going on at the velocity asked for."""
+        """Duration, after which every axis is exactly at its end, at rest or at the velocity asked for."""
         return self._course.duration_ns
 
     def at(self, at_ns: int) -> tuple[AxisState, ...]:
-        """Each axis at this time; before the start as at it."""
+        """State of each axis at this time; before the start as at it."""
         return tuple(AxisState(*self._course.at(axis, at_ns)) for axis in range(self.axes))
 
     def positions_deg(self, from_ns: int, step_ns: int, count: int) -> "array[float]":
-        """``count`` times all axes' positions, one time after the other: as ``at`` says them, but faster."""
+        """Positions of all axes at ``count`` times, one time after the other: those of ``at``, but faster."""
         return self._course.positions(from_ns, step_ns, count)
 
     def segments(self, axis: int) -> tuple[Segment, ...]:
-        """Of one axis; none if it stands. Raises IndexError for another axis."""
+        """Segments of one axis; none if it stands. Raises IndexError for another axis."""
         return tuple(Segment(*values) for values in self._course.segments_of(axis))
 
     def stop(self, at_ns: int, limits: Sequence[AxisLimits]) -> "Trajectory":
-        """From the state at ``at_ns`` to a standstill, and its time 0 is ``at_ns``. Along the line of a line,
-        otherwise each axis as soon as it can.
+        """Plan a stop from the state at ``at_ns``, which is the new trajectory's time 0. Along the line of a
+        line, otherwise each axis as soon as it can.
 
         Raises:
             PlanError: the limits are not finite and above 0.
@@ -149,7 +149,7 @@ class Trajectory:
         return _planned(course, course.stop(self._course, at_ns, limits, self.kind == "s_curve"), self.kind)
 
     def violation(self, limits: Sequence[AxisLimits]) -> Violation | None:
-        """The first end or turning point of a segment that exceeds a limit by more than a part in 1e9.
+        """First end or turning point of a segment that exceeds a limit by more than a part in 1e9.
 
         Raises:
             PlanError: the limits are not finite and above 0.
@@ -162,7 +162,7 @@ class Trajectory:
         return Violation(axis, _QUANTITIES[quantity], at_ns, value, limit)
 
     def fitted(self, limits: Sequence[AxisLimits]) -> "Trajectory":
-        """The same way, slowed as little as the limits need; itself if it keeps them.
+        """Slow the same way down as little as the limits need; itself if it keeps them.
 
         Only for what starts at rest: a start in motion would be slowed too.
 
@@ -190,7 +190,7 @@ def plan_joint(
     kind: Kind = "s_curve",
     duration_ns: int | None = None,
 ) -> Trajectory:
-    """All axes from their starts to their targets at rest. They begin and end together: after
+    """Plan all axes from their starts to their targets at rest. They begin and end together: after
     ``duration_ns``, or as soon as the slowest can.
 
     Raises:
@@ -208,7 +208,7 @@ def plan_line(
     kind: Kind = "s_curve",
     duration_ns: int | None = None,
 ) -> Trajectory:
-    """From rest to rest in a straight line, after ``duration_ns``, or as soon as every axis can.
+    """Plan a straight line from rest to rest, after ``duration_ns``, or as soon as every axis can.
 
     Raises:
         PlanError: see ``PlanProblem``.
@@ -224,7 +224,7 @@ def plan_velocity(
     limits: Sequence[AxisLimits],
     kind: Kind = "s_curve",
 ) -> Trajectory:
-    """Each axis as soon as it can, from any start, to a velocity, with which it then goes on.
+    """Plan each axis to a velocity as soon as it can, from any start, with which it then goes on.
 
     Raises:
         PlanError: see ``PlanProblem``.
@@ -234,7 +234,7 @@ def plan_velocity(
 
 
 def plan_spline(points_deg: Sequence[Sequence[float]], times_ns: Sequence[int]) -> Trajectory:
-    """Through points (one position for each axis) at times, of which the first is the start.
+    """Plan a spline through points (one position for each axis) at times, of which the first is the start.
 
     Velocity and acceleration are continuous, and 0 at both ends. No limits: see ``violation`` and ``fitted``.
 
@@ -250,8 +250,8 @@ def plan_spline(points_deg: Sequence[Sequence[float]], times_ns: Sequence[int]) 
 
 
 def plan_spline_within(points_deg: Sequence[Sequence[float]], limits: Sequence[AxisLimits]) -> Trajectory:
-    """The same with times from the limits. The intervals are in the proportion of moves from rest to rest,
-    and as short as the limits let them be in it.
+    """Plan the same with times from the limits. The intervals are in the proportion of moves from rest to
+    rest, and as short as the limits let them be in it.
 
     Raises:
         PlanError: see ``PlanProblem``; POINTS_OUT_OF_ORDER if one point is the same as the one before it.
