@@ -1,4 +1,4 @@
-"""A built bench: its core, groups and devices, in real or in virtual time.
+"""A built bench: core, groups and devices, in real or in virtual time.
 
 Every input goes through ``BenchRuntime.take``, which fixes its effective time once, and logs it.
 """
@@ -29,7 +29,7 @@ from hil.vocab.verbs import Effect, VerbRefused
 
 
 class Store(Protocol):
-    """Where devices' memories are kept."""
+    """Store of devices' non-volatile memories."""
 
     def commit(
         self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
@@ -41,22 +41,22 @@ class Store(Protocol):
 
 @dataclass(frozen=True)
 class Around:
-    """What a bench is given of the world around it. By default what virtual time needs: nobody watches over
+    """Callbacks from a bench to the world around it. The defaults are for virtual time: nobody watches over
     firmwares, waits for a turn's end, or logs."""
 
     turn_over: Callable[[], None] = lambda: None
     """Real time: called when firmware may have run, for whatever reason, and its group was given back:
     what it sent has to go on, and what it took has made room."""
     turn: Callable[[], Callable[[], bool] | None] = lambda: None
-    """Real time: called when a group's turn begins; the answer says when it is over. A group that is late
-    goes on in its next turn, and others have theirs between. One whose firmware takes more time than there
-    is falls behind for ever; its inputs then take effect at the time it has reached."""
+    """Real time: called when a group's turn begins; answers a function that says whether it is over. A group
+    that is late goes on in its next turn, and others have theirs between. One whose firmware takes more time
+    than there is falls behind for ever; its inputs then take effect at the time it has reached."""
     guard: Guard = UNGUARDED
-    """Around each turn of a firmware's own code."""
+    """Guard around each turn of a firmware's own code."""
     on_failed: Callable[[Device], None] = lambda device: None
     """Called once when a device has stopped; ``Device.failed`` says why."""
     log: InputLogWriter | None = None
-    """Gets all inputs with their effective times, and all that devices send."""
+    """Receives all inputs with their effective times, and all that devices send."""
 
 
 VIRTUAL = Around()
@@ -66,18 +66,18 @@ Refused = Callable[[VerbRefused], None]
 
 
 class LaterVerbs:
-    """Power that comes anew, and a verb that ends motions, end those of a device that were to come."""
+    """Verbs to be carried out later. A power-up, or a verb that ends motions, cancels those of its device."""
 
     def __init__(self) -> None:
         self._ends = Counter[str]()
-        """How often a verb ended the motions of a device."""
+        """Number of verbs that ended the motions of a device."""
 
     def note(self, device: Device, given: Do) -> None:
         if device.verbs[given.verb].effect == Effect.ENDS:
             self._ends[device.name] += 1
 
     def add(self, group: Group, device: Device, given: Do, at_ns: int, on_refused: Refused) -> None:
-        """A verb is to be done at a time that has not come; ``on_refused`` is called if it cannot be."""
+        """Carry out a verb at a time that has not come; ``on_refused`` is called if it cannot be."""
         epoch = self._epoch(device)
 
         def due(now_ns: SimTimeNs) -> None:
@@ -94,8 +94,8 @@ class LaterVerbs:
 
 
 class BenchRuntime:
-    """Devices by name. In virtual time the caller says how far (``advance``); in real time the core's thread
-    drives the groups (``drive``). ``segments`` are for whoever looks."""
+    """Devices of a bench, by name. In virtual time the caller says how far (``advance``); in real time the
+    core's thread drives the groups (``drive``). ``segments`` are read-only views."""
 
     def __init__(self, name: str, core: Core, store: Store, around: Around) -> None:
         self.name = name
@@ -115,24 +115,24 @@ class BenchRuntime:
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """Virtual time: how far the bench was taken. Real time: what the wall's time asks for."""
+        """Present time: virtual, where the bench was advanced to; real, what the wall's time asks for."""
         return self.drive.now_ns if self.drive.is_on else self._now_ns
 
     # ---- what it consists of ----
 
     def open_group(self) -> Group:
-        """A group without devices, at the present."""
+        """Open a group without devices, at the present."""
         group = Group(self.core, self.core.native.group_open(self.now_ns))
         self._groups[group.id] = group
         return group
 
     def discard(self, group: Group) -> None:
-        """Close a group; none of its devices is in the bench."""
+        """Close a group, of which no device is in the bench."""
         self.core.native.group_close(group.id)
         del self._groups[group.id]
 
     def make(self, spec: DeviceSpec, plan: AxisPlan, group: Group) -> Device:
-        """A device with its axis, for a group; ``add`` puts it there."""
+        """Make a device with its axis, for a group; ``add`` puts it there."""
         around = self._around
         home = Home(around.guard, self._commit, around.on_failed, self._stopped, group.note_due)
         device = Device(spec, self.core.open_axis(group.id, plan), home)
@@ -142,19 +142,19 @@ class BenchRuntime:
         return device
 
     def add(self, group: Group, device: Device) -> None:
-        """The device's firmware starts now."""
+        """Add a device to its group; its firmware starts now."""
         group.add(device)
         self.roster.add_device(device, group)
 
     def set_going(self, device: Device) -> None:
-        """A device that was added to a bench that runs: its firmware starts at the present, and in real time
-        the core's thread gets its group."""
+        """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
+        time the core's thread gets its group."""
         group, now_ns = self.roster.group_of(device.name), self.now_ns
         self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
         self.drive.hand_over([group], now_ns)
 
     def remove(self, name: str) -> None:
-        """Take a device away that has a group of its own, with its faults."""
+        """Remove a device that has a group of its own, with its faults."""
         device, group = self.roster.remove_device(name)
         with self.drive.owning(group):
             self.faults.forget(name)
@@ -183,8 +183,8 @@ class BenchRuntime:
         arrival_ns: SimTimeNs | None = None,
         on_refused: Refused = lambda refusal: None,
     ) -> tuple[SimTimeNs, Answer]:
-        """An input from outside takes effect on a target's name: at its arrival, by default now, or at the
-        time its group has reached if that is later. Returns the effective time, and what a verb answers.
+        """Let an input from outside take effect on a target's name: at its arrival, by default now, or at the
+        time its group has reached if that is later. Returns the effective time, and a verb's answer.
         ``on_refused`` is called when a verb that is to be done later cannot be.
 
         Raises:
@@ -219,17 +219,17 @@ class BenchRuntime:
         return group.apply(device, given)
 
     def give(self, to: Device | Tap, given: Input) -> SimTimeNs:
-        """An input takes effect now, as ``take``; its effective time."""
+        """Let an input take effect now, as ``take``; answers its effective time."""
         return self.take(to.name, given)[0]
 
     def do(
         self, device: Device, verb: str, parameters: Mapping[str, float | str]
     ) -> tuple[SimTimeNs, Answer]:
-        """A verb of the device's table is carried out now, as ``take``."""
+        """Carry out a verb of the device's table now, as ``take``."""
         return self.take(device.name, Do(verb, tuple(parameters.items())))
 
     def inject(self, fault: Fault) -> int:
-        """A fault begins; its number.
+        """Begin a fault; answers its number.
 
         Raises:
             FaultRefused: it cannot be where it is wanted.
@@ -240,7 +240,7 @@ class BenchRuntime:
         return number
 
     def clear_fault(self, number: int) -> None:
-        """A fault ends.
+        """End a fault.
 
         Raises:
             FaultRefused: there is none of this number.
@@ -261,14 +261,13 @@ class BenchRuntime:
             return self.devices[device].axis.snapshot()
 
     def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
-        """A device's samples since the last call, in the binary layout, and how many were lost since
-        ``watch``."""
+        """Samples of a device since the last call, in the binary layout, and the losses since ``watch``."""
         with self.drive.looking_at(self.roster.group_of(device)):
             axis = self.devices[device].axis
             return axis.take_samples(slot), axis.lost_samples(slot)
 
     def known_ns(self, name: str) -> SimTimeNs:
-        """Up to when it is decided what was on the line of a tap: its group may be behind the present."""
+        """Time up to which the traffic at a tap is decided: its group may be behind the present."""
         group = self.roster.group_of(name)
         with self.drive.owning(group):
             return group.wait_until(self.now_ns)

@@ -1,4 +1,4 @@
-"""One emulated board: its firmware and its hardware, driven by simulated time."""
+"""An emulated board: its firmware and its hardware, driven by simulated time."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -29,29 +29,28 @@ from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 Answer = Mapping[str, float | str | int]
-"""What a verb answers, by names."""
+"""Answer of a verb, by names."""
 
 
 @dataclass(frozen=True)
 class Home:
-    """What a device is in."""
+    """Callbacks of a device to its bench."""
 
     guard: Guard
-    """Around each turn of its firmware's own code."""
+    """Guard around each turn of its firmware's own code."""
     commit: Callable[["Device", Mapping[str, bytes]], bool | None]
-    """Make sections its whole non-volatile memory. Returns whether they are durable, or None: then a
-    ``CommitDone`` comes."""
+    """Makes sections its whole memory. Returns whether they are durable; None: a ``CommitDone`` follows."""
     failed: Callable[["Device"], None]
-    """It has stopped, and ``failed`` says why."""
+    """Called when it has stopped, and ``failed`` says why."""
     stopped: Callable[["Device", SimTimeNs, Stopped], None]
-    """It stops, for a reason that simulated time does not have; ``failed`` comes next."""
+    """Called when it stops for a reason that simulated time does not have; ``failed`` comes next."""
     due_changed: Callable[["Device"], None]
-    """``due_ns`` may be earlier than it was."""
+    """Called when ``due_ns`` may be earlier than it was."""
 
 
 class Device:
-    """Runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that raises,
-    loops or takes too long stops this device alone: ``failed`` says why."""
+    """A board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
+    raises, loops or takes too long stops this device alone: ``failed`` says why."""
 
     def __init__(self, spec: DeviceSpec, axis: CoreAxis, home: Home) -> None:
         self.name = spec.name
@@ -60,12 +59,12 @@ class Device:
         self.verbs = spec.verbs
         self.failed: str | None = None
         self.power_ups = 1
-        """How often its power came, at the start or later."""
+        """Number of power-ups, the start included."""
         self.is_hung = False
-        """Its main program stands still (a fault), whatever resets it."""
+        """Whether its main program stands still (a fault), whatever resets it."""
         self._no_power: str | None = None
         self.interrupting = False
-        """What is sent now was sent by an interrupt, at a time before the group's."""
+        """Whether an interrupt is sending, at a time before the group's."""
         self.setpoints = Setpoints(spec.time_out)
         self._follow = Verb("follow", "", run=spec.follow, effect=Effect.ENDS) if spec.follow else None
         self._home = home
@@ -73,10 +72,10 @@ class Device:
         self._hardware = Hardware(spec, axis, home.guard, commit, due_changed)
         self._memory, self._interfaces = self._hardware.memory, self._hardware.interfaces
         self.notes: Mapping[str, str] = self._hardware.notes
-        """For the operator, keyed by topic."""
+        """Notes for the operator, keyed by topic."""
         self.nvm = self._memory.content
         self.uarts: Mapping[str, DeviceUart] = self._interfaces.by_name
-        """By their names; each has a port or a segment of its own."""
+        """UARTs by name; each has a port or a segment of its own."""
         self._lines = self._interfaces.all
         self._sketch = Sketch(spec, self._hardware, home.guard, self._commit, self._raised)
 
@@ -118,7 +117,7 @@ class Device:
         self.interrupting = False
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> Answer:
-        """An input takes effect at ``now_ns``; ``step`` comes next. Returns what a verb answers.
+        """Let an input take effect at ``now_ns``; ``step`` comes next. Returns a verb's answer.
 
         Raises:
             VerbRefused: a verb, or a path, was not carried out.
@@ -160,12 +159,12 @@ class Device:
 
     @property
     def is_busy(self) -> bool:
-        """Its main program is in a routine of its own, and takes no commands."""
+        """Whether its main program is in a routine of its own, and takes no commands."""
         return self._sketch.is_busy
 
     @property
     def has_power(self) -> bool:
-        """Not under a fault; without it no reset starts it."""
+        """Whether no fault takes its power; without it no reset starts it."""
         return self._no_power is None
 
     @property
@@ -174,8 +173,8 @@ class Device:
 
     @property
     def _stands(self) -> bool:
-        """Its firmware does not run. When a commit from before a reset is under way, what the memory holds is
-        known when it has ended, and only then does the firmware start."""
+        """Whether its firmware is stopped. When a commit from before a reset is under way, the memory's
+        content is known only when it has ended, and only then does the firmware start."""
         is_writing_at_start = not self._sketch.is_on and self._memory.is_committing
         return self.failed is not None or self.is_hung or is_writing_at_start
 
@@ -213,12 +212,12 @@ class Device:
         self._sketch.power_up()
 
     def close(self) -> None:
-        """Its firmware runs no more, whatever comes; the axis goes with its group."""
+        """Stop its firmware for ever; the axis goes with its group."""
         self.failed = "it was taken out"
         self._sketch.close()
 
     def _raised(self, error: BaseException) -> None:
-        """The firmware did not come through its turn."""
+        """Stop the device because its firmware did not come through its turn."""
         reason = f"{type(error).__name__}: {error}"
         if isinstance(error, StopLogged):
             self._stop(error.stopped)
@@ -237,8 +236,8 @@ class Device:
         self._home.failed(self)
 
     def _stop(self, stopped: Stopped) -> None:
-        """As ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn but
-        what it has sent, and board and axis stand as after power-up."""
+        """Stop as ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn
+        but what it has sent, and board and axis stand as after power-up."""
         self._home.stopped(self, self._interfaces.now_ns, stopped)
         self._sketch.runtime.close()
         self.setpoints.end()

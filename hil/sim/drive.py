@@ -1,4 +1,4 @@
-"""Real time: the core's thread takes groups to the wall's time, and here their firmwares run when it asks."""
+"""Real time: the core's thread takes groups to the wall's time, and calls their firmwares here."""
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
@@ -12,8 +12,8 @@ _NOTHING = nullcontext()
 
 
 class RealTimeDrive:
-    """Of a bench, by whose ``groups`` it is shared. Until ``start``, and after ``stop``, the groups are the
-    caller's: owning one does nothing. ``turn_over`` and ``turn``: as ``hil.sim.bench.Around`` has them."""
+    """Real-time drive of a bench, which shares its ``groups``. Until ``start``, and after ``stop``, the
+    groups are the caller's: owning one does nothing. ``turn_over``, ``turn``: as ``hil.sim.bench.Around``."""
 
     def __init__(
         self,
@@ -27,12 +27,12 @@ class RealTimeDrive:
         self._turn_over, self._turn = turn_over, turn
         self.is_on = False
         self.lag = [0] * LAG_BUCKETS
-        """How late firmware ran: bucket b counts lags of [2^(b-1), 2^b) ns."""
+        """Lateness of firmware: bucket b counts lags of [2^(b-1), 2^b) ns."""
         self.lag_total_ns = 0
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """What the wall's time asks for."""
+        """Time that the wall's time asks for."""
         return SimTimeNs(self._core.rt_now())
 
     def start(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
@@ -46,8 +46,7 @@ class RealTimeDrive:
         self.hand_over(self._groups.values(), SimTimeNs(0))
 
     def hand_over(self, groups: Iterable[Group], now_ns: SimTimeNs) -> None:
-        """Groups that the thread does not have yet run their firmwares up to a time; from there on it has
-        them."""
+        """Hand over groups that the thread does not have, after their firmwares have run to this time."""
         for group in groups:
             group.advance(now_ns)
             if self.is_on:
@@ -74,20 +73,20 @@ class RealTimeDrive:
         self.is_on = False
 
     def turn(self) -> Callable[[], bool] | None:
-        """Says when the turn of a group that begins now is over; None: never."""
+        """Function that says whether the turn of a group that begins now is over; None: it never is."""
         return self._turn() if self.is_on else None
 
     def owning(self, group: Group) -> AbstractContextManager[object]:
-        """Its firmwares may run for as long as the block lasts."""
+        """Own a group for the block: its firmwares may run."""
         return _Turn(group, self._turn_over) if self.is_on else _NOTHING
 
     def looking_at(self, group: Group) -> AbstractContextManager[object]:
-        """The same for a block in which none of its firmwares runs."""
+        """Own a group for a block in which none of its firmwares runs."""
         return group if self.is_on else _NOTHING
 
 
 class _Turn:
-    """A group is owned; ``over`` is called when it is given back."""
+    """Ownership of a group; ``over`` is called when it is given back."""
 
     __slots__ = ("_group", "_over")
 

@@ -1,4 +1,4 @@
-"""Checks a fault that somebody asks for: its kind and its parameters, and how much torque a shaft takes."""
+"""Checks of a fault that somebody asks for: its kind, its parameters, and the torque on a shaft."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -8,8 +8,8 @@ from hil.vocab.parameters import filled
 
 
 def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault | None, dict[str, str]]:
-    """The fault with its kind's defaults filled in, or what is wrong, by the name of the parameter (the
-    kind's own name under "fault")."""
+    """Make the fault with its kind's defaults filled in, or answer the errors by the name of the parameter
+    (the kind's own name under "fault")."""
     known = FAULT_KINDS.get(kind)
     if known is None:
         return None, {"fault": f"kinds are {', '.join(FAULT_KINDS)}"}
@@ -18,7 +18,7 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
 
 
 def fault_refusal(kind: str, target: str, given: Mapping[str, object]) -> Fault:
-    """As ``fault_of``.
+    """Make a fault as ``fault_of``.
 
     Raises:
         FaultRefused: with all problems.
@@ -30,8 +30,8 @@ def fault_refusal(kind: str, target: str, given: Mapping[str, object]) -> Fault:
 
 
 def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float] = ()) -> str | None:
-    """What is wrong with a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are
-    or will be there; or None.
+    """Error text for a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are or
+    will be there; or None.
 
     Those that push the same way add up to the limit at most. What pushes against it does not count: it may
     end first.

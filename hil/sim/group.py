@@ -1,4 +1,4 @@
-"""A group: the devices that share one simulated time, advanced with their axes.
+"""A group: devices that share one simulated time, advanced with their axes.
 
 The core runs the axes up to the group's horizon, the earliest time at which a firmware has to run; the
 firmware runs at exactly that time; and so on. This loop is the same in real and in virtual time.
@@ -13,7 +13,7 @@ from hil.sim.inputs import Input
 from hil.vocab.time import FOREVER, SimTimeNs
 
 _ASK_EVERY = 16
-"""Steps between two looks at whether the time is over."""
+"""Number of steps between two looks at whether the time is over."""
 
 
 class Group:
@@ -27,10 +27,9 @@ class Group:
         self._timers: list[tuple[int, int, Callable[[SimTimeNs], None]]] = []
         self._timer_count = 0
         self._index: dict[int, int] = {}
-        """Of devices, by their axes."""
+        """Indices of devices, by their axes."""
         self._due: list[tuple[int, int]] = []
-        """A heap of when a device was due, and its index; what is no longer so is passed over. Only used with
-        several devices."""
+        """Heap of due times with devices' indices; some are outdated. Only used with several devices."""
 
     def add(self, device: Device) -> None:
         self._index[device.axis.id] = len(self.devices)
@@ -39,15 +38,15 @@ class Group:
         heapify(self._due)
 
     def __enter__(self) -> None:
-        """Own it, in real time: for as long as the block lasts the core's thread leaves it alone."""
+        """Own it, in real time: for the block the core's thread leaves it alone."""
         self._native.acquire(self.id)
 
     def __exit__(self, *_: object) -> None:
         self.give_back()
 
     def give_back(self) -> None:
-        """The core's thread goes on with it, as far as what is waited for now: an interrupt may have come
-        last, or what an input has caused."""
+        """Return it to the core's thread, which goes on as far as what is waited for now: an interrupt may
+        have come last, or what an input has caused."""
         self._native.advance(self.id, self.due_ns, self.now_ns)
         self._native.release(self.id)
 
@@ -57,7 +56,7 @@ class Group:
 
     @property
     def due_ns(self) -> SimTimeNs:
-        """The earliest time at which a firmware has to run."""
+        """Earliest time at which a firmware has to run."""
         timer_ns = self._timers[0][0] if self._timers else FOREVER
         if len(self.devices) == 1:
             due_ns = self.devices[0].due_ns
@@ -69,14 +68,14 @@ class Group:
         return due_ns if due_ns < timer_ns else SimTimeNs(timer_ns)
 
     def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
-        """Call at a time that has not been reached yet, before the firmwares that run then."""
+        """Schedule a call for a time that has not been reached yet, before the firmwares that run then."""
         self._timer_count += 1
         heappush(self._timers, (at_ns, self._timer_count, call))
 
     def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
-        """Run axes and firmwares up to and at ``until_ns``; never back. Where ``is_over`` says so, which is
-        asked now and then, it stops before. The core does some milliseconds' work in one call, so that Ctrl-C
-        is heard however far it has to go."""
+        """Run axes and firmwares up to and at ``until_ns``; never back. It stops before where ``is_over``
+        says so, which is asked now and then. The core does some milliseconds' work in one call, so that
+        Ctrl-C is heard however far it has to go."""
         steps = 0
         while True:
             horizon_ns = self.due_ns
@@ -95,7 +94,7 @@ class Group:
                 return  # all of this time has happened: an input that comes now comes after it
 
     def wait_until(self, until_ns: SimTimeNs) -> SimTimeNs:
-        """Run axes up to ``until_ns``, or to when a firmware has to run, and no firmware; how far it came."""
+        """Run axes, no firmware, up to ``until_ns`` or until a firmware has to run; answers the time."""
         self._native.advance(self.id, self.due_ns, until_ns)
         return self.now_ns
 
@@ -117,8 +116,8 @@ class Group:
                 heappush(due, (due_ns, index))
 
     def apply(self, device: Device, given: Input) -> Answer:
-        """An input takes effect now, and the firmware runs on it, also if it is refused. Returns what a verb
-        answers.
+        """Let an input take effect now, and the firmware run on it, also if it is refused. Returns a verb's
+        answer.
 
         Raises:
             VerbRefused: as ``Device.apply``.
@@ -131,7 +130,7 @@ class Group:
             self.note_due(device)
 
     def note_due(self, device: Device) -> None:
-        """When a device is due may have changed, for another reason than that it was due."""
+        """Note that a device may be due at another time, for another reason than that it was due."""
         if len(self.devices) > 1 and (due_ns := device.due_ns) < FOREVER:
             heappush(self._due, (due_ns, self._index[device.axis.id]))
 

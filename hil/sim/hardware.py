@@ -1,4 +1,4 @@
-"""What a device is made of, and a board without its firmware: axis, serial interfaces, memory."""
+"""Hardware of a device, without its firmware: axis, serial interfaces, memory."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ AxisInput = Pin | SetField | ScriptEncoder | Drive
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceSpec:
-    """What a device is, beside its axis.
+    """Specification of a device, beside its axis.
 
     ``bauds``: of its UARTs, by their names; None where bytes take no time. All but the main one are made in
     software. ``power_up``: the axis's fields that the power sets beside the core's own, the encoder's
@@ -38,31 +38,31 @@ class DeviceSpec:
 
 
 class Memory:
-    """``store`` makes sections the whole memory, and answers whether they are durable, or None: ``answered``
-    will be called."""
+    """Non-volatile memory. ``store`` makes sections the whole memory, and answers whether they are durable,
+    or None: ``answered`` will be called."""
 
     def __init__(
         self, content: Mapping[str, bytes], store: Callable[[Mapping[str, bytes]], bool | None]
     ) -> None:
         self.content = dict(content)
-        """By the names of sections; what was asked for and is not durable yet is not in it."""
+        """Durable content by the names of sections; commits under way are not in it."""
         self._store = store
         self._pending: deque[dict[str, bytes]] = deque()
-        """The whole memory of each commit that the store has not answered, in their order."""
+        """Whole memory of each commit that the store has not answered, in their order."""
 
     @property
     def is_committing(self) -> bool:
-        """The store has not answered yet."""
+        """Whether the store has still to answer."""
         return bool(self._pending)
 
     def commit(self, request: Commit) -> bool | None:
-        """Begin to write; ``store``'s answer."""
+        """Begin to write; answers as ``store``."""
         whole = self.content | {request.name: request.data}
         self._pending.append(whole)
         return self._store(whole)
 
     def answered(self, durable: bool) -> bool:
-        """The store has answered the oldest commit; one that failed leaves the old content. Returns whether
+        """Take the store's answer to the oldest commit; one that failed changes nothing. Returns whether
         there was one."""
         if not self._pending:
             return False
@@ -73,7 +73,7 @@ class Memory:
 
 
 class Hardware:
-    """``store``: as ``Memory`` takes it; ``due_changed``: as ``Interfaces``."""
+    """Board without its firmware. ``store``: as ``Memory`` takes it; ``due_changed``: as ``Interfaces``."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class Hardware:
         self.notes: dict[str, str] = {}
         """Notes for the operator, keyed by topic."""
         self._registers = {name: value for name, value in spec.power_up.items() if name in OF_KIND[axis.kind]}
-        """A stepper has no encoder."""
+        """Registers of the encoder at power-up; a stepper has none."""
         uarts = self.interfaces.by_name
         self.board = Board(
             uart=uarts[MAIN],
@@ -100,30 +100,30 @@ class Hardware:
             facts=spec.facts,
             note=self.note,
         )
-        """What its firmware is made with."""
+        """Interfaces that its firmware is made with."""
         self.power_up_axis()
 
     def note(self, about: str, text: str | None) -> None:
-        """Set a note for the operator; None: take it away."""
+        """Set a note for the operator; None removes it."""
         if text is None:
             self.notes.pop(about, None)
         else:
             self.notes[about] = text
 
     def power_up(self) -> None:
-        """The power has come anew; what is on the lines stays there."""
+        """Power the board up; what is on the lines stays there."""
         self.notes.clear()
         self.power_up_axis()
         self.interfaces.clear()
 
     def power_up_axis(self) -> None:
-        """The axis and its driver as after power-up; the shaft stays where it is."""
+        """Reset the axis and its driver as after power-up; the shaft stays where it is."""
         self.axis.power_up()
         for name, value in self._registers.items():
             self.axis.set(name, value)
 
     def apply(self, given: AxisInput) -> None:
-        """An input takes effect that the firmware has no part in."""
+        """Let an input take effect that the firmware has no part in."""
         match given:
             case Pin(pin, level):
                 self.axis.pin(pin, level)

@@ -1,4 +1,4 @@
-"""What is on the line towards a UART, with its times, and which of it the sketch is woken for."""
+"""Characters on the line towards a UART, with their times, and those that the sketch is woken for."""
 
 from bisect import bisect_right
 from collections import deque
@@ -13,10 +13,10 @@ from hil.wire.serial_line import character_ns, resample
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Characters on the line, at least one. Equal is only one to itself, so that it is found quickly."""
+    """Characters on the line, at least one. Equal only to itself, so that it is found quickly."""
 
     times_ns: tuple[int, ...]
-    """When each is complete, ascending."""
+    """Times at which each is complete, ascending."""
     data: bytes
 
     def part(self, first: int, end: int) -> "Flight":
@@ -27,54 +27,53 @@ class Flight:
 
 
 class Incoming:
-    """Characters that are not in the UART's buffer yet. ``due_changed`` is called when ``next_ns`` may be
-    earlier than it was."""
+    """Characters that are not in the UART's buffer yet. ``due_changed``: ``next_ns`` may be earlier."""
 
     def __init__(self, due_changed: Callable[[], None]) -> None:
         self.flights: deque[Flight] = deque()
         self.next_ns = FOREVER
-        """When the next character is complete, of those that the sketch is woken for."""
+        """Time at which the next character is complete, of those that the sketch is woken for."""
         self.wake_byte: int | None = None
-        """The only one that it is woken for; None: every one."""
+        """Only byte that the sketch is woken for; None: every one."""
         self.ignores_mark = False
-        """Every wake byte counts."""
+        """Whether every wake byte counts, whatever its mark."""
         self._mark: int | None = None
         self._due_changed = due_changed
         self._taken = 0
-        """How many characters of the first flight have come."""
+        """Number of characters of the first flight that have come."""
         self._before = b""
-        """The last two bytes on the line, if they are known."""
+        """Last two bytes on the line, if they are known."""
         self._is_gapless = True
-        """What the sketch gets has stood on the line like that."""
+        """Whether what the sketch gets stood on the line just so, with no byte lost in between."""
         self._wakes: deque[int] = deque()
 
     @property
     def waiting(self) -> int:
-        """How many characters."""
+        """Number of characters that wait."""
         return sum(len(flight.data) for flight in self.flights) - self._taken
 
     def characters(self) -> list[tuple[int, int]]:
-        """When each is complete, and the character."""
+        """Time at which each is complete, and the character."""
         return [each for flight in self.flights for each in flight.characters()][self._taken :]
 
     def wake_on(self, byte: int | None, mark: int | None) -> None:
-        """``hil.vocab.firmware.Uart.wake_on``; what is on the line already counts without the mark."""
+        """Wake as ``hil.vocab.firmware.Uart.wake_on``; what is on the line already needs no mark."""
         self.wake_byte, self._mark = byte, mark
         self._wakes = deque(at_ns for at_ns, flying in self.characters() if flying == byte)
         self._find_next()
 
     def ignore_mark(self) -> None:
-        """Until ``ignores_mark`` is false again every wake byte counts."""
+        """Let every wake byte count until ``ignores_mark`` is false again."""
         self.ignores_mark = True
         self.wake_on(self.wake_byte, self._mark)
 
     def note_gap(self) -> None:
-        """Characters were lost to an overrun: what stands before a byte is no longer known."""
+        """Note that characters were lost to an overrun: the bytes before the next one are no longer known."""
         self._is_gapless = False
         self.wake_on(self.wake_byte, self._mark)
 
     def add(self, flight: Flight) -> None:
-        """More is on the line."""
+        """Add a flight that is on the line."""
         self.flights.append(flight)
         if self.wake_byte is not None:
             mark = self._mark if self._is_gapless and not self.ignores_mark else None
@@ -85,7 +84,7 @@ class Incoming:
             self._due_changed()
 
     def retract(self, after_ns: int) -> None:
-        """What would be complete after this time does not come."""
+        """Take back what would be complete after this time."""
         if not self.flights:
             self._before = b""
             return
@@ -99,7 +98,7 @@ class Incoming:
         self._due_changed()
 
     def take(self, now_ns: int) -> list[Flight]:
-        """What is complete by now, taken off the line."""
+        """Take everything that is complete by now off the line."""
         come: list[Flight] = []
         while self.flights:
             flight, first = self.flights[0], self._taken
@@ -130,13 +129,13 @@ class Incoming:
 
 @lru_cache(maxsize=4)
 def flight_of(characters: tuple[HeardCharacter, ...]) -> Flight:
-    """Kept, because all receivers on a line hear the same."""
+    """Make a flight of characters; cached, because all receivers on a line hear the same."""
     return Flight(tuple(each.at_ns for each in characters), bytes(each.byte for each in characters))
 
 
 @lru_cache(maxsize=4)
 def heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> Flight | None:
-    """What a receiver makes of bytes on a line; kept, because all receivers on it make the same."""
+    """Characters that a receiver makes of bytes on a line; cached: all receivers on it make the same."""
     if sent_baud == baud:
         times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
         return Flight(times_ns, data) if data else None
@@ -148,8 +147,8 @@ def heard(start_ns: int, data: bytes, sent_baud: int, baud: int) -> Flight | Non
 
 @lru_cache(maxsize=4)
 def _wakes(flight: Flight, byte: int, mark: int | None, before: bytes) -> tuple[int, ...]:
-    """When that byte is complete, each time; with a mark, unless it is known to be no end behind it
-    (``hil.vocab.firmware.Uart.wake_on``). ``before``: what stands before the flight."""
+    """Times at which that byte is complete; with a mark, only where it may be an end behind it
+    (``hil.vocab.firmware.Uart.wake_on``). ``before``: the bytes before the flight."""
     stream = before + flight.data
     places = range(len(before), len(stream))
     return tuple(

@@ -22,12 +22,12 @@ from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
-"""Non-volatile sections of each device."""
+"""Non-volatile sections of each device, by name."""
 
 
 @dataclass(frozen=True)
 class Sent:
-    """Bytes a device sent, and a checksum of its axis's state at that very time."""
+    """Bytes that a device sent, and a checksum of its axis's state at that very time."""
 
     at_ns: SimTimeNs
     device: str
@@ -37,42 +37,42 @@ class Sent:
 
 
 def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
-    """What a device sends now. What an interrupt sent has no state: it is noticed later than it happened,
-    at a time that depends on the machine's load."""
+    """Record what a device sends now. What an interrupt sent has no state: it is noticed later than it
+    happened, at a time that depends on the machine's load."""
     state = None if device.interrupting else zlib.crc32(repr(device.axis.snapshot()).encode())
     return Sent(at_ns, device.name, data, state, port)
 
 
 @dataclass(frozen=True)
 class InputLog:
-    """A log as read back."""
+    """Input log as read back."""
 
     config: dict[str, Any]
     memories: dict[str, dict[str, bytes]]
     inputs: list[Logged]
     sent: list[Sent]
     cut: bool = False
-    """Its writer was killed, or had no room left: answers to the last inputs are missing."""
+    """Whether its writer was killed, or had no room left: answers to the last inputs are missing."""
     name: str = ""
-    """Of its file."""
+    """Name of its file."""
     lines: list[int] = field(default_factory=list)
-    """Of the inputs, counted from 1."""
+    """Line numbers of the inputs, counted from 1."""
     program: str = "another program"
-    """Which wrote it."""
+    """Program that wrote it."""
 
     def where(self, index: int) -> str:
         return place(self.name, self.lines[index])
 
 
 class Text(Protocol):
-    """Where lines go."""
+    """Destination of lines."""
 
     def write(self, text: str, /) -> object:
-        """Append."""
+        """Append to it."""
 
 
 class InputLogWriter:
-    """Appends to an open text file. The caller flushes and closes it."""
+    """Writer of an input log to an open text file, which the caller flushes and closes."""
 
     def __init__(self, file: Text, program: str, config: Mapping[str, object], memories: Memories) -> None:
         self.file = file
@@ -93,7 +93,7 @@ class InputLogWriter:
         self.file.write(encode_line(logged) + "\n")
 
     def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
-        """Note what a device sent; a bench's listener."""
+        """Write down what a device sent; a bench's listener."""
         state = sent_now(device, port, at_ns, data).state
         line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": state}
         if port != MAIN:
@@ -102,7 +102,7 @@ class InputLogWriter:
 
 
 def place(name: str, line: int) -> str:
-    """A line of a log, for people."""
+    """Format a line of a log, for people."""
     return f"{name}:{line}" if name else f"line {line}"
 
 

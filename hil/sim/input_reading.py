@@ -1,4 +1,4 @@
-"""Lines of an input log, read back: each field is checked for what its type says.
+"""Reader of an input log's lines: each field is checked for its type.
 
 Whether a bench can take such an input is another question (``hil.compose.foreign``).
 """
@@ -15,7 +15,7 @@ from hil.wire.json_text import JsonError, read_json
 from hil.wire.step_dir import Edges, Train
 
 LATEST_NS = 1 << 62
-"""At which a bench in real time stops, after 146 years."""
+"""Maximum time: a bench in real time stops there, after 146 years."""
 _INT64 = range(-(1 << 63), 1 << 63)
 
 
@@ -24,7 +24,7 @@ class _Wrong(Exception):
 
 
 def whole(value: Any, within: range = _INT64) -> int:
-    """An integer, by default of 64 bits."""
+    """Read an integer, by default of 64 bits."""
     if isinstance(value, bool) or not isinstance(value, int) or value not in within:
         raise _Wrong(f"write a whole number from {within.start} to {within.stop - 1}")
     return value
@@ -35,7 +35,7 @@ def time_ns(value: Any) -> int:
 
 
 def number(value: Any) -> float:
-    """Integers too; ``read_json`` lets in none that is not finite."""
+    """Read a number, integers too; ``read_json`` lets in none that is not finite."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _Wrong("write a number")
     return value
@@ -74,7 +74,7 @@ def _value(value: Any) -> float | str:
 
 
 def _rows(*columns: Callable[[Any], Any], least: int = 0) -> Callable[[Any], tuple[tuple[Any, ...], ...]]:
-    """Reads rows; the columns after the first ``least`` may be left out, 0: all are needed."""
+    """Make a reader of rows; the columns after the first ``least`` may be left out, 0: all are needed."""
 
     def read(value: Any) -> tuple[tuple[Any, ...], ...]:
         if not isinstance(value, list) or not all(isinstance(row, list) for row in value):
@@ -102,16 +102,16 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
     tuple[PathPiece, ...]: lambda value: tuple(PathPiece(*row) for row in _PIECES(value)),
     Train: lambda value: tuple(Edges(*row) for row in _EDGES(value)),
 }
-"""By the type of an input's field."""
+"""Readers by the type of an input's field."""
 _TYPES = {kind: get_type_hints(kind) for kind in KINDS.values()}
 _NAMES = {(Do, "at_ns"): "later_ns"}
-"""Of fields that the log calls otherwise: an input's own ``at_ns`` is when it took effect."""
+"""Fields that have another name in the log: an input's own ``at_ns`` is when it took effect."""
 _LEFT_OUT = {(Bytes, "port"): MAIN, (Do, "at_ns"): None}
-"""What fields are that do not stand in the log."""
+"""Values of fields that are left out of the log."""
 
 
 def read_field(kind: type, name: str, value: Any) -> Any:
-    """A value from outside for a field of a kind of input.
+    """Read a value from outside for a field of a kind of input.
 
     Raises:
         InputLogError: it is not what the field has to be.
@@ -120,7 +120,7 @@ def read_field(kind: type, name: str, value: Any) -> Any:
 
 
 def read_line(line: str | bytes) -> dict[str, Any]:
-    """A line of a log as an object.
+    """Read a line of a log as an object.
 
     Raises:
         InputLogError: it is none.
@@ -135,7 +135,7 @@ def read_line(line: str | bytes) -> dict[str, Any]:
 
 
 def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
-    """A field, taken out of its line.
+    """Take a field out of its line.
 
     Raises:
         InputLogError: it is missing, or not what it has to be.
@@ -149,7 +149,7 @@ def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
 
 
 def decode(values: dict[str, Any]) -> Logged:
-    """The reverse of ``inputs.encode_line``, of a line's values; takes its fields out.
+    """Decode a line's values, the reverse of ``inputs.encode_line``; takes its fields out.
 
     Raises:
         InputLogError: they are none of an input.

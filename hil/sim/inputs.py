@@ -1,7 +1,7 @@
-"""What reaches a device from outside, and how it stands in the input log.
+"""Inputs from outside to a device, and their form in the input log.
 
-Everything that a bench's run depends on, beside its configuration, is one of these with its effective
-time. A log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), and its fields;
+Everything that a bench's run depends on, beside its configuration, is one of these with its effective time. A
+log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), and its fields;
 ``input_reading`` reads it back.
 """
 
@@ -21,8 +21,8 @@ LOG_VERSION = 1
 
 @dataclass(frozen=True)
 class Bytes:
-    """A client sent ``data`` (hexadecimal digits in the log) at its baud, None where it chose none, to one of
-    the device's serial interfaces (``port`` in the log unless it is the main one)."""
+    """Bytes from a client: ``data`` (hexadecimal digits in the log) at its baud, None where it chose none, to
+    one of the device's serial interfaces (``port`` in the log unless it is the main one)."""
 
     data: bytes
     client_baud: int | None = None
@@ -31,7 +31,7 @@ class Bytes:
 
 @dataclass(frozen=True)
 class Pin:
-    """An input pin's new level: D0 direction, D1 step, D2 enable (active low), D3."""
+    """New level of an input pin: D0 direction, D1 step, D2 enable (active low), D3."""
 
     pin: str
     level: int
@@ -39,7 +39,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class SetField:
-    """A writable field of the axis: a load, a register of the encoder."""
+    """Value for a writable field of the axis: a load, a register of the encoder."""
 
     field: str
     value: float
@@ -62,12 +62,12 @@ class Drive:
 
 @dataclass(frozen=True)
 class Reset:
-    """The power goes and comes back; the shaft stays where it is."""
+    """Power cycle; the shaft stays where it is."""
 
 
 @dataclass(frozen=True)
 class CommitDone:
-    """The store has answered the device's commit."""
+    """Answer of the store to the device's commit."""
 
     durable: bool
 
@@ -80,11 +80,11 @@ class Play:
 
 
 MAX_BURSTS = 50_000
-"""Of one ``Play``: they take some 0.2 s of a processor at once."""
+"""Maximum number of bursts of one ``Play``: they take some 0.2 s of a processor at once."""
 
 
 def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
-    """Why rows from outside cannot be played, or None."""
+    """Reason why rows from outside cannot be played, or None."""
     before_ns = 0
     for at_ns, _ in bursts:
         if at_ns < before_ns:
@@ -95,7 +95,7 @@ def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
 
 @dataclass(frozen=True)
 class Inject:
-    """A fault begins, under a number; its kind and parameters as ``hil.vocab.faults`` has them."""
+    """Beginning of a fault, under a number; its kind and parameters as ``hil.vocab.faults`` has them."""
 
     number: int
     kind: str
@@ -104,18 +104,18 @@ class Inject:
 
 @dataclass(frozen=True)
 class Clear:
-    """A fault ends."""
+    """End of a fault."""
 
     number: int
 
 
 Words = tuple[tuple[str, int | None, str], ...]
-"""What was written: the serial interface, its baud, and the bytes as hexadecimal digits."""
+"""Written bytes: the serial interface, its baud, and the bytes as hexadecimal digits."""
 
 
 @dataclass(frozen=True)
 class Stopped:
-    """The device was stopped in one of its turns, counted from its start, for a reason that is no matter of
+    """Stop of the device in one of its turns, counted from its start, for a reason that is no matter of
     simulated time. ``words``: what it had sent in this turn."""
 
     turn: int
@@ -125,17 +125,17 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Do:
-    """A verb of the device's table (``hil.vocab.verbs``) with all its parameters."""
+    """Verb of the device's table (``hil.vocab.verbs``) with all its parameters."""
 
     verb: str
     parameters: tuple[tuple[str, float | str], ...] = ()
     at_ns: int | None = None
-    """Not when it comes but then."""
+    """Time at which to carry it out, instead of on arrival."""
 
 
 @dataclass(frozen=True)
 class Follow:
-    """The set-point follows a path from ``start_ns`` on (``hil.vocab.path``)."""
+    """Path for the set-point to follow from ``start_ns`` on (``hil.vocab.path``)."""
 
     start_ns: int
     path: tuple[PathPiece, ...]
@@ -176,7 +176,7 @@ _NAMES = {kind: name for name, kind in KINDS.items()}
 
 @dataclass(frozen=True)
 class Logged:
-    """One input with its effective time."""
+    """Input with its effective time."""
 
     at_ns: SimTimeNs
     device: str
@@ -188,7 +188,7 @@ class InputLogError(Exception):
 
 
 def encode_line(logged: Logged) -> str:
-    """One line of the log, without its end."""
+    """Encode one line of the log, without its end."""
     values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
     if isinstance(logged.input, Drive):
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]

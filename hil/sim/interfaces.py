@@ -1,4 +1,4 @@
-"""A board's serial interfaces together: what their firmware's turns have to do with them."""
+"""Serial interfaces of a board together, before and after their firmware's turns."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import groupby
@@ -11,15 +11,15 @@ from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 
 LAST_WORDS_BYTES = 128 * 1024
-"""More than the longest answer, a look-up table."""
+"""Maximum that is kept of a stopped firmware's output: more than the longest answer, a look-up table."""
 
 
 class Interfaces:
-    """A turn only notes what the firmware writes; faults and the line's times are reckoned outside of it,
-    where the guard cannot strike.
+    """Serial interfaces of a board. A turn only notes what the firmware writes; faults and the line's times
+    are reckoned outside of it, where the guard cannot strike.
 
-    ``bauds``: of each by its name; None where bytes take no time. All but the main one are made in software.
-    ``due_changed`` is called when a byte may arrive sooner than was known.
+    ``bauds``: speed of each by its name; None where bytes take no time. All but the main one are made in
+    software. ``due_changed`` is called when a byte may arrive sooner than was known.
     """
 
     def __init__(
@@ -27,9 +27,9 @@ class Interfaces:
     ) -> None:
         self._guard = guard
         self._written: list[Written] = []
-        """What the firmware has written in this turn."""
+        """Bytes that the firmware has written in this turn."""
         self._put = 0
-        """How many of these are on the line."""
+        """Number of these that are on the line."""
         self._sent: list[tuple[DeviceUart, SimTimeNs, bytes]] = []
         self._is_paced = any(bauds.values())
         self.by_name = {name: self._make(name, baud, due_changed) for name, baud in bauds.items()}
@@ -58,7 +58,7 @@ class Interfaces:
     # ---- a turn ----
 
     def begin(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> None:
-        """Before the main program's turn: what has arrived is in the buffers."""
+        """Bring what has arrived into the buffers, before the main program's turn."""
         for uart in self.all:
             uart.now_ns = now_ns
             uart.polls_from_ns = polls_from_ns
@@ -72,7 +72,7 @@ class Interfaces:
         return False
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """When what was written so far lets the firmware go on."""
+        """Time at which what was written so far lets the firmware go on."""
         if self._is_paced:
             if self._put < len(self._written):
                 with self._guard.aside():
@@ -82,7 +82,7 @@ class Interfaces:
         return now_ns
 
     def end(self) -> None:
-        """After a turn: addresses are told, and all that was written goes to who listens."""
+        """Tell addresses, and hand on all that was written to the listeners, after a turn."""
         for uart in self.all:
             uart.tell_address()
         if self._written or self._sent:
@@ -93,7 +93,7 @@ class Interfaces:
                 self._hand_on()
 
     def note_polling(self, now_ns: SimTimeNs, *, is_polling: bool) -> None:
-        """After the main program's turn: whether it takes bytes as they come."""
+        """Note after the main program's turn whether it takes bytes as they come."""
         for uart in self.all:
             if not is_polling:
                 if not uart.incoming.ignores_mark:
@@ -104,8 +104,8 @@ class Interfaces:
                 uart.tell_polling(is_polling)
 
     def note_interrupt(self) -> None:
-        """An interrupt's turn is over: the next thing that wakes the main program lets it wait until what was
-        written is out."""
+        """Note that an interrupt's turn is over: the next thing that wakes the main program lets it wait
+        until what was written is out."""
         if self._written:
             for uart in self.all:
                 uart.incoming.ignore_mark()
@@ -116,7 +116,7 @@ class Interfaces:
         self._put = len(self._written)
 
     def _hand_on(self) -> None:
-        """What went on the line at one time is one piece."""
+        """Hand on what was written; what went on the line at one time is one piece."""
         sent, self._sent = self._sent, []
         if len(sent) == 1:
             uart, at_ns, data = sent[0]
@@ -131,8 +131,7 @@ class Interfaces:
     # ---- a turn that the firmware did not come through ----
 
     def cut(self) -> Words:
-        """Of what it wrote, only that remains which a client may still want to see of one that printed for
-        ever. Returns it."""
+        """Cut the output of a firmware that printed for ever to what a client may want to see. Returns it."""
         left, kept = LAST_WORDS_BYTES, self._written[: self._put]
         for uart, baud, data in self._written[self._put :]:
             kept.append((uart, baud, data[:left]))
@@ -144,8 +143,7 @@ class Interfaces:
         return tuple((names[uart], baud, data.hex()) for uart, baud, data in kept)
 
     def halt(self, words: Iterable[tuple[str, int | None, str]]) -> None:
-        """The firmware was stopped, wherever it was: all that it did in its turn is undone, but for what it
-        has written, which is ``words``."""
+        """Undo all of a stopped firmware's turn, but for what it has written, which is ``words``."""
         for uart in self.all:
             uart.halt()
         self._written[:] = [(self.by_name[name], baud, bytes.fromhex(data)) for name, baud, data in words]

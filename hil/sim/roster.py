@@ -1,4 +1,4 @@
-"""The names of a bench: its devices, taps and segments, and in which group's time each of them lives."""
+"""Names of a bench: devices, taps and segments, and the group in whose time each lives."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ from hil.vocab.firmware import MAIN
 from hil.vocab.segment import Segment
 
 SERVO_FIELD = "raw"
-"""A field that axes with an encoder have."""
+"""Field that only axes with an encoder have."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """What a target's name means."""
+    """Meaning of a target's name."""
 
     group: Group
     device: Device | None = None
@@ -38,7 +38,7 @@ class Place:
 
 
 class Roster:
-    """Of one bench. No name is that of two things."""
+    """Names of a bench's parts. No two share one."""
 
     def __init__(self) -> None:
         self.devices: dict[str, Device] = {}
@@ -54,22 +54,22 @@ class Roster:
         return self.devices.pop(name), self._groups.pop(name)
 
     def add_segment(self, name: str, segment: Segment, group: Group) -> None:
-        """A segment without stations. All devices that join it are in this group."""
+        """Add a segment without stations. All devices that join it are in this group."""
         self.segments[name] = segment
         self._groups[name] = group
 
     def add_tap(self, tap: Tap, group: Group) -> None:
-        """A tap becomes a station of its segment, which is in this group."""
+        """Add a tap as a station of its segment, which is in this group."""
         self.taps[tap.name] = tap
         self._groups[tap.name] = group
         tap.segment.join(tap.name, tap)
 
     def group_of(self, target: str) -> Group:
-        """Of a device or one of its UARTs, of a tap or a segment."""
+        """Group of a device or one of its UARTs, of a tap or a segment."""
         return self._groups.get(target) or self._groups[target.partition(".")[0]]
 
     def place(self, target: str) -> Place | None:
-        """What a name means; None: nothing."""
+        """Meaning of a name; None: nothing has it."""
         if target in self.segments:
             return Place(self._groups[target], segment=self.segments[target])
         if target in self.taps:

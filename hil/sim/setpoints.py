@@ -1,4 +1,4 @@
-"""An axis whose set-points come in a stream stops when the stream does, at the exact simulated time."""
+"""Time-out of set-points in a stream: the axis stops when the stream does, at the exact simulated time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ NOTE = "set-points"
 
 @dataclass(frozen=True)
 class TimeOut:
-    """After how long, and what then: ``policy`` of ``hil.config.model``, carried out by ``starve``, which
-    the profile's ``verbs.py`` has."""
+    """Time-out and what happens then: ``policy`` of ``hil.config.model``, carried out by ``starve`` of the
+    profile's ``verbs.py``."""
 
     after_ns: int
     policy: str
@@ -22,14 +22,14 @@ class TimeOut:
 
 
 class Setpoints:
-    """Of one device; without a ``TimeOut`` it waits for ever."""
+    """Set-points of one device; without a ``TimeOut`` it waits for ever."""
 
     def __init__(self, time_out: TimeOut | None) -> None:
         self._time_out = time_out
         self.due_ns = FOREVER
-        """When the axis has to stop, unless a set-point comes before."""
+        """Time at which the axis has to stop, unless a set-point comes before."""
         self.starved = 0
-        """How often it did."""
+        """Number of times that it stopped."""
 
     def note(self, effect: Effect, now_ns: SimTimeNs, note: Callable[[str, str | None], None]) -> None:
         if effect == Effect.NONE or self._time_out is None:
@@ -39,7 +39,7 @@ class Setpoints:
         note(NOTE, None)
 
     def starve(self, firmware: Any, note: Callable[[str, str | None], None]) -> None:
-        """The time is over: the axis stops."""
+        """Stop the axis, as the time is over."""
         assert self._time_out is not None
         self.due_ns = FOREVER
         self.starved += 1

@@ -1,4 +1,4 @@
-"""What may be set on an axis from outside, whoever asks: commands, bridges, faults."""
+"""Fields of an axis that may be set from outside, by whatever way: commands, bridges, faults."""
 
 from hil.core.fields import OF_KIND
 from hil.sim.device import Device
@@ -18,7 +18,7 @@ _FIELD_LIMIT = 1e6
 
 
 def setting_problem(faults: Faults, device: Device, name: str, value: object) -> str | None:
-    """What is wrong with a value for a field of ``SETTABLE``, or None."""
+    """Error text for a value of a field of ``SETTABLE``, or None."""
     if name not in OF_KIND[device.axis.kind]:
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == "load_torque_Nm":
@@ -29,7 +29,7 @@ def setting_problem(faults: Faults, device: Device, name: str, value: object) ->
 
 
 def _range(device: Device, name: str) -> tuple[float, float]:
-    """A gain has the limits of the board's verb."""
+    """Range of a field; a gain has the limits of the board's verb."""
     gains = device.verbs["gains"].parameters if "gains" in device.verbs else ()
     for parameter in gains:
         if parameter.name == name:

@@ -1,4 +1,4 @@
-"""A firmware that runs: all code of a plug-in is called from here, under guard."""
+"""A running firmware: all code of a profile is called from here, under guard."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Sketch:
-    """``hil.sim.stops.Guarded``. Whatever the firmware raises is given to ``on_raised``."""
+    """Firmware of a board, ``hil.sim.stops.Guarded``. Whatever it raises is given to ``on_raised``."""
 
     def __init__(
         self,
@@ -25,7 +25,7 @@ class Sketch:
     ) -> None:
         self.name = spec.name
         self.turns = 0
-        """How often it had its turn: all that it does by itself."""
+        """Number of turns so far: all that it does by itself."""
         self._make = spec.firmware
         self._board = hardware.board
         self._interfaces = hardware.interfaces
@@ -35,15 +35,15 @@ class Sketch:
         self.power_up()
 
     def power_up(self) -> None:
-        """It starts anew with the next turn."""
+        """Start it anew with the next turn."""
         self.is_on = False
-        """It was made, by its first turn since."""
+        """Whether its first turn since has made it."""
         interfaces = self._interfaces
         self.runtime = Runtime(self._main(), interfaces.has_input, self._commit, interfaces.print_returns)
         self.runtime.due_ns = interfaces.now_ns
 
     def _main(self) -> Main:
-        """Made by the first turn, so that a firmware that cannot be made fails as one that runs does."""
+        """Make the main program in the first turn: one that cannot be made fails as one that runs does."""
         self.firmware = self._make(self._board)
         self.is_on = True
         yield from self.firmware.main()
@@ -54,14 +54,13 @@ class Sketch:
 
     @property
     def is_busy(self) -> bool:
-        """Its main program is in a routine of its own, and takes no commands."""
+        """Whether its main program is in a routine of its own, and takes no commands."""
         return self.is_on and bool(getattr(self.firmware, "is_busy", False))
 
     def turn(
         self, work: Callable[..., Result], *given: object, passes: tuple[type[Exception], ...] = ()
     ) -> Result | None:
-        """Call what runs the firmware's code; None if it did not come through. ``passes``: what it may raise
-        to who calls."""
+        """Call what runs firmware; None if it did not come through. ``passes``: errors for the caller."""
         self.turns += 1
         try:
             with self._guard(self):
@@ -73,7 +72,7 @@ class Sketch:
             return None
 
     def close(self) -> None:
-        """It runs no more, whatever comes."""
+        """Stop it for ever."""
         try:
             with self._guard(self):
                 self.runtime.close()

@@ -1,4 +1,4 @@
-"""A tap: where a program outside is a station of a segment, as master, as node, or listening only."""
+"""A tap: station of a segment for a program outside, as master, as node, or listening only."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -13,12 +13,12 @@ from hil.wire.packet import Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
 
 TAP_ROOM_BYTES = 256
-"""What a client may have sent that is not on the wire yet; more waits at the client."""
+"""Maximum from a client that is not on the wire yet; more waits at the client."""
 
 
 @dataclass(eq=False)
 class Tap:
-    """A station without a board. What a client sends goes on the wire at once and in order; ``heard`` keeps
+    """Station without a board. What a client sends goes on the wire at once and in order; ``heard`` keeps
     what the wire says, with its times, until ``take``."""
 
     name: str
@@ -28,13 +28,13 @@ class Tap:
     _: KW_ONLY
     only_listens: bool = False
     is_real: bool = False
-    """A real line hangs here: addresses that send there are left to the real nodes."""
+    """Whether a real line hangs here: addresses that send there are left to the real nodes."""
     notes: dict[int, str] = field(default_factory=dict)
-    """Of real nodes that took a twin's place, by their addresses."""
+    """Notes about real nodes that took a twin's place, by their addresses."""
     refused_bytes: int = 0
-    """What a client sent to a tap that only listens."""
+    """Number of bytes that a client sent to a tap that only listens."""
     heard: deque[tuple[int, int]] = field(default_factory=deque)
-    """When each character was complete, and the character."""
+    """Time at which each character was complete, and the character."""
     listeners: list[Callable[[], None]] = field(default_factory=list)
     """Called when something was heard."""
     _decoder: PacketDecoder = field(default_factory=PacketDecoder)
@@ -68,13 +68,13 @@ class Tap:
                     self.notes[item.origin] = note
 
     def room(self, now_ns: SimTimeNs) -> int:
-        """How many bytes may be taken from a client."""
+        """Number of bytes that may be taken from a client."""
         waiting = max(self._free_ns - now_ns, 0) // character_ns(1, self.baud_now)
         return max(0, TAP_ROOM_BYTES - int(waiting))
 
     @property
     def room_ns(self) -> SimTimeNs:
-        """When half of what may wait has gone out."""
+        """Time at which half of what may wait has gone out."""
         return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
 
     def take(self, until_ns: int) -> bytes:
@@ -85,7 +85,7 @@ class Tap:
 
     @property
     def next_ns(self) -> SimTimeNs:
-        """When the next character is complete, of those that are on the wire already."""
+        """Time at which the next character is complete, of those that are on the wire already."""
         return SimTimeNs(self.heard[0][0]) if self.heard else FOREVER
 
     # ---- hil.vocab.segment.Receiver ----

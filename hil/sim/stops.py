@@ -1,4 +1,4 @@
-"""What watches over a firmware's own code: in a daemon a clock, in a replay what its log says.
+"""Guards over a firmware's own code: in a daemon a clock, in a replay its log.
 
 A firmware that is stopped is stopped at a point that no simulated time tells. So the turn in which it happens
 counts as if the firmware had not run in it, but for what it had sent, which stands in the log.
@@ -20,7 +20,7 @@ class FirmwareHung(BaseException):
 
 
 class StopLogged(FirmwareHung):
-    """The log says that the firmware was stopped in this turn."""
+    """Stop of a firmware in this turn, as the log says."""
 
     def __init__(self, stopped: Stopped) -> None:
         super().__init__(stopped.reason)
@@ -28,41 +28,41 @@ class StopLogged(FirmwareHung):
 
 
 class Guarded(Protocol):
-    """A device as its guard sees it."""
+    """Device as its guard sees it."""
 
     name: str
     turns: int
-    """How many turns its firmware has had, with the present one."""
+    """Number of turns that its firmware has had, the present one included."""
 
     @property
     def now_ns(self) -> SimTimeNs:
-        """How far it has come in simulated time."""
+        """Simulated time that it has reached."""
 
 
 class Guard(Protocol):
-    """``with guard(device):`` around each turn of its firmware's own code."""
+    """Guard of firmware: ``with guard(device):`` around each turn of its own code."""
 
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         return _NOTHING
 
     def aside(self) -> AbstractContextManager[object]:
-        """Work that is not the firmware's, in the middle of a turn or after it."""
+        """Exclude work that is not the firmware's, in the middle of a turn or after it."""
         return _NOTHING
 
 
 class Unguarded(Guard):
-    """Nobody watches."""
+    """Guard that watches nothing."""
 
 
 UNGUARDED = Unguarded()
 
 
 class LoggedStops(Unguarded):
-    """Stops devices in the turns in which a log says so, before their firmwares run in them."""
+    """Guard that stops devices in the turns in which a log says so, before their firmwares run in them."""
 
     def __init__(self, stops: Mapping[tuple[str, int], Stopped]) -> None:
         self.left = dict(stops)
-        """Those that have not come yet, by the devices' names and the turns."""
+        """Stops that have not come yet, by the devices' names and the turns."""
 
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         if stopped := self.left.pop((device.name, device.turns), None):

@@ -14,23 +14,22 @@ from hil.wire.byte_faults import ByteFaults, apply_all
 from hil.wire.serial_line import character_ns
 
 USB_HELD_BYTES = 16
-"""What the device takes from a USB host that its sketch has not read yet; more waits at the host. Each may
-be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
+"""Maximum number of bytes taken from a USB host that the sketch has not read yet; more waits at the host.
+Each may be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
-"""Each way: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+"""Size of each buffer, both ways: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
 
 Sent = Callable[[SimTimeNs, bytes], None]
-"""Called with what is sent: when its first bit is on the line, and the bytes."""
+"""Called with what is sent: the time of its first bit on the line, and the bytes."""
 
 
 class DeviceUart:
-    """``hil.vocab.firmware.Uart`` for the sketch; ``arrive`` and ``take_arrivals`` for the line.
+    """UART: ``hil.vocab.firmware.Uart`` for the sketch, ``arrive`` and ``take_arrivals`` for the line.
 
-    ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on
-    the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
+    ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on the
+    line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
     ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit. ``later``: where
-    what is written waits for ``put``; None: it does not. ``due_changed``: as
-    ``Incoming`` takes it.
+    written bytes wait for ``put``; None: they do not. ``due_changed``: as ``Incoming`` takes it.
     """
 
     def __init__(
@@ -48,17 +47,16 @@ class DeviceUart:
         self.overrun_bytes = 0
         self.rx_faults: dict[int, ByteFaults] = {}
         self.tx_faults: dict[int, ByteFaults] = {}
-        """By the numbers that they were injected under."""
+        """Faults of what it sends, by their numbers."""
         self.polls_from_ns = FOREVER
-        """From when on the sketch reads at once what comes: such bytes need no room in the buffer."""
+        """Time from which the sketch reads at once what comes: such bytes need no room in the buffer."""
         self._tx_buffer_bytes = tx_buffer_bytes
         self.address: int | None = None
         self.listeners: list[Sent] = []
-        """Called with all that the device has sent, when its turn is over; what went on the line at one time
-        is one piece."""
+        """Called with all that the device has sent, when its turn is over: one piece for each time."""
         self.segment: Segment | None = None
         self.station = ""
-        """Its name on the segment."""
+        """Name of its station on the segment."""
         self._told_address: int | None = None
         self._told_polling = True
         self._sent = sent
@@ -67,7 +65,7 @@ class DeviceUart:
         self._is_woken = False
         self._rx_free_ns = 0
         self.tx_free_ns = 0
-        """When the last byte that was written so far has gone out; without a baud 0."""
+        """Time at which the last byte written so far has gone out; without a baud 0."""
         self.clear()
 
     def join(self, segment: Segment, station: str) -> None:
@@ -76,7 +74,7 @@ class DeviceUart:
         self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))
 
     def clear(self) -> None:
-        """As after power-up: nothing received. What is on the line stays there."""
+        """Clear what was received, as after power-up. What is on the line stays there."""
         self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
         self.wake_on(None)
@@ -84,7 +82,7 @@ class DeviceUart:
         self.tell_address()
 
     def halt(self) -> None:
-        """The sketch was stopped, wherever it was: what it did here since ``tell_address`` is undone."""
+        """Undo what a sketch that was stopped did here since ``tell_address``."""
         self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
         self.address = self._told_address
@@ -117,7 +115,7 @@ class DeviceUart:
         return self._rx.available() > 0 if self.incoming.wake_byte is None else self._is_woken
 
     def set_baud(self, baud: int | None) -> None:
-        """What is on the line already keeps its times."""
+        """Change the speed; what is on the line already keeps its times."""
         if self._power_up_baud is not None:
             self.baud = baud or self._power_up_baud
 
@@ -143,7 +141,7 @@ class DeviceUart:
             self._later.append((self, self.baud, data))
 
     def put(self, data: bytes, baud: int | None) -> None:
-        """What was written goes out, through the faults."""
+        """Send what was written, through the faults."""
         for delay_ns, piece in apply_all(self.tx_faults.values(), data) if self.tx_faults else ((0, data),):
             self._send(piece, baud, delay_ns)
 
@@ -156,18 +154,18 @@ class DeviceUart:
         self._sent(SimTimeNs(start_ns), data)
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """When all but a transmit buffer of what was written has gone out."""
+        """Time at which all but a transmit buffer of what was written has gone out."""
         if self.baud is None or self.tx_free_ns <= now_ns:
             return now_ns
         return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
 
     def room(self) -> int:
-        """Bytes that may be taken from a client now."""
+        """Number of bytes that may be taken from a client now."""
         waiting = self._rx.available() if self.baud is None else self.incoming.waiting
         return max(0, USB_HELD_BYTES - waiting)
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
-        """A client starts to send ``data`` now, at its own baud (None: at ours)."""
+        """Let a client start to send ``data`` now, at its own baud (None: at ours)."""
         for delay_ns, piece in apply_all(self.rx_faults.values(), data) if self.rx_faults else ((0, data),):
             self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
             self._begin(piece, client_baud)
@@ -183,7 +181,7 @@ class DeviceUart:
 
     @property
     def baud_now(self) -> int:
-        """``hil.vocab.segment.Receiver``, as the next three."""
+        """Speed in baud. It and the next three: ``hil.vocab.segment.Receiver``."""
         assert self.baud is not None
         return self.baud
 
@@ -199,7 +197,7 @@ class DeviceUart:
             self.incoming.add(flight)
 
     def take_arrivals(self) -> None:
-        """Characters complete by now enter the receive buffer, or are lost to an overrun."""
+        """Move characters complete by now into the receive buffer; those without room are overruns."""
         if self.incoming.flights:
             for flight in self.incoming.take(self.now_ns):
                 self._take_in(flight)
@@ -225,4 +223,4 @@ class DeviceUart:
 
 
 Written = tuple[DeviceUart, int | None, bytes]
-"""What a sketch has written: where, and at which baud."""
+"""Bytes that a sketch has written: to which UART, at which baud."""

@@ -1,6 +1,6 @@
 """Faults of twins, segments and taps: each begins and ends in simulated time, and stands in the input log.
 
-What is in force is what is listed, in whatever order they begin and end. So no fault remembers what was
-before it: those with a state of their own (the chance of a byte fault) act under their numbers, and what
-several can do to one thing (a coil, the supply, a board's power) is reckoned anew from all that are in force.
+Faults in force are those listed, in whatever order they begin and end. So no fault remembers what was before
+it: those with a state of their own (the chance of a byte fault) act under their numbers, and the effects of
+several on one thing (a coil, the supply, a board's power) are reckoned anew from all that are in force.
 """

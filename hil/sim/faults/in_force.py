@@ -1,4 +1,4 @@
-"""Those that were injected into a bench: where they may be, when they begin and end."""
+"""Faults of a bench: where they may be, when they begin and end."""
 
 from functools import partial
 
@@ -16,19 +16,19 @@ LOAD = "shaft_load"
 
 
 class Faults:
-    """Those that were injected into a bench, by their numbers."""
+    """Faults that were injected into a bench, by their numbers."""
 
     def __init__(self, roster: Roster) -> None:
         self._roster = roster
         self._count = 0
         self._in_force: dict[int, tuple[Fault, Place]] = {}
-        """In the order that they began."""
+        """Faults in force, in the order in which they began."""
         self._axes = AxisFaults()
         self.active: dict[int, Fault] = {}
-        """Those that are listed: in force, or still to begin."""
+        """Faults that are listed: in force, or still to begin."""
 
     def listed(self, number: int) -> Fault:
-        """In force, or still to begin.
+        """A fault that is in force or still to begin.
 
         Raises:
             FaultRefused: there is none of this number.
@@ -39,8 +39,8 @@ class Faults:
         return self.active[number]
 
     def check(self, fault: Fault, *, with_others: bool) -> None:
-        """Whether it can be where it is wanted. ``with_others``: also beside the loads that are there; not
-        for what a log has, which was taken then, when the faults here may have been others.
+        """Check that a fault can be where it is wanted. ``with_others``: also beside the loads that are
+        there; not for faults from a log, which were accepted when the others may have been different.
 
         Raises:
             FaultRefused: it cannot, and why.
@@ -63,16 +63,16 @@ class Faults:
                 raise FaultRefused(f"torque_Nm: {problem}")
 
     def load_problem(self, device: Device, torque_Nm: object) -> str | None:
-        """What is wrong with a torque to be set on a device's shaft, or None."""
+        """Error text for a torque to be set on a device's shaft, or None."""
         return load_problem(torque_Nm, device.axis.holding_Nm, self._loads_Nm(device))
 
     def _loads_Nm(self, device: Device) -> list[float]:
-        """Of the faults on a device, in force or still to begin."""
+        """Loads of the faults on a device, in force or still to begin."""
         here = [fault for fault in self.active.values() if fault.target.partition(".")[0] == device.name]
         return [fault.number("torque_Nm") for fault in here if fault.kind == LOAD]
 
     def new_number(self) -> int:
-        """One that no other fault of this bench has."""
+        """New number, which no other fault of this bench has."""
         self._count += 1
         return self._count
 
@@ -83,7 +83,7 @@ class Faults:
             self.clear(given.number, now_ns)
 
     def inject(self, number: int, fault: Fault, now_ns: SimTimeNs) -> None:
-        """An input: a fault is to begin now or later. ``check`` has found it good."""
+        """Begin a fault now or later, as an input. ``check`` has found it good."""
         place = self._roster.place(fault.target)
         assert place
         self.active[number] = fault
@@ -97,13 +97,13 @@ class Faults:
             place.group.at(begin_ns + for_ns, partial(self.clear, number))
 
     def clear(self, number: int, now_ns: SimTimeNs) -> None:
-        """An input, or its time is over: a fault ends, or does not begin."""
+        """End a fault, or cancel its beginning: by an input, or because its time is over."""
         self.active.pop(number, None)
         if begun := self._in_force.pop(number, None):
             self._end(number, *begun, now_ns)
 
     def forget(self, name: str) -> None:
-        """A device goes, and what was wrong with it."""
+        """Remove the faults of a device that goes."""
         for number, fault in list(self.active.items()):
             if fault.target.partition(".")[0] == name and fault.target not in self._roster.taps:
                 del self.active[number]
@@ -143,7 +143,7 @@ class Faults:
             self._renew(place.device, place, kind.layer, now_ns)
 
     def _renew(self, device: Device, place: Place, layer: str, now_ns: SimTimeNs) -> None:
-        """A fault of ``layer`` on a board has begun or ended."""
+        """Renew a board's state after a fault of ``layer`` on it has begun or ended."""
         here = {number: fault for number, (fault, at) in self._in_force.items() if at.device is device}
         self._axes.renew(device, here.values())
         node.renew(place, here, now_ns)
@@ -152,7 +152,7 @@ class Faults:
 
 
 def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
-    """The directions that a fault of a port is on."""
+    """Directions of a port that a fault is on."""
     assert place.uart
     rx, tx = place.uart.rx_faults, place.uart.tx_faults
     if fault.kind == "host_close":

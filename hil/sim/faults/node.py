@@ -13,7 +13,7 @@ from hil.wire.serial_line import character_ns
 
 
 def renew(place: Place, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
-    """Make a board what all the faults that are in force on it, by their numbers, say."""
+    """Set a board's state from all the faults that are in force on it, by their numbers."""
     assert place.device
     off = [number for number, fault in faults.items() if fault.kind == "node_brown_out"]
     place.device.power(f"no power (fault {off[0]})" if off else None, now_ns)
@@ -21,7 +21,7 @@ def renew(place: Place, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
 
 
 def happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
-    """What happens once, and is over."""
+    """Carry out a fault that happens once, and is over."""
     assert place.device
     if fault.kind == "steps_lost":
         place.device.axis.fault("shift_rev", fault.number("turn_deg") / 360)
@@ -54,7 +54,7 @@ def babble(
 
 
 def answer(place: Place, at_ns: int, station: str, raw: bytes) -> None:
-    """A station that a fault has put on the segment sends."""
+    """Send for a station that a fault has put on the segment."""
     assert place.segment
     place.group.at(at_ns, partial(_send, place.segment, station, raw))
 

@@ -7,12 +7,12 @@ from hil.sim.device import Device
 from hil.vocab.faults import Fault
 
 COUNTS = 16384
-"""Of an encoder, in a turn."""
+"""Counts of an encoder in a turn."""
 
 
 def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
-    """What ``CoreAxis.fault`` is to be told of an axis, from what is in force on it, the oldest first.
-    ``supply_V``: what the configuration gives the full plant, 0 for the simple one.
+    """Arguments for ``CoreAxis.fault``, from the faults in force on an axis, the oldest first. ``supply_V``:
+    supply of the full plant in the configuration, 0 for the simple one.
 
     Loads and slips add up. Of two supplies or two noises the later one counts. Everything else is so as long
     as one of its kind is.
@@ -47,13 +47,13 @@ def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
 
 
 class AxisFaults:
-    """What axes were told last."""
+    """State that each axis was told last."""
 
     def __init__(self) -> None:
         self._told: dict[Device, dict[str, float]] = {}
 
     def renew(self, device: Device, faults: Iterable[Fault]) -> None:
-        """Make a device's axis what all the faults that are in force on it say."""
+        """Set a device's axis from all the faults that are in force on it."""
         supply_V = device.axis.nominal_supply_V
         state = axis_state(faults, supply_V)
         before = self._told.get(device) or axis_state((), supply_V)
