@@ -1,7 +1,7 @@
-"""What comes out of axes while they run: samples for those who watch, series, figures, pictures.
+"""Samples of axes while they run: for those who watch, as series, figures, pictures.
 
-``sampler.py`` hands samples to any number of watchers; ``recording.py`` is a series; ``step_response.py``
-its figures; ``text_plot.py`` and ``picture.py`` draw it.
+``sampler.py`` hands samples to any number of watchers; ``recording.py`` is a series; ``step_response.py`` its
+figures; ``text_plot.py`` and ``picture.py`` draw it.
 
 May import: hil.core, hil.vocab, the standard library, matplotlib, plotext.
 """

@@ -14,7 +14,7 @@ class PictureError(Exception):
 
 
 def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: str = "") -> None:
-    """Panels as ``Recording.panels``, one line for each signal and recording; the format by the suffix.
+    """Draw panels as ``Recording.panels``, one line for each signal and recording; the format by the suffix.
 
     Raises:
         PictureError: matplotlib is not installed, the suffix is none of ``FORMATS``, or it cannot be written.
@@ -30,7 +30,8 @@ def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: s
 
 
 def drawn(recordings: dict[str, Recording], suffix: str, title: str = "", notes: str = "") -> bytes:
-    """As ``draw``, for who has another way to write files; ``suffix`` is one of ``FORMATS``.
+    """Draw as ``draw`` into bytes, for a caller who writes files by other means; ``suffix`` is one of
+    ``FORMATS``.
 
     Raises:
         PictureError: matplotlib is not installed.

@@ -8,11 +8,11 @@ from hil.core import FIELDS
 from hil.core.fields import OF_KIND, SERVO, STEPPER
 
 DEFAULT_SIGNALS = {SERVO: ("r", "yw", "u"), STEPPER: ("speed_rpm", "commanded_deg", "position_deg")}
-"""What is drawn of a kind of axis unless one says otherwise."""
+"""Signals that are drawn by default, by kind of axis."""
 
 
 def check_signals(signals: Sequence[str], kind: int = SERVO) -> tuple[str, ...]:
-    """The signals, which are fields of a kind of axis.
+    """Check that signals are fields of a kind of axis; answers them.
 
     Raises:
         ValueError: there is no such field; says which are like it.
@@ -49,13 +49,13 @@ class Recording:
         return [row[at] for row in self.rows]
 
     def label(self, signal: str) -> str:
-        """The signal with its unit."""
+        """Name of the signal with its unit."""
         unit = FIELDS[signal].unit
         return f"{signal} [{unit}]" if unit else signal
 
     def panels(self) -> list[list[str]]:
-        """The signals that share a panel of a picture: those of one unit, in order. The control error has
-        its own: beside the angle it would be a straight line."""
+        """Signals that share a panel of a picture: those of one unit, in order. The control error has its
+        own: beside the angle it would be a straight line."""
         groups: dict[tuple[str, bool], list[str]] = {}
         for signal in self.signals:
             groups.setdefault((FIELDS[signal].unit, signal == "e"), []).append(signal)

@@ -1,4 +1,4 @@
-"""Hands the samples of watched axes to any number of watchers, each with its own signals and interval.
+"""Distributes the samples of watched axes to any number of watchers, each with its own signals and interval.
 
 Watchers of an axis with the same interval share a grid in the core; what one asks for changes nothing for the
 others, nor how often the core has to look.
@@ -14,36 +14,36 @@ from hil.core.fields import reader
 from hil.vocab.time import NS_PER_S
 
 MIN_INTERVAL_NS = 50_000
-"""Three samples for each control step of a Mechaduino."""
+"""Minimum interval: three samples for each control step of a Mechaduino."""
 MAX_INTERVAL_NS = 3600 * NS_PER_S
 MAX_DENOMINATOR = 10**12
-"""Of an interval that is no whole number of nanoseconds."""
+"""Maximum denominator of an interval that is no whole number of nanoseconds."""
 MAX_GRIDS = WATCHES - 1
-"""Different intervals of one axis; one is kept for runs, which all record at the same."""
+"""Maximum number of different intervals of one axis; one is kept for runs, which all record at the same."""
 MAX_SAMPLES_PER_S = 400_000
-"""Of all watchers of a bench in real time together, by simulated time: some tenths of a CPU."""
+"""Maximum rate of all watchers of a bench in real time together, by simulated time: some tenths of a CPU."""
 RING_SAMPLES = 8192
-"""In the core, for each grid: 1.2 s at the control rate. 3.3 MB."""
+"""Samples in the core's ring for each grid: 1.2 s at the control rate. 3.3 MB."""
 QUEUE_SAMPLES = 200_000
-"""Of a watcher; it loses the oldest when it does not take them."""
+"""Samples in a watcher's queue; it loses the oldest when it does not take them."""
 
 _AT_NS = reader("at_ns")
 
 Interval = int | Fraction
-"""Nanoseconds; samples are at its multiples, rounded down to whole ones."""
+"""Interval in nanoseconds; samples are at its multiples, rounded down to whole ones."""
 
 
 class WatchedBench(Protocol):
-    """What a sampler needs of a bench. Devices by name; ``slot``: which of the ``WATCHES`` of its axis."""
+    """Bench as a sampler needs it. Devices by name; ``slot``: which of the ``WATCHES`` of its axis."""
 
     def watch(self, device: str, slot: int, interval_ns: Interval, capacity: int) -> None: ...
 
     def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
-        """Samples since the last call, and how many were lost since ``watch``."""
+        """Samples since the last call, and the number lost since ``watch``."""
 
 
 class Subscription:
-    """One watcher of one device."""
+    """Subscription of one watcher to one device."""
 
     def __init__(self, device: str, signals: tuple[str, ...], interval_ns: Interval) -> None:
         self.device = device
@@ -54,7 +54,7 @@ class Subscription:
         self._readers = tuple(reader(name) for name in signals)
 
     def put(self, samples: list[bytes], lost: int) -> None:
-        """Samples came; ``lost`` were lost before them."""
+        """Queue samples; ``lost`` were lost before them."""
         self.lost += lost
         self._queue.extend(samples)
         while len(self._queue) > QUEUE_SAMPLES:
@@ -67,14 +67,14 @@ class Subscription:
         return [(_AT_NS(row), *(read(row) for read in self._readers)) for row in rows]
 
     def take_packed(self, at_most: int | None = None) -> list[bytes]:
-        """The same, whole snapshots in the binary layout."""
+        """Whole snapshots in the binary layout, since the last call."""
         n = len(self._queue) if at_most is None else min(at_most, len(self._queue))
         return [self._queue.popleft() for _ in range(n)]
 
 
 @dataclass
 class _Grid:
-    """An interval at which an axis is watched."""
+    """Interval at which an axis is watched."""
 
     slot: int
     lost: int = 0
@@ -82,15 +82,14 @@ class _Grid:
 
 
 class Sampler:
-    """Watches each axis at each interval that somebody wants."""
+    """Sampler of a bench: watches each axis at each interval that somebody wants."""
 
     def __init__(self, bench: WatchedBench, samples_per_s: int | None = None) -> None:
-        """``samples_per_s``: what all watchers get together at the most; None, in virtual time: whatever they
-        want."""
+        """Limit all watchers together to ``samples_per_s``; None, in virtual time: no limit."""
         self._bench = bench
         self._samples_per_s = samples_per_s
         self._grids: dict[str, dict[Interval, _Grid]] = {}
-        """By device and interval; each has a watcher."""
+        """Grids by device and interval; each has a watcher."""
 
     def subscribe(
         self, device: str, signals: tuple[str, ...], interval_ns: Interval, *, is_limited: bool = True
@@ -119,7 +118,7 @@ class Sampler:
         return subscription
 
     def _excess(self, device: str, interval_ns: Interval) -> str | None:
-        """Why one more watcher would be too much."""
+        """Reason why one more watcher would be too much, or None."""
         grids = self._grids.get(device, {})
         if interval_ns not in grids and len(grids) >= MAX_GRIDS:
             known = ", ".join(map(str, sorted(grids)))
@@ -137,7 +136,7 @@ class Sampler:
         return None
 
     def unsubscribe(self, subscription: Subscription) -> None:
-        """End it; what it has not taken stays there."""
+        """End a subscription; what it has not taken stays there."""
         device, interval_ns = subscription.device, subscription.interval_ns
         grid = self._grids.get(device, {}).get(interval_ns)
         if grid is None or subscription not in grid.watchers:
@@ -152,22 +151,22 @@ class Sampler:
             del self._grids[device]
 
     def exchanged(self, device: str) -> None:
-        """Another axis has this device's name now."""
+        """Note that another axis has this device's name now."""
         for interval_ns, grid in self._grids.get(device, {}).items():
             grid.lost = 0
             self._bench.watch(device, grid.slot, interval_ns, RING_SAMPLES)
 
     def gone(self, device: str) -> None:
-        """The device is no more; its watchers get nothing further."""
+        """Note that the device is no more; its watchers get nothing further."""
         self._grids.pop(device, None)
 
     def poll(self) -> None:
-        """Bring what the core has; at least every ``period_ns`` of simulated time."""
+        """Fetch samples from the core; at least every ``period_ns`` of simulated time."""
         for device in self._grids:
             self.poll_device(device)
 
     def poll_device(self, device: str) -> None:
-        """The same, of one device."""
+        """Fetch the samples of one device."""
         for grid in self._grids.get(device, {}).values():
             self._poll_grid(device, grid)
 
@@ -179,7 +178,7 @@ class Sampler:
 
     @property
     def period_ns(self) -> int | None:
-        """How long until a core's ring is half full; None: nobody watches."""
+        """Time until a core's ring is half full; None: nobody watches."""
         intervals = [each for grids in self._grids.values() for each in grids]
         return int(min(intervals) * (RING_SAMPLES // 2)) if intervals else None
 

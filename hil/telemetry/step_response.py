@@ -1,4 +1,4 @@
-"""The figures of a step response."""
+"""Figures of a step response."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -6,12 +6,12 @@ from itertools import pairwise
 from hil.telemetry.recording import Recording
 
 BAND = 0.02
-"""Settled: within 2 % of the step, for good. The usual band of control engineering."""
+"""Settling band, relative to the step: within it for good is settled. 2 % is usual in control engineering."""
 
 _TYPED = 0.01
-"""A set-point is typed with two digits after the point."""
+"""Resolution of a typed set-point: two digits after the point."""
 _HELD = 2**-22
-"""Relative: a board holds it in 32 bits of floating point."""
+"""Relative resolution of a set-point: a board holds it in 32 bits of floating point."""
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class StepResponse:
     target: float
     amplitude: float
     rise_ms: float | None
-    """From 10 % to 90 % of the step."""
+    """Time from 10 % to 90 % of the step."""
     overshoot_pct: float
     settling_ms: float | None
-    """Until the value stays within 2 % of the step."""
+    """Time until the value stays within 2 % of the step."""
     final_error: float
     """Mean of the last tenth, less the target."""
 
@@ -40,7 +40,7 @@ class StepResponse:
 
 
 def step_response(recording: Recording, setpoint: str = "r", value: str = "yw") -> StepResponse:
-    """The figures of the last step of the set-point in a recording.
+    """Compute the figures of the last step of the set-point in a recording.
 
     Raises:
         ValueError: the set-point does not step, or not between the first and the last sample.
@@ -73,7 +73,7 @@ def step_response(recording: Recording, setpoint: str = "r", value: str = "yw") 
 
 
 def other_motion(recording: Recording, asked: float, setpoint: str = "r") -> str | None:
-    """What the set-point did in a recording other than the one step by ``asked``, or None."""
+    """Description of what the set-point did in a recording other than the one step by ``asked``, or None."""
     wanted = recording.column(setpoint)
     steps = [(before, after) for before, after in pairwise(wanted) if before != after]
     if len(steps) > 1:

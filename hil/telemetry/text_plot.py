@@ -6,7 +6,7 @@ PANEL_HEIGHT = 14
 
 
 def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: str = "") -> str:
-    """Panels as ``Recording.panels``, one line for each signal and recording; ``width`` in characters."""
+    """Draw panels as ``Recording.panels``, a line for each signal and recording; width in characters."""
     import plotext as plt  # type: ignore[import-untyped]
 
     panels = next(iter(recordings.values())).panels()
