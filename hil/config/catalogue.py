@@ -1,4 +1,4 @@
-"""What a configuration may name: profiles with their parameters, and kinds of ports."""
+"""Everything that a configuration may name: profiles with their parameters, kinds of ports and bridges."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,27 +14,27 @@ from hil.vocab.axis_plan import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan
 
 
 class AxisParameter(StrictModel):
-    """A number that describes the motor, its driver or its load."""
+    """Number that describes the motor, its driver or its load."""
 
     value: float
     full: float | None = None
-    """The value of the full plant, where it differs."""
+    """Value of the full plant, where it differs."""
     unit: str
     about: str
     source: str
     minimum: float | None = None
     maximum: float | None = None
     above: float | None = None
-    """An exclusive minimum, for what cannot be 0."""
+    """Exclusive minimum, for a number that cannot be 0."""
     whole: bool = False
-    """Only whole numbers make sense."""
+    """Whether only whole numbers make sense."""
 
     def default(self, plant: str) -> float:
-        """The value under this plant unless a device sets one."""
+        """Value under this plant unless a device sets one."""
         return self.value if self.full is None or plant != "full" else self.full
 
     def refusal(self, value: float) -> tuple[str, str] | None:
-        """Why the value cannot be used and what can, or None for a good one."""
+        """Reason why the value cannot be used, and remedy; None for a good one."""
         if self.above is not None and value <= self.above:
             return f"{value:g} {self.unit} is too small", f"write more than {self.above:g}"
         if self.minimum is not None and value < self.minimum:
@@ -47,7 +47,7 @@ class AxisParameter(StrictModel):
 
 
 class HardwareVersion(StrictModel):
-    """A version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
+    """Version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
 
     supply_min_V: float
     supply_max_V: float
@@ -55,41 +55,41 @@ class HardwareVersion(StrictModel):
 
 
 class ProfileInfo(StrictModel):
-    """A kind of board, as its ``profile.yaml`` describes it."""
+    """Kind of board, as its ``profile.yaml`` describes it."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
     title: str
     firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
-    """``module:class``; the module is in the profile's folder."""
+    """Firmware as ``module:class``; the module is in the profile's folder."""
     law: str
     plant: Literal["simple", "full"]
     usb: Literal["native"] | None = None
-    """``native``: the board's own processor is on the USB, without a UART in between."""
+    """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
     baud: int | None = None
-    """Of its UART, unless a device says otherwise; None: bytes take no time."""
+    """Speed of its UART, unless a device sets one; None: bytes take no time."""
     network_baud: int | None = None
-    """Of its second UART; None: it has none."""
+    """Speed of its second UART; None: it has none."""
     greeting: str = ""
-    """What the line for trying a port sends."""
+    """Text that the line for trying a port sends."""
     ready_after_s: float = 0.0
-    """When the board answers after its power-up."""
+    """Time from power-up to the board's first answer."""
     hardware: dict[str, HardwareVersion] = Field(min_length=1)
     default_hardware: str
     axis: dict[str, AxisParameter]
-    """By names that end in the unit."""
+    """Parameters by names that end in the unit."""
     registers: dict[str, int]
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """All that exists. ``ports`` has the options model of each kind of port."""
+    """Catalogue of an installation. ``ports`` has the options model of each kind of port."""
 
     profiles: Mapping[str, ProfileInfo]
     ports: Mapping[str, type[BaseModel]]
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
-    """As ``ports``."""
+    """Options model of each kind of bridge."""
     refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = lambda plans: {}
-    """Those of the axes, by device, that the core would not open, and why: a message, a colon, a remedy."""
+    """Motors, by device, that the core would not open, each with the reason: a message, a colon, a remedy."""
 
 
 def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:

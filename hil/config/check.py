@@ -1,4 +1,4 @@
-"""From text or a mapping to a validated bench, with every problem found at once."""
+"""Checks of a bench's text or mapping, which find every problem at once."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -32,7 +32,7 @@ def parse(text: str, file: str, catalogue: Catalogue) -> BenchConfig:
 
 
 def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
-    """The same bench from Python data, with the same checks; problems have line 0.
+    """Read the same bench from Python data, with the same checks; problems have line 0.
 
     Raises:
         ConfigError: with all problems.
@@ -60,8 +60,8 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
 def _completed(
     document: Document, catalogue: Catalogue
 ) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None]:
-    """A document's value with the defaults that the catalogue gives, what is wrong with it, and the profiles
-    of all devices; None: there are none, or not all are known."""
+    """Complete a document with the catalogue's defaults: its value, the findings, and the profiles of all
+    devices; None for these if there are none, or not all are known."""
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
         return given, [], None
@@ -85,7 +85,7 @@ def _completed(
 
 
 def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
-    """A segment with its taps' ports."""
+    """Complete a segment with its taps' ports."""
     taps = segment.get("taps") if isinstance(segment, dict) else None
     if not isinstance(taps, dict):
         return segment
@@ -101,7 +101,7 @@ def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
 def _bridges(
     raw: Mapping[str, object], kinds: Mapping[str, type[BaseModel]], document: Document
 ) -> tuple[dict[str, BaseModel], list[Finding]]:
-    """The options of each bridge, and what is wrong with them. ``~`` stands for the defaults."""
+    """Read the options of each bridge; answers them and the findings. ``~`` stands for the defaults."""
     options: dict[str, BaseModel] = {}
     findings: list[Finding] = []
     for name, given in raw.items():
@@ -125,7 +125,7 @@ def _bridges(
 
 
 def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
-    """What is wrong between devices."""
+    """Findings between devices."""
     devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
     full = {name for name, raw in devices.items() if raw.get("plant") == "full"} - real
@@ -135,7 +135,7 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
 
 
 def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
-    """Real boards at a port that another one has."""
+    """Findings of real boards at a port that another one has."""
     taken: dict[str, str] = {}
     for name, raw in devices.items():
         if isinstance(at := raw.get("at"), str) and taken.setdefault(at, name) != name:

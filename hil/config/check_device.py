@@ -1,4 +1,4 @@
-"""A device of a configuration, checked against its profile; what the models can tell is left to them."""
+"""Checks of a configuration's device against its profile; what the models can tell is left to them."""
 
 from collections.abc import Mapping
 from typing import Any, TypeGuard
@@ -15,7 +15,7 @@ from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import port_label
 
 SUPPLY = "supply_V"
-"""The axis parameter that the hardware version's supply range applies to."""
+"""Axis parameter that the hardware version's supply range applies to."""
 
 EMULATED_KEYS = (
     "network",
@@ -29,14 +29,14 @@ EMULATED_KEYS = (
     "spi_previous_command",
 )
 REAL_BAUD = 115200
-"""Of an adapter to a board whose profile has none (USB)."""
+"""Baud of an adapter to a board whose profile has none (USB)."""
 START = "start_deg"
-"""The axis parameter that end stops must leave room for."""
+"""Axis parameter that end stops must leave room for."""
 
 
 class DeviceCheck:
-    """One device's mapping. ``completed`` has the defaults that its profile gives, ``findings`` what is
-    wrong; ``profile`` is None if there is none of its name."""
+    """Check of one device's mapping. ``completed`` has the defaults that its profile gives, ``findings`` the
+    mistakes; ``profile`` is None if there is none of its name."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class DeviceCheck:
         return result
 
     def _real(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
-        """A real board has its own memory, motor and network."""
+        """Check a real board, which has its own memory, motor and network."""
         for key in EMULATED_KEYS:
             if self.raw.get(key) is not None:
                 message = f"a real board (at: {self.raw['at']}) has its own"
@@ -123,7 +123,7 @@ class DeviceCheck:
             self._add(message, "write plant: simple", "plant")
 
     def _load(self, result: dict[str, Any], profile: ProfileInfo | None) -> None:
-        """Checks the load by its kind's own model, so that problems have the file's key paths."""
+        """Check the load by its kind's own model, so that problems have the file's key paths."""
         given = self.raw.get("load")
         if given is None:
             return

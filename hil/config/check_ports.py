@@ -1,4 +1,4 @@
-"""Ports of a configuration, checked by the models of their kinds, and for clashes."""
+"""Checks of a configuration's ports, by the models of their kinds, and for clashes."""
 
 import difflib
 import json
@@ -19,7 +19,7 @@ class _NoOptions(BaseModel):
 
 
 class PortsCheck:
-    """``findings`` has what is wrong with those that were read."""
+    """Reads ports; ``findings`` has their mistakes."""
 
     def __init__(self, document: Document, kinds: Mapping[str, type[BaseModel]]) -> None:
         self._document = document
@@ -28,7 +28,7 @@ class PortsCheck:
         self.findings: list[Finding] = []
 
     def read(self, label: str, path: KeyPath, value: object) -> PortConfig:
-        """The port at a key path; ``label`` is its name in the bench."""
+        """Read the port at a key path; ``label`` is its name in the bench."""
         port = self._port(path, value)
         if port is not None:
             self._read.append((label, path, port))
@@ -84,7 +84,7 @@ class PortsCheck:
             return None
 
     def clashes(self, runtime_dir: object) -> Iterator[Finding]:
-        """Ports in a place that another port has already."""
+        """Findings of ports in a place that another port has already."""
         taken: dict[tuple[object, ...], str] = {}
         directory = runtime_dir if isinstance(runtime_dir, str) else ""
         for label, path, port in self._read:
@@ -97,10 +97,10 @@ class PortsCheck:
 
 
 def _places(device: str, options: BaseModel, runtime_dir: str) -> Iterator[tuple[tuple[object, ...], str]]:
-    """Where a port is, as its options say, and the option that says so.
+    """Places of a port by its options, each with the option that says so.
 
-    By convention ``path`` is relative to the runtime directory and None stands for the device's
-    name there; ``host`` and ``port`` are a listener's address, and port 0 any free one.
+    By convention ``path`` is relative to the runtime directory and None stands for the device's name there;
+    ``host`` and ``port`` are a listener's address, and port 0 any free one.
     """
     if hasattr(options, "path"):
         path = device if options.path is None else str(options.path)

@@ -1,7 +1,8 @@
-"""What a reload would do: which devices go on, which start anew, and because of which keys.
+"""Difference of two configurations as a reload sees it: which devices go on, which start anew, and by which
+keys.
 
-Devices that are joined to others, by wires or a segment, share one simulated time: a change of one of them
-is a change of the whole bench, which only a restart of the daemon makes. So are keys of the bench, but for
+Devices that are joined to others, by wires or a segment, share one simulated time: a change of one of them is
+a change of the whole bench, which only a restart of the daemon makes. So are keys of the bench, but for
 faults, which are their targets'.
 """
 
@@ -15,9 +16,8 @@ from hil.config.model import BenchConfig, DeviceConfig
 
 @dataclass(frozen=True)
 class Change:
-    """What happens to one device, or to the whole core (``device`` None) and so to every device.
-
-    ``why`` has a line for each key that differs, ``key: old -> new``; empty for keep.
+    """Change of one device, or of the whole core (``device`` None) and so of every device. ``why`` has a line
+    for each key that differs, ``key: old -> new``; empty for keep.
     """
 
     device: str | None
@@ -26,7 +26,7 @@ class Change:
 
 
 def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
-    """The changes in the order in which to make them: the core, removals, then the new file's order."""
+    """List the changes in the order in which to make them: the core, removals, then the new file's order."""
     joined = set().union(*old.joints(), *new.joints())
     core = list(_why(_bench_keys(old), _bench_keys(new)))
     core += _why(_faults_elsewhere(old), _faults_elsewhere(new))
@@ -60,7 +60,7 @@ def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
 
 
 def _faults_elsewhere(bench: BenchConfig) -> dict[str, str]:
-    """Of segments and taps; those of joined devices are among the devices' own."""
+    """Faults of segments and taps; those of joined devices are among the devices' own."""
     return {f"faults of {place}": text for place in bench.segments for text in _faults(bench, place).values()}
 
 

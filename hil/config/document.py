@@ -1,4 +1,4 @@
-"""A configuration as plain values, with the place of each: what the checks work on and point at."""
+"""A configuration as plain values with their places, which the checks work on and point at."""
 
 import math
 import re
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 
 KeyPath = tuple[str | int, ...]
-"""The way to a value from the top: ``("devices", "m1", "baud")``."""
+"""Path to a value from the top: ``("devices", "m1", "baud")``."""
 
 NUL = "\0"
 MAX_DEPTH = 20
@@ -17,7 +17,7 @@ _INT64 = range(-(2**63), 2**63)
 
 @dataclass(frozen=True, order=True)
 class Spot:
-    """A place in a file; line and column count from 1, and (0, 0) stands for no text."""
+    """Place in a file; line and column count from 1, and (0, 0) stands for no text."""
 
     line: int
     column: int
@@ -28,7 +28,7 @@ NOWHERE = Spot(0, 0)
 
 @dataclass(frozen=True)
 class Finding:
-    """A mistake at a key path. ``spot`` overrides the place that the path stands for."""
+    """Mistake at a key path. ``spot`` overrides the place that the path stands for."""
 
     path: KeyPath
     message: str
@@ -39,7 +39,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake. Line and column count from 1; both are 0 where there is no text (``from_dict``)."""
+    """Mistake with its place. Line and column count from 1; both are 0 without a text (``from_dict``)."""
 
     file: str
     line: int
@@ -61,7 +61,7 @@ class ConfigError(Exception):
 
 @dataclass
 class Document:
-    """Values of the types dict, list, str, int, float, bool and None, and where they stand.
+    """Document of plain values (dict, list, str, int, float, bool, None) and their places.
 
     A value that could not be read is None and has a finding at its path.
     """
@@ -71,7 +71,7 @@ class Document:
     keys: dict[KeyPath, Spot] = field(default_factory=dict)
     values: dict[KeyPath, Spot] = field(default_factory=dict)
     raw: dict[KeyPath, str] = field(default_factory=dict)
-    """Scalars as they were written."""
+    """Texts of scalars as they were written."""
     findings: list[Finding] = field(default_factory=list)
 
     def find(self, path: KeyPath, message: str, remedy: str, *, at_key: bool = False) -> None:
@@ -79,7 +79,7 @@ class Document:
         self.findings.append(Finding(path, message, remedy, at_key))
 
     def known(self, path: KeyPath) -> KeyPath:
-        """The longest part of the path that the document has."""
+        """Longest part of the path that the document has."""
         while path and path not in self.values:
             path = path[:-1]
         return path
@@ -102,7 +102,7 @@ class Document:
         return True
 
     def scalar(self, path: KeyPath, value: object) -> object:
-        """The value if a configuration can hold it, else None and a finding."""
+        """Answer the value if a configuration can hold it, else None, with a finding."""
         match value:
             case None | bool():
                 return value
@@ -128,7 +128,7 @@ class Document:
         return None
 
     def error(self, findings: Iterable[Finding]) -> ConfigError:
-        """The findings as problems in file order; of several about one value, the first only."""
+        """Make problems of findings, in file order; of several about one value, the first only."""
         first: dict[tuple[KeyPath, Spot | None], Finding] = {}
         for finding in findings:
             first.setdefault((finding.path, finding.spot), finding)
@@ -154,7 +154,7 @@ class Document:
 
 
 def document_from_mapping(data: Mapping[str, object], file: str) -> Document:
-    """Plain Python data (as a test writes it) as a document without places."""
+    """Make a document without places from plain Python data (as a test writes it)."""
     document = Document(file)
     document.value = _plain(document, (), data)
     return document
@@ -179,7 +179,7 @@ def _plain(document: Document, path: KeyPath, value: object) -> object:
 
 
 def is_unicode(text: str) -> bool:
-    """False for text with a lone surrogate, which can be neither stored nor printed."""
+    """Whether a text is Unicode; one with a lone surrogate can be neither stored nor printed."""
     return not any("\ud800" <= character <= "\udfff" for character in text)
 
 

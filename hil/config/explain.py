@@ -16,7 +16,7 @@ NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 
 
 class StrictModel(BaseModel):
-    """Takes no other keys and types than it has, and is not changed."""
+    """Model that takes no other keys and types than it has, and is not changed."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -39,7 +39,7 @@ _TEXTS = {"string_type", "path_type"}
 
 
 def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -> Finding:
-    """A key that nothing reads. ``present``: the keys beside it, which cannot be the one meant."""
+    """Finding of a key that nothing reads. ``present``: the keys beside it, which cannot be the one meant."""
     known = list(known)
     free = [key for key in known if key not in present]
     remedy = suggestion(str(path[-1]), free or known) if known else "remove it"
@@ -54,14 +54,14 @@ def suggestion(word: str, known: Collection[str]) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that the given one is most likely a slip of, if any."""
+    """Known word that the given one is most likely a slip of, if any."""
     by_lower = {name.lower(): name for name in known}
     close = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
     return by_lower[close[0]] if close else None
 
 
 def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Finding:
-    """A name of something that does not exist."""
+    """Finding of a name that does not exist."""
     near = nearest(name, known)
     meant = f'did you mean "{near}"? ' if near else ""
     remedy = f"{meant}known are: {', '.join(sorted(known)) or 'none'}"
@@ -71,7 +71,7 @@ def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Find
 def findings_of(
     error: ValidationError, model: type[BaseModel], prefix: KeyPath, document: Document
 ) -> list[Finding]:
-    """Every error with its key path; ``prefix`` is where the model's data stand in the document."""
+    """Findings of every error, with key paths; ``prefix`` is where the model's data stand in the document."""
     findings: list[Finding] = []
     missing: list[Finding] = []
     for detail in error.errors(include_url=False):
@@ -132,7 +132,7 @@ def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
 
 
 def shown(value: object) -> str:
-    """A value as a message shows it: short, on one line."""
+    """Format a value for a message: short, on one line."""
     if value is None:
         return "nothing"
     if isinstance(value, dict):
@@ -168,7 +168,7 @@ def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseMo
 
 
 def _needed(annotation: Any) -> Any:
-    """What stands beside ``None``, where that is one thing."""
+    """Type beside ``None`` in an annotation, where that is one thing."""
     if get_origin(annotation) is Annotated:
         annotation = get_args(annotation)[0]
     others = [each for each in get_args(annotation) if each is not NoneType]

@@ -1,4 +1,4 @@
-"""Faults of the configuration, checked against the table of kinds and what the bench has."""
+"""Checks of a configuration's faults, against the table of kinds and the bench."""
 
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
@@ -21,8 +21,8 @@ def fault_findings(
     real: Collection[str],
     full: Collection[str],
 ) -> Iterator[Finding]:
-    """What is wrong with the faults of a configuration. ``devices``: those whose profile is known; ``real``:
-    real boards; ``full``: those with the full plant."""
+    """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
+    boards; ``full``: those with the full plant."""
     places = _places(segments, devices, real)
     for name in full:
         if name in places:
@@ -60,7 +60,7 @@ def fault_findings(
 def _places(
     segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
 ) -> dict[str, set[str]]:
-    """All targets, and the kinds of target that each is."""
+    """All targets, each with the kinds of target that it is."""
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:

@@ -1,5 +1,5 @@
-"""Wires and segments between devices, checked against what each kind of board has. The models tell what has
-not the form of one. ``devices``: those whose profile is known; ``real``: those that are no twins."""
+"""Checks of wires and segments between devices, against what each kind of board has. The models check their
+form. ``devices``: those whose profile is known; ``real``: those that are no twins."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
@@ -14,7 +14,7 @@ Devices = Mapping[str, ProfileInfo]
 
 
 def joint_findings(value: Mapping[str, object], devices: Devices, real: Collection[str]) -> Iterator[Finding]:
-    """What is wrong with the wires and segments of a configuration."""
+    """Findings about the wires and segments of a configuration."""
     yield from _wire_findings(value.get("wires"), devices, real)
     yield from _segment_findings(value.get("segments"), devices, real)
 

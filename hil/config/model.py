@@ -1,4 +1,4 @@
-"""A bench as its configuration describes it, checked. The field descriptions are the reference's text."""
+"""Model of a bench's configuration, checked. The field descriptions are the reference's text."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -66,7 +66,7 @@ _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
 
 
 class FlashConfig(StrictModel):
-    """What the board's flash holds when the bench starts for the first time."""
+    """Content of the board's flash when the bench starts for the first time."""
 
     table: _Table = Field(
         default="stored",
@@ -85,14 +85,14 @@ class FlashConfig(StrictModel):
 
 
 class PortConfig(StrictModel):
-    """Where clients reach a device: a kind of port and that kind's own options."""
+    """Port at which clients reach a device: its kind and that kind's own options."""
 
     kind: str
     options: SerializeAsAny[BaseModel]
 
 
 class SetpointsConfig(StrictModel):
-    """What becomes of an axis whose set-points come in a stream when the stream stops."""
+    """Time-out of set-points in a stream: what the axis does when the stream stops."""
 
     timeout_ms: float = Field(
         gt=0,
@@ -113,7 +113,7 @@ class SetpointsConfig(StrictModel):
 
 
 class DeviceConfig(StrictModel):
-    """One emulated board."""
+    """A board, emulated or real."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
     at: Annotated[str, BeforeValidator(_serial_url)] | None = Field(
@@ -182,17 +182,17 @@ class DeviceConfig(StrictModel):
     )
 
     def axis_parameters(self, profile: ProfileInfo) -> dict[str, float]:
-        """All the axis's parameters: the profile's for this plant, with this device's own in their place."""
+        """All axis parameters: the profile's for this plant, with this device's own in their place."""
         defaults = {name: parameter.default(self.plant) for name, parameter in profile.axis.items()}
         return defaults | dict(self.axis)
 
     def axis_plan(self, profile: ProfileInfo, seed: int) -> AxisPlan:
-        """What the core opens this device's axis with."""
+        """Plan that the core opens this device's axis with."""
         load = self.load.parts() if self.load else Load()
         return AxisPlan(self.axis_parameters(profile), self.plant, load, seed, profile.law)
 
     def register_values(self, profile: ProfileInfo) -> dict[str, int]:
-        """All the registers at power-up: the profile's, with this device's own in their place."""
+        """All registers at power-up: the profile's, with this device's own in their place."""
         return dict(profile.registers) | dict(self.registers)
 
 
@@ -209,7 +209,7 @@ class WireConfig(StrictModel):
 
 
 class TapConfig(StrictModel):
-    """Where a program outside is a station of a segment."""
+    """Tap, at which a program outside is a station of a segment."""
 
     port: PortConfig = Field(
         description="Where it reaches the wire, as a device's `port`; a real adapter: `serial`."

@@ -1,4 +1,4 @@
-"""What the motors of a configuration cannot have; for one whose keys are all good."""
+"""Checks of a configuration's motors and loads, once all keys are good."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ LOAD = "load_torque_Nm"
 
 
 def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
-    """Motors that the core would not open, and loads that the bench would not take."""
+    """Findings of motors that the core would not open, and of loads that the bench would not take."""
     plans = {
         name: device.axis_plan(catalogue.profiles[device.profile], 0) for name, device in config.twins.items()
     }
@@ -31,7 +31,7 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
 
 
 def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[Finding]:
-    """A device's own load, then those of the faults: each beside all before it."""
+    """Findings of a device's own load, then of those of the faults: each beside all before it."""
     loads: list[tuple[KeyPath, float]] = [(("devices", name, "axis", LOAD), plan.parameters[LOAD])]
     for index, fault in enumerate(config.faults):
         if fault.fault == "shaft_load" and fault.target.partition(".")[0] == name:

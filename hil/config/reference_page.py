@@ -10,7 +10,7 @@ from hil.config.shaft_load import LOAD_KINDS
 
 
 def reference(catalogue: Catalogue) -> str:
-    """Every key with its type, default and meaning, as Markdown."""
+    """Write every key with its type, default and meaning, as Markdown."""
     whole: dict[str, Any] = schema(catalogue)
     definitions = whole["$defs"]
     device = definitions["DeviceConfig"]
@@ -56,7 +56,7 @@ def _loads(definitions: dict[str, Any]) -> Iterable[str]:
 
 
 def keys_table(model: dict[str, Any]) -> str:
-    """The keys of a model with their types, defaults and meanings, Markdown."""
+    """Write the keys of a model with their types, defaults and meanings, as Markdown."""
     required = model.get("required", [])
     return _table(
         ("Key", "Type", "Default", "Meaning"),

@@ -1,4 +1,4 @@
-"""The configuration as a JSON Schema (draft 2020-12), from which an editor completes and checks."""
+"""Configuration as a JSON Schema (draft 2020-12), from which an editor completes and checks."""
 
 import copy
 from typing import Any
@@ -11,8 +11,8 @@ from hil.config.model import BenchConfig
 
 
 def schema(catalogue: Catalogue) -> dict[str, object]:
-    """The schema of what ``parse`` takes with this catalogue. What needs arithmetic across keys
-    (supply ranges, two ports in one place) is left to ``parse``."""
+    """Make the schema of what ``parse`` takes with this catalogue. What needs arithmetic across keys (supply
+    ranges, two ports in one place) is left to ``parse``."""
     result: dict[str, Any] = BenchConfig.model_json_schema()
     definitions: dict[str, Any] = result["$defs"]
     for replaced in ("PortConfig", "BaseModel"):

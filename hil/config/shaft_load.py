@@ -1,5 +1,5 @@
-"""What a shaft turns: the kinds of load of the full plant. Units and signs are the axis's own: positive
-is towards larger encoder counts."""
+"""Kinds of load on the shaft of the full plant. Units and signs are the axis's own: positive is towards
+larger encoder counts."""
 
 from math import tau
 from typing import Annotated, Literal

@@ -1,7 +1,7 @@
-"""YAML text to plain values with their places: what YAML itself says, and what it would hide.
+"""Reader of YAML text: plain values with their places, and findings where YAML would hide a mistake.
 
-PyYAML reads YAML 1.1: it takes ``on`` for true, ``0660`` for 432 and the last of two equal keys
-without a word. Those are findings here.
+PyYAML reads YAML 1.1: it takes ``on`` for true, ``0660`` for 432 and the last of two equal keys without a
+word. Those are findings here.
 """
 
 import re
@@ -21,11 +21,12 @@ _FALSE = {"no", "false", "off"}
 
 
 _OTHERWISE = re.compile("[\t!?|>\ufeff\x85\u2028\u2029]|---")
-"""What libyaml and PyYAML's own parser do not read alike: what is YAML at all, and where nothing is."""
+"""Characters and signs that libyaml and PyYAML's own parser do not read alike: whether it is YAML at all, and
+where a value is empty."""
 
 
 class _Nodes(Composer, Resolver):
-    """Events to nodes; with a parser that gives the events, a loader."""
+    """Composer of events to nodes; with a parser that gives the events, a loader."""
 
     depth = 0
 
@@ -47,14 +48,14 @@ _Nodes.add_implicit_resolver(
 
 
 class _Loader(_Nodes, yaml.SafeLoader):
-    """Knows what is wrong, and where; takes ten times as long as the other."""
+    """Loader that knows what is wrong, and where; takes ten times as long as the other."""
 
 
 if yaml.__with_libyaml__:
     from yaml._yaml import CParser
 
     class _FastLoader(_Nodes, CParser):
-        """libyaml's parser, where PyYAML came with it, as all its wheels do."""
+        """Loader with libyaml's parser, where PyYAML came with it, as all its wheels do."""
 
         def __init__(self, text: str) -> None:
             CParser.__init__(self, text)
