@@ -1,6 +1,6 @@
-"""Multi-axis runs: what a document says (``run_document.py``), the whole motion that follows from it before
-anything moves (``planner.py``), and how that is carried out (``execute.py``, each axis by ``run_axis.py``).
-Knows no clock: ``hil.live`` and ``hil.testing`` drive it.
+"""Multi-axis runs: the document (``run_document.py``), the plan of its whole motion before anything moves
+(``planner.py``), and its execution (``execute.py``, each axis by ``run_axis.py``). Knows no clock:
+``hil.live`` and ``hil.testing`` drive it.
 
 May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure standard library, pydantic,
 pydantic_core.

@@ -1,4 +1,4 @@
-"""Axes as runs see them: what a plan begins with, and what an execution needs of a bench."""
+"""Axes as runs see them: their state when a plan begins, and the bench that an execution needs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from typing import Literal, Protocol
 from hil.sim.inputs import Input
 
 Refused = Callable[[str], None]
-"""Told which verb was refused, and why."""
+"""Called with the reason why a verb was refused."""
 
 
 @dataclass(frozen=True)
 class AxisNow:
-    """An axis before the run: where its set-point is, and what it is. ``why_not``: it cannot take part.
-    ``is_real``: a board that is told where to go over its terminal, which tells no position."""
+    """Axis before the run: its set-point and its properties. ``why_not``: it cannot take part. ``is_real``: a
+    real board, whose terminal takes targets and tells no position."""
 
     kind: Literal["servo", "stepper"]
     position_deg: float
@@ -27,29 +27,29 @@ class Rows(Protocol):
     """Samples of two fields of an axis."""
 
     def take(self) -> Sequence[tuple[float, ...]]:
-        """Rows of (at_ns, where it should be, where it is) since the last call."""
+        """Take rows of (at_ns, set-point, position) since the last call."""
 
     def close(self) -> None: ...
 
 
 class RunBench(Protocol):
-    """What an execution needs of a bench. Axes by name."""
+    """Bench as an execution needs it. Axes by name."""
 
     @property
     def now_ns(self) -> int: ...
 
     def give(self, axis: str, given: Input, refused: Refused) -> None:
-        """An input takes effect. ``refused`` is called when a verb that is to be done later cannot be.
+        """Let an input take effect. ``refused`` is called when a verb that is to be done later cannot be.
 
         Raises:
             VerbRefused: a verb was not carried out.
         """
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
-        """All of one time. NaN: it is not known."""
+        """Values of fields, all of one time. NaN: unknown."""
 
     def failure(self, axis: str) -> str | None:
-        """Why the board does nothing any more."""
+        """Reason why the board does nothing any more, or None."""
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
-        """Two fields from now on; a real board is the run's own until the rows are closed."""
+        """Begin samples of two fields; a real board is the run's own until the rows are closed."""

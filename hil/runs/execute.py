@@ -1,4 +1,4 @@
-"""Carries a plan out on a bench, in simulated time: a generator that says until when it has nothing to do."""
+"""Carries out a plan on a bench, in simulated time: a generator of times up to which nothing is to do."""
 
 from collections.abc import Generator, Mapping, Sequence
 from typing import Protocol
@@ -11,27 +11,27 @@ from hil.runs.run_document import WaitUntil
 from hil.sim.inputs import Do
 
 POLL_NS = 10_000_000
-"""How often an axis is looked at while it moves."""
+"""Interval of looks at an axis while it moves."""
 BEGINS_NS = 1_000_000
-"""A stepper's motion begins at the first tick of its clock after the command, and says so then."""
+"""Delay until a stepper's motion shows: it begins at the first tick of its clock after the command."""
 STAND_NS = 3_600_000_000_000
-"""A stepper that still turns so long after its phrase has failed."""
+"""Time after its phrase until a stepper that still turns has failed."""
 CHECK_NS = 50_000_000
-"""Between two looks whether a servo still does what the run wants of it."""
+"""Interval of checks that a servo still does what the run wants of it."""
 SETTLE_NS = 200_000_000
-"""For a shaft to come to rest after its set-point did."""
+"""Time for a shaft to come to rest after its set-point did."""
 
 
 class Baton(Protocol):
-    """Says when each phrase begins. The one after the last is the end, which all axes reach together."""
+    """Gives the start of each phrase. The phrase after the last is the end, which all axes reach together."""
 
     def start_ns(self, phrase: int) -> int | None:
-        """In simulated time, still to come; None: it is not known yet. Asked when the phrases before it have
-        ended here."""
+        """Start of a phrase in simulated time, still to come; None: not known yet. Asked when the phrases
+        before it have ended here."""
 
 
 class Soon:
-    """A ``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
+    """``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
 
     def __init__(self, bench: RunBench, lead_ns: int) -> None:
         self._bench = bench
@@ -42,7 +42,7 @@ class Soon:
 
 
 class Told:
-    """A ``Baton`` that others tell: ``starts_ns`` by phrase."""
+    """``Baton`` whose starts others tell: ``starts_ns`` by phrase."""
 
     def __init__(self) -> None:
         self.starts_ns: dict[int, int] = {}
@@ -52,8 +52,8 @@ class Told:
 
 
 class Execution:
-    """One run, or the part of it whose axes are on this bench. ``devices``: those of the bench, by the names
-    that the run has for them; ``progress``: where it says how it does."""
+    """Execution of one run, or of the part of it whose axes are on this bench. ``devices``: those of the
+    bench, by the names that the run has for them; ``progress``: where it reports."""
 
     def __init__(
         self,
@@ -72,19 +72,19 @@ class Execution:
         self._asked: Ended | None = None
         self._check_from_ns = 0
         self.stopping: How | None = None
-        """How its axes are being stopped."""
+        """Way in which its axes are being stopped."""
         self.ended: Ended | None = None
-        """What ended it before its end; its axes may still be stopping."""
+        """Reason for an early end; its axes may still be stopping."""
         self.reached = -1
-        """The phrase whose beginning it waits for, or that has begun; all before have ended here."""
+        """Phrase whose beginning it waits for, or that has begun; all before have ended here."""
         self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
-        """At any time. A run that stops with grace already can be stopped with prejudice."""
+        """Stop the run, at any time. One that stops with grace already can be stopped with prejudice."""
         self._asked = Ended(state, why or f"it was cancelled with {how}", how)
 
     def run(self) -> Generator[int, None, None]:
-        """Yields simulated times up to which nothing has to be done; ends when the run has."""
+        """Yield simulated times up to which nothing has to be done; ends when the run has."""
         progress, run = self.progress, self.plan.run
         progress.state, progress.started_at_ns = "running", self._bench.now_ns
         try:
@@ -148,7 +148,7 @@ class Execution:
             yield from self._wait(phrase.wait)
 
     def _check_ends(self, phrase: Phrase) -> None:
-        """Whether the axes are where the phrase leads."""
+        """Check that the axes are where the phrase leads."""
         for axis in self._axes.values():
             axis.check_path()
         for event in phrase.events:
@@ -178,7 +178,7 @@ class Execution:
             yield min(now_ns + POLL_NS, end_ns) if now_ns < end_ns else now_ns + POLL_NS
 
     def _have_reached(self, at_ns: int) -> bool:
-        """Whether what is read of the axes is of then, or later: a board that has much to do comes behind."""
+        """Whether the axes' values are of this time or later: a board that has much to do comes behind."""
         return not any(axis.fields("at_ns")[0] < at_ns for axis in self._axes.values())
 
     def _look(self) -> None:
@@ -194,7 +194,7 @@ class Execution:
     # ---- its end ----
 
     def _stop(self, how: How) -> Generator[int, None, None]:
-        """All axes of the run, whatever they do; and until they stand."""
+        """Stop all axes of the run, whatever they do, and wait until they stand."""
         axes = self._axes.values()
         self._give_stop(how)
         give_up_ns = self._bench.now_ns + STAND_NS

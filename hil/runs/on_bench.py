@@ -1,4 +1,4 @@
-"""A bench as plans and executions see it."""
+"""Bench as plans and executions see it."""
 
 from collections.abc import Sequence
 

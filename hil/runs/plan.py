@@ -1,4 +1,4 @@
-"""The whole motion of a run, made before anything moves: phrases that go by the clock, waits in between."""
+"""Plan of a run's whole motion, made before anything moves: phrases that go by the clock, and waits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _PIECE = Struct("<q4d")
 
 @dataclass(frozen=True)
 class Event:
-    """A verb that is carried out ``at_ns`` after its phrase's start."""
+    """Verb that is carried out ``at_ns`` after its phrase's start."""
 
     at_ns: int
     axis: str
@@ -27,9 +27,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Phrase:
-    """What goes by the clock from one common start. ``paths``: of servos, from the start to
+    """Motion that goes by the clock from one common start. ``paths``: those of servos, from the start to
     ``duration_ns``. ``marks``: when which step begins. After it the ``steppers`` have to stand (and real
-    servos to have confirmed their last set-point), and what ``wait`` says has to be."""
+    servos to have confirmed their last set-point), and the condition of ``wait`` to hold."""
 
     duration_ns: int
     paths: Mapping[str, tuple[PathPiece, ...]]
@@ -41,7 +41,7 @@ class Phrase:
 
 @dataclass(frozen=True)
 class Plan:
-    """A run that can be done. ``steps``: how many, repetitions counted."""
+    """Plan of a run that can be done. ``steps``: their number, repetitions counted."""
 
     run: RunDocument
     phrases: tuple[Phrase, ...]
@@ -50,7 +50,7 @@ class Plan:
     axes: Mapping[str, AxisNow]
 
     def digest(self) -> str:
-        """The same for the same motion, to the bit."""
+        """Digest of the motion: the same for the same motion, to the bit."""
         total = sha256()
         for phrase in self.phrases:
             timing = (phrase.duration_ns, phrase.marks, sorted(phrase.steppers), phrase.wait)
@@ -65,8 +65,7 @@ class Plan:
 
 
 class Phrases:
-    """Phrases of a plan, as its steps add to them. ``position_deg``: where the axes are after the last
-    step."""
+    """Phrases of a plan, as its steps add to them. ``position_deg``: positions after the last step."""
 
     def __init__(self, axes: Mapping[str, AxisNow]) -> None:
         self.ended: list[Phrase] = []
@@ -83,7 +82,7 @@ class Phrases:
         self._steppers: set[str] = set()
 
     def end(self, wait: WaitUntil | None = None) -> None:
-        """What was planned so far goes by one clock."""
+        """End the phrase: what was planned so far goes by one clock."""
         if self._marks or wait:
             paths = {
                 name: (*pieces, PathPiece(0, self.position_deg[name]))
@@ -99,7 +98,7 @@ class Phrases:
         self._marks.append((self._at_ns, step))
 
     def happen(self, axis: str, verb: str, parameters: Mapping[str, float | str]) -> None:
-        """A verb is carried out as the step begins."""
+        """Add a verb that is carried out as the step begins."""
         self._events.append(Event(self._at_ns, axis, verb, parameters))
         if verb == "move_abs":
             self._steppers.add(axis)
@@ -111,8 +110,7 @@ class Phrases:
         moved: Sequence[str] = (),
         trajectory: Trajectory | None = None,
     ) -> None:
-        """Axes go to their targets; of them the servos ``moved``, in this order, by ``trajectory``. All other
-        servos stand."""
+        """Move axes to their targets, servos ``moved``, in order, by ``trajectory``. Other servos stand."""
         for name in self.servos:
             pieces = _pieces(trajectory, moved.index(name)) if trajectory and name in moved else []
             if duration_ns:

@@ -1,4 +1,4 @@
-"""Plans a run, before anything moves: each step from where the one before leaves the axes."""
+"""Planner of runs, before anything moves: each step from where the one before leaves the axes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
@@ -24,7 +24,7 @@ from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
 SPLINE_LOOKS = 1000
-"""Times at which a spline's positions are compared with the axes' ranges."""
+"""Number of times at which a spline's positions are compared with the axes' ranges."""
 
 
 class _Impossible(Exception):
@@ -32,7 +32,7 @@ class _Impossible(Exception):
 
 
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
-    """All of a run, from where its axes are.
+    """Plan all of a run, from where its axes are.
 
     Raises:
         ConfigError: it cannot be done as it is; with all problems and their places.
@@ -96,7 +96,7 @@ def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
 
 
 class StepPlanner:
-    """Plans the steps of a run, one after the other, and notes what is wrong with them."""
+    """Plans the steps of a run, one after the other, and notes the mistakes in them."""
 
     def __init__(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> None:
         self._run = run
@@ -106,7 +106,7 @@ class StepPlanner:
         self.phrases = Phrases({name: axes[name] for name in run.axes})
 
     def step(self, index: int, step: Step) -> None:
-        """A step, from where the one before it ends."""
+        """Plan a step, from where the one before it ends."""
         self.phrases.mark(index)
         path: KeyPath = ("steps", index)
         try:
@@ -171,7 +171,7 @@ class StepPlanner:
     def _turn_stepper(
         self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool
     ) -> None:
-        """It makes a ramp of its own: from the common start, at a speed that takes about as long."""
+        """Plan a stepper's ramp: from the common start, at a speed that takes about as long as the others."""
         rpm = most_rpm = self._run.axes[name].velocity_rpm
         if planned_ns:
             angle_deg = abs(target_deg - self.phrases.position_deg[name])
@@ -208,7 +208,7 @@ class StepPlanner:
         rows: Sequence[Sequence[float]],
         times_s: Sequence[float | None],
     ) -> Trajectory:
-        """Through the rows of positions, at the times or as soon as can be. Raises PlanError."""
+        """Plan a spline through rows of positions, at the times or as soon as can be. Raises PlanError."""
         limits = [_limits(self._run.axes[name]) for name in names]
         if times_s[0] is None:
             return plan_spline_within(rows, limits)
@@ -248,7 +248,7 @@ class StepPlanner:
         self._check_targets(place, positions_deg, True)
 
     def _check_way(self, place: KeyPath, names: Sequence[str], trajectory: Trajectory) -> None:
-        """Whether a spline stays in the axes' ranges between its points."""
+        """Check that a spline stays in the axes' ranges between its points."""
         every_ns = max(trajectory.duration_ns // SPLINE_LOOKS, 1)
         looks = trajectory.positions_deg(0, every_ns, SPLINE_LOOKS + 1)
         for number, name in enumerate(names):
@@ -283,7 +283,7 @@ class StepPlanner:
         return place, f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)
 
     def _find(self, path: KeyPath, message: str, remedy: str) -> None:
-        """Once, however often the step is repeated."""
+        """Note a mistake once, however often the step is repeated."""
         if path not in self._said:
             self._said.add(path)
             self.findings.append(Finding(path, message, remedy))

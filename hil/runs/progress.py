@@ -1,4 +1,4 @@
-"""How a run does, and how it has ended."""
+"""Progress of a run, and its end."""
 
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
@@ -8,9 +8,8 @@ How = Literal["grace", "prejudice"]
 
 @dataclass
 class AxisReport:
-    """How an axis did. The errors are between where it should have been and was, over the whole run; None:
-    nobody knows. Angles are the board's own, as those of the run. ``commanded_deg``: where its set-point is
-    at the end, of a real board as it said."""
+    """Report on an axis. The errors are between set-point and position, over the whole run; None: unknown.
+    Angles are the board's own, as the run's. ``commanded_deg``: final set-point, a real one's as it said."""
 
     target_deg: float
     commanded_deg: float | None = None
@@ -18,13 +17,12 @@ class AxisReport:
     error_max_deg: float | None = None
     error_rms_deg: float | None = None
     at_end: str | None = None
-    """How the run left it: stands, moves, off (a servo whose loop is off), failed, or unknown (its bench is
-    gone)."""
+    """State at the end: stands, moves, off (a servo's loop), failed, or unknown (its bench is gone)."""
 
 
 @dataclass
 class BenchReport:
-    """How another bench did that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
+    """Report on another bench that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
     take ``clock_error_ns``."""
 
     state: str
@@ -35,8 +33,9 @@ class BenchReport:
 
 @dataclass
 class Progress:
-    """State of a run: queued, running, done, failed or cancelled. ``step`` counts from 1, repetitions too.
-    Times are simulated; ``why`` says what ended it. ``benches``: the others that take part."""
+    """Progress of a run, its state one of queued, running, done, failed or cancelled. ``step`` counts from 1,
+    repetitions too. Times are simulated; ``why`` says what ended it. ``benches``: the others that take part.
+    """
 
     run: str
     state: str = "queued"
@@ -46,7 +45,7 @@ class Progress:
     ended_at_ns: int | None = None
     why: str | None = None
     submissions: int = 1
-    """How often its name was submitted: it is done once."""
+    """Number of times that its name was submitted: it is done once."""
     axes: dict[str, AxisReport] = field(default_factory=dict)
     benches: dict[str, BenchReport] = field(default_factory=dict)
 
@@ -59,7 +58,7 @@ class Progress:
 
 
 class Ended(Exception):
-    """What ended a run before its end, and how its axes are to stop."""
+    """Early end of a run: the reason, and how its axes are to stop."""
 
     def __init__(self, state: str, why: str, how: How) -> None:
         super().__init__(why)

@@ -1,4 +1,4 @@
-"""An axis while a run has it: what it is given, whether it does that, and how far off it is."""
+"""Axis while a run has it: its inputs, the check that it follows them, and its error."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,16 +13,16 @@ from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused
 
 SHOWS_NS = 1_000_000
-"""Some steps of a control law, of 154 us each."""
+"""Time until a motion shows: some steps of a control law, of 154 us each."""
 SAMPLE_NS = 1_000_000
-"""Between two looks at the following error."""
+"""Interval of looks at the following error."""
 LATE_NS = 10_000_000
-"""From the beginning of a path until it must show."""
+"""Time from the beginning of a path until it must show."""
 SETTLED_DEG = 0.5
 TURNS_RPM = 5.0
-"""A shaft whose set-point is no angle stands if it is slower: above the noise of a measured speed."""
+"""Speed below which a shaft whose set-point is no angle stands: above the noise of a measured speed."""
 PULSE_DEG = 0.91
-"""A stepper ends at a whole pulse: half a full step of 1.8 deg off at most, and a little."""
+"""Maximum error at a stepper's end, which is at a whole pulse: half a full step of 1.8 deg, and a little."""
 ANGLES = (ord("x"), ord("h"))
 """Modes of a servo whose set-point is an angle."""
 
@@ -31,8 +31,8 @@ SERVO_SIGNALS, STEPPER_SIGNALS = ("r", "yw"), ("commanded_deg", "position_deg")
 
 @dataclass(eq=False)
 class RunAxis:
-    """``name`` is the run's for it, ``device`` the bench's; ``on_fault``: how all axes stop when this one
-    fails. It is watched from now until ``close``."""
+    """Axis of a run. ``name`` is the run's for it, ``device`` the bench's; ``on_fault``: how all axes stop
+    when this one fails. It is watched from now until ``close``."""
 
     name: str
     device: str
@@ -45,28 +45,28 @@ class RunAxis:
     def __post_init__(self) -> None:
         self.is_stepper = self.before.kind == "stepper"
         self._refused: list[str] = []
-        """Verbs that could not be done when their time had come."""
+        """Refusals of verbs that could not be done when their time had come."""
         self._path: tuple[int, int, float] | None = None
-        """A servo's: from when to when it goes, and its last set-point."""
+        """Path of a servo: its beginning and end, and its last set-point."""
         self._count, self._squares = 0, 0.0
         signals = STEPPER_SIGNALS if self.is_stepper else SERVO_SIGNALS
         self._rows = self.bench.sample(self.device, signals, SAMPLE_NS)
 
     def fields(self, *names: str) -> Sequence[float]:
-        """All of one time. NaN: it is not known."""
+        """Values of fields, all of one time. NaN: unknown."""
         return self.bench.fields(self.device, names)
 
     # ---- what it is given ----
 
     def give(self, given: Input) -> None:
-        """An input takes effect. Raises Ended: it was refused."""
+        """Let an input take effect. Raises Ended: it was refused."""
         try:
             self.bench.give(self.device, given, self._refused.append)
         except VerbRefused as refusal:
             raise self.failed(f"{self.name}: {refusal}") from None
 
     def follow(self, path: Sequence[PathPiece], start_ns: int, duration_ns: int) -> int:
-        """A servo's set-point goes along a path; until when."""
+        """Let a servo's set-point go along a path; answers its end."""
         self.give(Follow(start_ns, tuple(path)))
         (given_ns,) = self.fields("at_ns")
         begin_ns, end_ns = start_ns, start_ns + duration_ns
@@ -77,7 +77,7 @@ class RunAxis:
         return end_ns
 
     def stop(self, how: How) -> None:
-        """Whatever it does."""
+        """Stop it, whatever it does."""
         parameters: list[tuple[str, float | str]] = [("how", how)]
         if not self.is_stepper:
             parameters.append(("acceleration_rpm_per_s", max(self.rules.acceleration_rpm_per_s, 0.01)))
@@ -98,7 +98,7 @@ class RunAxis:
             raise self.failed(why)
 
     def note(self) -> float:
-        """Take its new samples in; the greatest error among them."""
+        """Take its new samples in; answers the greatest error among them."""
         rows = self._rows.take()
         found = [abs(wanted - is_at) for _, wanted, is_at in rows]
         if found:
@@ -111,7 +111,7 @@ class RunAxis:
         return max(found, default=0.0)
 
     def check_path(self) -> None:
-        """Raises Ended: it does not follow its path, or somebody told it otherwise."""
+        """Check the path. Raises Ended: it does not follow, or somebody told it otherwise."""
         if self._path is None:
             return
         start_ns, end_ns, last_deg = self._path
@@ -128,7 +128,7 @@ class RunAxis:
             raise self.failed(f"{self.name}: its mode or its set-point was changed by something else")
 
     def check_end(self, wanted_deg: float) -> None:
-        """Raises Ended: a stepper is not where it was sent."""
+        """Check a stepper's end. Raises Ended: it is not where it was sent."""
         (commanded_deg,) = self.fields("commanded_deg")
         if abs(commanded_deg - wanted_deg) > PULSE_DEG:
             why = f"{self.name} ended at {commanded_deg:.2f} deg and not at {wanted_deg:.2f}:"
@@ -139,7 +139,7 @@ class RunAxis:
 
     @property
     def turns(self) -> bool:
-        """A stepper moves, or is to; a real servo has not confirmed its last set-point."""
+        """Whether a stepper moves, or is to; or a real servo has not confirmed its last set-point."""
         return any(self.fields("motion_state", "pending"))
 
     @property
@@ -161,7 +161,7 @@ class RunAxis:
     # ---- its end ----
 
     def close(self) -> None:
-        """The run has it no more; its report is complete."""
+        """Release it: the run has it no more; its report is complete."""
         self.note()
         self._rows.close()
         names = ("position_deg", "commanded_deg") if self.is_stepper else ("yw", "r")

@@ -1,5 +1,4 @@
-"""A run as it is written: axes with their limits, and steps. YAML or JSON, checked with the place of each
-mistake."""
+"""Document of a run: axes with limits, and steps. YAML or JSON, checked with the place of each mistake."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -16,11 +15,11 @@ from hil.config.yaml_text import document_from_yaml
 DOCUMENT_BYTES = 1 << 20
 AXES = 64
 STEPS = 10_000
-"""Of a run, repetitions counted."""
+"""Maximum number of steps of a run, repetitions counted."""
 _DAY_S = 86_400.0
 
 AXIS_PATTERN = r"^([a-z][a-z0-9_-]{0,31}/)?[a-z][a-z0-9_-]{0,31}$"
-"""A device, or one of another bench: ``lathe/m1``."""
+"""Pattern of a device's name, or of one of another bench: ``lathe/m1``."""
 
 AxisName = Annotated[str, Field(pattern=AXIS_PATTERN)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -28,7 +27,7 @@ Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
 
 
 class AxisRules(StrictModel):
-    """What an axis may do in this run."""
+    """Limits of an axis in this run."""
 
     velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Most speed.")
     acceleration_rpm_per_s: float = Field(default=600.0, gt=0, le=1e6, description="Most acceleration.")
@@ -46,7 +45,7 @@ class AxisRules(StrictModel):
 
 
 class WaitUntil(StrictModel):
-    """Until a field of an axis is in a range."""
+    """Condition that a field of an axis is in a range."""
 
     axis: AxisName
     field: str = Field(description="A field of the axis, as in `position_deg`.")
@@ -71,7 +70,7 @@ class SplinePoint(BaseModel):
 
     @property
     def positions_deg(self) -> Mapping[str, Any]:
-        """By the names of axes."""
+        """Positions by the names of axes."""
         return self.model_extra or {}
 
 
@@ -148,7 +147,7 @@ class RunDocument(StrictModel):
 
 
 def parse_run(text: str, file: str) -> tuple[RunDocument, Document]:
-    """A run's text and the places in it. ``file`` is the name that problems carry.
+    """Read a run's text; answers it with its places. ``file`` is the name that problems carry.
 
     Raises:
         ConfigError: with all problems.
@@ -157,7 +156,7 @@ def parse_run(text: str, file: str) -> tuple[RunDocument, Document]:
 
 
 def run_from_data(data: Mapping[str, object]) -> tuple[RunDocument, Document]:
-    """The same from plain values; problems have line 0."""
+    """Read the same from plain values; problems have line 0."""
     return _checked(document_from_mapping(data, "<run>"))
 
 
@@ -172,7 +171,7 @@ def _checked(document: Document) -> tuple[RunDocument, Document]:
 
 
 def run_reference() -> str:
-    """The part of the reference about runs: every key of one, Markdown."""
+    """Write the part of the reference about runs: every key of one, Markdown."""
     schema = RunDocument.model_json_schema()
     parts = schema["$defs"]
     sections = [
