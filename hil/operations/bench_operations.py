@@ -1,4 +1,4 @@
-"""What is asked of a bench as a whole: faults, runs, and the daemon itself."""
+"""Operations on a bench as a whole: faults, runs, and the daemon itself."""
 
 import os
 from collections.abc import Awaitable, Callable
@@ -17,7 +17,7 @@ from hil.vocab.verbs import VerbRefused
 
 @dataclass(frozen=True)
 class BenchOperations:
-    """``end``: ends the daemon soon."""
+    """Operations on a bench as a whole. ``end``: ends the daemon soon."""
 
     registry: FaultRegistry
     queue: RunQueue
@@ -25,8 +25,7 @@ class BenchOperations:
     end: Callable[[], None]
 
     def clear(self, asked: Asked, number: float | str, on: str) -> dict[str, list[int]]:
-        """The numbers of faults that are gone. Those on ``m1`` are those on its ports too, and none of
-        ``m10``."""
+        """End faults; answers their numbers. ``m1`` stands for its ports too, and not for ``m10``."""
         there = [
             row["number"]
             for row in self.registry.listed()
@@ -43,8 +42,8 @@ class BenchOperations:
         return {"cleared": chosen}
 
     def run(self, asked: Asked, text: str, file: str, check: bool, anew: bool) -> Any:
-        """The run's progress at once, or a coroutine of it for what takes time; of a check how many steps it
-        has."""
+        """Submit or check a run: its progress at once, or a coroutine of it where that takes time; for a
+        check the number of its steps."""
         if check:
             return _planned(self.queue.check(asked.source, text, file))
         try:
@@ -54,14 +53,14 @@ class BenchOperations:
             raise VerbRefused("bad_run", str(error)) from None
 
     def runs(self, asked: Asked) -> list[dict[str, Any]]:
-        """The progress of one run, or of all."""
+        """Progress of one run, or of all."""
         name, known = asked.target, self.queue.progress
         if name and name not in known:
             raise VerbRefused("no_run", f"there is no run {name!r}")
         return [progress.as_dict() for progress in known.values() if name in ("", progress.run)]
 
     async def reload(self, asked: Asked) -> dict[str, Any]:
-        """Names of devices that were kept, restarted, added and removed."""
+        """Reload; answers the names of devices that were kept, restarted, added and removed."""
         try:
             return await self.reloader.reload()
         except (ConfigError, ConfigUnreadable) as error:
@@ -70,7 +69,7 @@ class BenchOperations:
             raise VerbRefused("not_now", str(error)) from None
 
     def stop(self, asked: Asked) -> dict[str, int]:
-        """The process that ends."""
+        """End the daemon soon; answers its process."""
         self.end()
         return {"pid": os.getpid()}
 

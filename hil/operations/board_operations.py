@@ -1,4 +1,4 @@
-"""What is asked of one board: its power, its pins, its surroundings, its terminal, its verbs."""
+"""Operations on one board: power, pins, surroundings, terminal, verbs."""
 
 import asyncio
 import re
@@ -26,25 +26,25 @@ from hil.wire.step_dir import Train, train_length_ns, train_problem
 
 EDGE_COLUMNS = 5
 BURST_BYTES = 65536
-"""Of one burst."""
+"""Maximum length of one burst."""
 _POLL_NS = 20_000_000
 _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
 class BoardOperations:
-    """Of one bench. ``real``: its real boards as axes, which carry out dialogues."""
+    """Operations on the boards of a bench. ``real``: its real boards as axes, which carry out dialogues."""
 
     def __init__(self, sim: BenchRuntime, places: Places, configured: Configured, real: RealAxes) -> None:
         self._sim, self._places, self._configured, self._real = sim, places, configured, real
 
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
-        """Of a real board by a dialogue."""
+        """Reset a board; a real one by a dialogue."""
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, "reset")
         return Done(self._sim.give(self._twin(asked.target), Reset()), {})
 
     def pin(self, asked: Asked, pin: str, level: float) -> Done:
-        """Whatever its firmware does: a level at a pin is there."""
+        """Drive an input pin, whatever the firmware does: a level at a pin is there."""
         device = self._twin(asked.target)
         if pin not in device.axis.pins:
             pins = ", ".join(device.axis.pins)
@@ -52,7 +52,7 @@ class BoardOperations:
         return Done(self._sim.give(device, Pin(pin, int(level))), {})
 
     def set_field(self, asked: Asked, field: str, value: Any) -> Done:
-        """Answers the value."""
+        """Set a field of the axis; answers its value."""
         device = self._twin(asked.target)
         fields = [name for name in SETTABLE if name in OF_KIND[device.axis.kind]]
         if field not in fields:
@@ -64,11 +64,11 @@ class BoardOperations:
         return Done(self._sim.give(device, SetField(field, float(value))), {field: value})
 
     def type(self, asked: Asked, text: str) -> Done:
-        r"""A text with ``\r``, ``\xHH`` and the like."""
+        r"""Type a text with ``\r``, ``\xHH`` and the like."""
         return self._type(asked.target, typed(text))
 
     def send(self, asked: Asked, data: str) -> Done:
-        """Hexadecimal digits."""
+        """Send bytes, given as hexadecimal digits."""
         return self._type(asked.target, bytes.fromhex(data))
 
     def _type(self, target: str, data: bytes) -> Done:
@@ -93,7 +93,7 @@ class BoardOperations:
     def do(
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
     ) -> Done | Coroutine[Any, Any, Done]:
-        """A verb of the board's own table."""
+        """Carry out a verb of the board's own table."""
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
         return Done(*self._sim.do(self._twin(asked.target), verb.name, parameters))
@@ -113,7 +113,7 @@ class BoardOperations:
         return Done(self._sim.now_ns, {})
 
     async def drive(self, asked: Asked, train: list[Any]) -> Done:
-        """When it began, and its length."""
+        """Play a pulse train; answers when it began, and its length."""
         rows = await off_loop(train, _train, train)
         device = self._twin(asked.target)  # the bench went on while they were read
         if "step" not in device.axis.pins:
@@ -121,7 +121,7 @@ class BoardOperations:
         return Done(self._sim.give(device, Drive(rows)), {"length_ns": train_length_ns(rows)})
 
     async def play(self, asked: Asked, bursts: list[Any]) -> Done:
-        """At a tap."""
+        """Play bursts at a tap."""
         rows = await off_loop(bursts, _bursts, bursts)
         taps = self._sim.taps
         if asked.target not in taps:
@@ -130,7 +130,7 @@ class BoardOperations:
         return Done(self._sim.give(taps[asked.target], Play(rows)), {})
 
     def state(self, asked: Asked) -> dict[str, float | None]:
-        """None for what is no number."""
+        """State of an axis; None for what is no number."""
         state = self._sim.snapshot(asked.target).as_dict()
         return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
 
@@ -145,7 +145,7 @@ class BoardOperations:
         ends_after_ns: float | None = None,
         set_point: float | None = None,
     ) -> dict[str, bool]:
-        """Whether what a verb began was ended by something else."""
+        """Wait until what a verb began has ended; answers whether something else ended it."""
         sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
         last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
         pause_s = _POLL_NS / 1e9 / speed
@@ -204,7 +204,7 @@ def _read(kind: type, field: str, rows: list[Any]) -> Any:
 
 
 def typed(text: str) -> bytes:
-    r"""What a text stands for: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
+    r"""Bytes of a text: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
 
     Raises:
         VerbRefused: something else follows a backslash, or a character is no byte.

@@ -1,4 +1,4 @@
-"""The control socket: what ``hil``'s commands talk to. A unix stream socket of mode 0660.
+"""Control socket, for ``hil``'s commands: a unix stream socket of mode 0660.
 
 A request is one line of JSON: ``{"verb": "status"}``, with the target and the parameters of the operation of
 that name; the answer is one line: ``{"ok": true, "result": ...}``, or ``{"ok": false, "error": "...", "code":
@@ -35,9 +35,9 @@ _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
-"""Nobody here asks twice for what he has asked once."""
+"""Defaults of arguments here: nobody asks twice for what he has asked once."""
 _PROBLEMS = ("bad_run", "bad_config")
-"""Refusals that are answers here: the problems of a text."""
+"""Codes of refusals that are answers here: the problems of a text."""
 
 log = logging.getLogger("hil")
 
@@ -49,11 +49,11 @@ class SocketRefused(Exception):
 
 
 class TooLong:
-    """A line that was longer than any request; it was not kept."""
+    """Line that was longer than any request; it was not kept."""
 
 
 class ClaimedSocket:
-    """The listening socket of a bench, which keeps other daemons away; clients wait until they are served.
+    """Listening socket of a bench, which keeps other daemons away; clients wait until they are served.
 
     Raises:
         SocketRefused: a daemon of this bench is running, or the socket cannot be made.
@@ -82,7 +82,7 @@ class ClaimedSocket:
             self._path.chmod(_MODE)
 
     def release(self) -> None:
-        """Nobody comes in any more; the socket's file goes, unless it is a successor's."""
+        """Let nobody in any more; the socket's file goes, unless it is a successor's."""
         self.listening.close()
         with suppress(OSError):
             if self._path.stat().st_ino == self._inode:
@@ -90,7 +90,7 @@ class ClaimedSocket:
 
 
 def listen_at(path: Path) -> socket.socket:
-    """A listening unix socket; whoever comes waits until ``let_in``.
+    """Make a listening unix socket; clients wait until ``let_in``.
 
     Raises:
         OSError: the socket cannot be made.
@@ -107,7 +107,7 @@ def listen_at(path: Path) -> socket.socket:
 
 
 def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
-    """``serve`` is run for each client, and cancelled where it waits when its client has to go."""
+    """Run ``serve`` for each client; it is cancelled where it waits when its client has to go."""
 
     async def stay(connection: socket.socket, visit: Visit) -> None:
         try:
@@ -124,7 +124,7 @@ def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
 
 
 class ControlServer:
-    """Serves those who come to a socket, from its making on."""
+    """Server of the clients of a socket, from its making on."""
 
     def __init__(self, desk: Desk, claimed: ClaimedSocket) -> None:
         self._desk = desk
@@ -151,7 +151,7 @@ class ControlServer:
             await writer.drain()
 
     async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
-        """To a request, or to what is none; ``capture`` in it: the connection carries one from now on."""
+        """Answer a request, or what is none; ``capture`` in it: the connection carries one from now on."""
         name = ""
         try:
             if isinstance(line, TooLong):
@@ -175,7 +175,7 @@ class ControlServer:
 
 
 def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str, str, dict[str, Any]]:
-    """The operation that a request asks for, its target and what is given with it.
+    """Read the operation that a request asks for, its target and what is given with it.
 
     Raises:
         VerbRefused: it is no such request.
@@ -202,7 +202,7 @@ def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str,
 async def _carry(
     capture: tuple[Capture, Callable[[], None]], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
 ) -> None:
-    """A capture goes out until its client leaves."""
+    """Let a capture go out until its client leaves."""
     taken, end = capture
     try:
         await writer.drain()
@@ -213,7 +213,7 @@ async def _carry(
 
 
 async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:
-    """With its end, or what came before the client has hung up."""
+    """Next line with its end, or what came before the client has hung up."""
     is_too_long = False
     while True:
         try:

@@ -1,5 +1,5 @@
-"""The desk: whatever is asked of a bench is checked here against the table and handed to the part that
-answers it, so that it is refused in the same words at every door."""
+"""The desk: every request to a bench is checked here against the table and handed to the part that answers
+it, so that it is refused in the same words at every door."""
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -18,7 +18,7 @@ _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
 
 class Desk:
-    """``hil.vocab.bridges.Desk``. ``answerers``: of all operations of the table, by name."""
+    """Desk of a bench, ``hil.vocab.bridges.Desk``. ``answerers``: by name, of all operations of the table."""
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class Desk:
             raise VerbRefused("cannot", f"{name} is a real board: {CANNOT}")
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:
-        """A verb of the device. One that all boards have is an operation itself."""
+        """Carry out a verb of the device. One that all boards have is an operation itself."""
         if name in EVERY_BOARDS:
             return self.ask(asked.source, name, asked.target, parameters)
         device = self._devices[asked.target]
@@ -85,7 +85,7 @@ class Desk:
 
 
 def no_operation(name: str) -> VerbRefused:
-    """What is not in the table, or has no answer in JSON, for those who write JSON."""
+    """Refusal of what is not in the table, or has no answer in JSON, for those who write JSON."""
     known = ", ".join(each.name for each in OPERATIONS.values() if each.answer is not None)
     return VerbRefused("no_verb", f"there is no verb {shown(name)}; verbs are {known}")
 
@@ -96,5 +96,5 @@ def _permit(source: Source, what: str, role: Role) -> None:
 
 
 def shown(text: str) -> str:
-    """A text from outside in a refusal."""
+    """Format a text from outside for a refusal."""
     return repr(text[:_SHOWN]) + "..." * (len(text) > _SHOWN)

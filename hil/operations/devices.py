@@ -1,4 +1,4 @@
-"""A bench's devices as doors see them."""
+"""Devices of a bench as doors see them."""
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
@@ -15,11 +15,11 @@ STATE = (
     *("loop_on", "mode", "r", "u", "following"),
     *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
 )
-"""What most want to see of an axis; each kind has some of them."""
+"""Fields of an axis in its short state; each kind has some of them."""
 
 
 class Devices(Mapping[str, DeviceInfo]):
-    """By name, of the configuration at the moment at which one is looked at."""
+    """Devices by name, of the configuration at the moment of the look."""
 
     def __init__(self, sim: BenchRuntime, configured: Configured) -> None:
         self._sim = sim

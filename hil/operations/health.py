@@ -1,5 +1,4 @@
-"""Is the bench well, and if not, what is wrong and what is to be done: the one answer of ``hil status``,
-bridges and metrics."""
+"""Health of a bench: problems and remedies, the one answer for ``hil status``, bridges and metrics."""
 
 import errno
 import os
@@ -17,8 +16,8 @@ from hil.sim.bench import BenchRuntime
 
 MISSED_SHARE = 0.01
 LOOP_LATE_NS = 250_000_000
-"""Of a minute, what makes a bench degraded. The longest work of a healthy one, a query of the look-up table,
-holds the loop for 20 ms."""
+"""Event loop lateness within a minute that makes a bench degraded. The longest work of a healthy one, a query
+of the look-up table, holds the loop for 20 ms."""
 KINDS = {
     "real_time": "real-time priority, the CPU or locked memory was refused",
     "wakes": f"more than {MISSED_SHARE:.0%} of the core's wakes of the last minute came too late",
@@ -29,11 +28,11 @@ KINDS = {
     "port": "a port cannot go on, or a real board is away",
     "segment": "stations of a segment share an address",
 }
-"""Of what can be wrong, and what each means."""
+"""Kinds of problems, and the meaning of each."""
 
 
 _CLOSED_TO_SERVICES = {os.strerror(number) for number in (errno.ENOENT, errno.EACCES, errno.EPERM)}
-"""What a device is in the unit's sandbox: PrivateDevices=, DevicePolicy=closed."""
+"""Errors that a device gives in the unit's sandbox: PrivateDevices=, DevicePolicy=closed."""
 _BACK = {
     os.strerror(errno.EACCES): "add the user who runs hil to the group that the device belongs to",
     os.strerror(errno.EPERM): "let the container or service that hil runs in have this device",
@@ -43,12 +42,12 @@ _BACK = {
     os.strerror(errno.EBUSY): "end the program that has it open",
     os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
 }
-"""By what the system says, which pyserial puts into longer sentences."""
+"""Remedies by the system's words, which pyserial puts into longer sentences."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """``about`` is the device, port or segment, empty for the whole bench."""
+    """Problem of a bench. ``about`` is the device, port or segment, empty for the whole bench."""
 
     kind: str
     about: str
@@ -58,7 +57,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Health:
-    """Of one bench. ``state_dir``: where its memories are; ``is_service``: a service manager started it."""
+    """Health of a bench. ``state_dir``: folder of its memories; ``is_service``: it runs as a service."""
 
     sim: BenchRuntime
     places: Places
@@ -69,11 +68,11 @@ class Health:
     is_service: bool
 
     def problems(self) -> list[Problem]:
-        """All that is wrong now, the bench's own first."""
+        """All present problems, the bench's own first."""
         return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
+        """Health for JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
         found = self.problems()
         return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
 
@@ -124,7 +123,7 @@ class Health:
 
 
 def _back(why: str, is_service: bool) -> str:
-    """What brings a real board back, whose port could not be opened."""
+    """Remedy that brings a real board back, whose port could not be opened."""
     if is_service and why in _CLOSED_TO_SERVICES:
         return (
             "plug it in, and open adapters to the service: the drop-in adapters.conf, docs/how-to/service.md"

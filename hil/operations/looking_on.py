@@ -1,4 +1,4 @@
-"""What is watched: samples of axes, packets on segments, bytes at ports, runs."""
+"""Watches on a bench: samples of axes, packets on segments, bytes at ports, runs."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -21,7 +21,7 @@ SAMPLES_AT_A_TIME = 5000
 
 
 class LookingOn:
-    """Of one bench."""
+    """Operations that watch one bench."""
 
     def __init__(
         self, sim: BenchRuntime, places: Places, clock: WallClock, watches: Watches, runs: RunQueue
@@ -29,13 +29,13 @@ class LookingOn:
         self._sim, self._places, self._clock, self._watches, self._runs = sim, places, clock, watches, runs
 
     def ports(self) -> Sequence[str]:
-        """Names of what bytes pass at."""
+        """Names of places at which bytes pass."""
         return [name for name in self._places if name not in self._sim.segments]
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
     ) -> Watch:
-        """As ``Desk.watch``; a target of samples is a twin."""
+        """Begin a watch, as ``Desk.watch``; a target of samples is a twin."""
         try:
             match what:
                 case Watched.SAMPLES:
@@ -58,7 +58,7 @@ class LookingOn:
         return _Calls(_listening(self._runs.listeners, tell))
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
-        """The watch's number, for those who come back for its samples."""
+        """Begin a watch that keeps samples; answers its number, for those who come back for them."""
         kind = self._sim.devices[asked.target].axis.kind
         try:
             names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
@@ -67,7 +67,7 @@ class LookingOn:
             raise VerbRefused("bad_parameter", str(error)) from None
 
     def samples(self, asked: Asked, watch: int) -> dict[str, Any]:
-        """Those since the last time."""
+        """Samples since the last call."""
         try:
             rows, lost = self._watches.take(watch, SAMPLES_AT_A_TIME)
         except KeyError:
@@ -77,12 +77,12 @@ class LookingOn:
         return {"rows": rows, "lost": lost, "sim_ns": self._sim.now_ns}
 
     def unwatch(self, asked: Asked, watch: int) -> dict[str, Any]:
-        """Also one that has ended."""
+        """End a watch, also one that has ended."""
         self._watches.close(watch)
         return {}
 
     def capture(self, asked: Asked, ports: list[str]) -> tuple[Capture, Callable[[], None]]:
-        """A capture, which waits for a writer, and what ends it."""
+        """Make a capture, which waits for a writer, and a function that ends it."""
         segments = self._sim.segments
         for name in ports:
             if name not in segments and name not in self._places:
@@ -107,13 +107,13 @@ class LookingOn:
 
 
 def _listening(listeners: list[Any], call: Callable[..., Any]) -> Callable[[], None]:
-    """Call with all that is told there; answers what ends it."""
+    """Add a listener; answers a function that removes it."""
     listeners.append(call)
     return partial(listeners.remove, call)
 
 
 class _Calls:
-    """Something that calls by itself until ``end``."""
+    """Watch that calls by itself until ``end``."""
 
     lost = 0
 
@@ -121,11 +121,11 @@ class _Calls:
         self.close = end
 
     def take(self) -> None:
-        """What there is has been told."""
+        """Do nothing: everything has been told."""
 
 
 class Samples:
-    """Samples of an axis, which wait in the core until they are taken."""
+    """Watch on samples of an axis, which wait in the core until they are taken."""
 
     def __init__(
         self, sampler: Sampler, device: str, interval_ns: int | Fraction, call: Callable[[bytes], object]

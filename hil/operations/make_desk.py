@@ -1,4 +1,4 @@
-"""The desk of a bench, from the parts that answer."""
+"""Composition of a bench's desk from the parts that answer."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -27,7 +27,7 @@ def make_desk(
     is_service: bool,
     stop: Callable[[], None],
 ) -> Desk:
-    """Of a bench that runs. ``is_service``: a service manager started the daemon; ``stop``: ends it."""
+    """Make the desk of a running bench. ``is_service``: a service manager started it; ``stop``: ends it."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     devices = Devices(sim, configured)

@@ -1,4 +1,4 @@
-"""The table of metrics: what each is called and means, and where its values stand."""
+"""Table of metrics: each one's name and meaning, and where its values stand."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ from hil.vocab.ports import Port, PortStats
 
 RUN_STATES = ("queued", "running", "done", "failed", "cancelled")
 FIRST_OCTAVE, LAST_OCTAVE = 10, 30
-"""A histogram's buckets end at 2^10 ns (1 us) to 2^30 ns (1.07 s)."""
+"""Octaves of a histogram: buckets end at 2^10 ns (1 us) to 2^30 ns (1.07 s)."""
 
 Values = Iterable[tuple[tuple[str, ...], Value]]
 
 
 @dataclass(frozen=True)
 class Metrics:
-    """Of one bench."""
+    """Metrics of one bench."""
 
     sim: BenchRuntime
     configured: Configured
@@ -44,22 +44,21 @@ class Metrics:
     health: Health
 
     def read(self) -> Iterator[Reading]:
-        """All with their values. Each is read in one go: between two of them, a reload may add and remove
-        devices."""
+        """Read all metrics, each in one go: between two, a reload may add and remove devices."""
         scrape = Scrape(self, self.sim.core.native.rt_stats(), read_process())
         for metric, read in METRICS:
             yield metric, list(read(scrape))
 
 
 class Scrape(NamedTuple):
-    """What one reading needs more than once."""
+    """Values that one reading needs more than once."""
 
     of: Metrics
     rt: Any
     process: Process
 
     def ports(self) -> dict[str, Port]:
-        """By name; a real board's is the one that programs use."""
+        """Ports by name; a real board's is the one that programs use."""
         return {place.label: place.port for place in self.of.places.joints()}
 
 
@@ -71,7 +70,7 @@ class Row(NamedTuple):
 
 
 def octave_histogram(octaves: Iterable[int], total_ns: int) -> Histogram:
-    """Of counts by powers of two of nanoseconds: number b has those of [2^(b-1), 2^b)."""
+    """Make a histogram of counts by powers of two of nanoseconds: number b has those of [2^(b-1), 2^b)."""
     below: dict[int, int] = dict.fromkeys(range(FIRST_OCTAVE, LAST_OCTAVE + 1), 0)
     over = 0
     for power, count in enumerate(octaves):

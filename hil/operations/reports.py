@@ -1,4 +1,4 @@
-"""What is told of a bench: its devices, segments and bridges, and how they do."""
+"""Reports on a bench: its devices, segments and bridges, and their state."""
 
 import os
 from collections.abc import Mapping
@@ -24,12 +24,12 @@ from hil.vocab.ports import PortStats, port_label
 from hil.vocab.verbs import described
 
 NAMED = 5
-"""Devices that have failed, in a line."""
+"""Maximum number of failed devices named in a line."""
 
 
 @dataclass(frozen=True)
 class Reports:
-    """Of one bench. ``notes``: for the operator, by device."""
+    """Reports on one bench. ``notes``: for the operator, by device."""
 
     sim: BenchRuntime
     configured: Configured
@@ -43,7 +43,7 @@ class Reports:
     health: Health
 
     def listed(self) -> dict[str, Any]:
-        """The bench's devices and taps, and where their ports are."""
+        """List the bench's devices and taps, and the addresses of their ports."""
         head = {"bench": self.configured.config.bench, "pid": os.getpid(), "version": __version__}
         devices = [self._row(name, config) for name, config in self.configured.config.devices.items()]
         taps = [
@@ -74,7 +74,7 @@ class Reports:
         }
 
     def status(self) -> dict[str, Any]:
-        """The same with counters, health and all else that is known."""
+        """List the same with counters, health and all else that is known."""
         rt, config = self.sim.core.native.rt_stats(), self.configured.config
         listed = self.listed()
         for row in listed["devices"]:
@@ -152,7 +152,7 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
 
 
 def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
-    """Each segment with its stations, taps and counters."""
+    """List each segment with its stations, taps and counters."""
     now_ns = sim.now_ns
     rows = []
     for name, segment in sim.segments.items():
@@ -171,8 +171,7 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
 
 
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
-    """The bench in one line, for ``systemctl status``: devices and those that have failed, clients, real
-    time, missed ticks."""
+    """Format the bench in a line for systemd: devices, failures, clients, real time, missed ticks."""
     failed = [name for name, device in sim.devices.items() if device.failed]
     failed += [label for label, place in places.uarts.items() if place.failure]
     clients = sum(place.port.stats().clients for place in places.joints())

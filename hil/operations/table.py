@@ -1,5 +1,5 @@
-"""The one table of what can be asked of a bench. ``desk.py`` answers it. Doors, permissions, the reference
-and the control socket's verbs are written from it.
+"""The one table of operations on a bench. ``desk.py`` answers it. Doors, permissions, the reference and the
+control socket's verbs are written from it.
 
 Verbs of a kind of board stand in the table of its profile and are asked for by ``do``.
 """
@@ -18,23 +18,23 @@ from hil.wire.step_dir import MAX_ROWS
 NAME_CHARACTERS = 256
 LIST_NAMES = 1024
 WATCH_IDLE_S = 10
-"""A watch that nobody asks for samples so long has ended."""
+"""Time without a request for samples after which a watch has ended."""
 LONGEST_WAIT_S = 3600.0
 EVERY_BOARDS = {verb.name: verb for verb in COMMON}
 """Verbs that all boards have, which are operations themselves."""
 TYPED_BYTES = round(EVERY_BOARDS["type"].parameters[0].maximum)
-"""Of what is typed at once, as text or as hexadecimal digits."""
+"""Maximum that is typed at once, as text or as hexadecimal digits."""
 
 
 class Asked(NamedTuple):
-    """Who asks, and of what."""
+    """Asker and target of a request."""
 
     source: Source
     target: str
 
 
 Answerer = Callable[..., Any]
-"""Called with an ``Asked`` and the operation's parameters; answers, or raises VerbRefused."""
+"""Answerer of an operation: called with an ``Asked`` and the parameters; answers, or raises VerbRefused."""
 
 
 def _is_hex(value: Any) -> bool:
@@ -64,7 +64,7 @@ def _is_number_or_all(value: Any) -> bool:
 
 
 def _rows(most: int, columns: str) -> Form:
-    """Only their number is looked at here: who takes them reads them, beside the event loop."""
+    """Form of rows, which checks their number only: whoever takes them reads them, beside the event loop."""
     return Form(
         f"at most {most:,} rows of {columns}", lambda value: isinstance(value, list) and len(value) <= most
     )
@@ -97,7 +97,7 @@ def _asked(
 
 
 def _common(name: str, target: Target, *, takes_time: bool = False) -> Operation:
-    """A verb that every board has: by ``do`` it is the same operation."""
+    """Operation of a verb that every board has: by ``do`` it is the same."""
     verb = EVERY_BOARDS[name]
     return _asked(name, target, verb.role, verb.about, *verb.parameters, takes_time=takes_time)
 
