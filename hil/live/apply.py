@@ -1,8 +1,9 @@
-"""Makes the bench what a plan says: at the start all of it, at a reload what has changed.
+"""Applies a plan to the bench: at the start all of it, at a reload what has changed.
 
-First everything that can fail is done beside what runs (``Stage``). If something fails, it is all taken away
-again, and nothing has changed. Then the new takes the old's place in one step, which cannot fail; at last
-what has gone is closed.
+First everything that can fail is done beside what runs (``Stage``, memories, files). If something fails, the
+plan is refused: all of it is taken away again, and nothing has changed. Then the new takes the old's place in
+one step, which cannot fail; only at a start may it still refuse a fault of the configuration. At last what
+has gone is closed.
 """
 
 import asyncio
@@ -33,13 +34,13 @@ from hil.vocab.ports import Port, port_label
 log = logging.getLogger("hil")
 
 COMMIT_S = 5.0
-"""How long a reload waits for boards that are writing their memories."""
+"""Maximum time that a reload waits for boards that are writing their memories."""
 _POLL_S = 0.01
 
 
 @dataclass(frozen=True)
 class Apply:
-    """Of one bench. ``notes``: for the operator, by device, about its start."""
+    """Applies plans to a bench. ``notes``: for the operator, by device, about its start."""
 
     bench: BenchRuntime
     configured: Configured
@@ -55,7 +56,7 @@ class Apply:
     notes: dict[str, str]
 
     async def carry_out(self, plan: Plan) -> None:
-        """Do what the plan says. Raises Refused: it cannot be had; nothing has changed."""
+        """Apply a plan. Raises Refused: it cannot be had; at a reload nothing has changed then."""
         staged = Staged()
         try:
             await self.stage.prepare(plan, staged)
@@ -78,7 +79,7 @@ class Apply:
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 
     async def _until_stored(self, plan: Plan) -> None:
-        """A board whose memory is being written has to know what became of it."""
+        """Wait for boards that are writing their memories: each has to know what became of it."""
         devices, loop = self.bench.devices, asyncio.get_running_loop()
         twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
         until_s = loop.time() + COMMIT_S
@@ -88,7 +89,7 @@ class Apply:
             await asyncio.sleep(_POLL_S)
 
     def _keep_aside(self, plan: Plan) -> dict[str, str]:
-        """Put away the files of other boards; all of them, or none. Answers the notes about it, by device.
+        """Put away the files that are other boards'; all of them, or none. Answers notes by device.
 
         Not in a thread: between the old board's last commit and its end nothing else may come.
 
@@ -109,7 +110,7 @@ class Apply:
     # ---- in one step ----
 
     def _swap(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
-        """Put the new in the old's place; the ports that have gone, still open."""
+        """Put the new in the old's place; answers the ports that have gone, still open."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
         for name in plan.named("remove", "restart"):
@@ -137,7 +138,7 @@ class Apply:
         return gone
 
     def _take_away(self, plan: Plan, staged: Staged, name: str) -> list[Port]:
-        """What leaves of a device; ports that the new one goes on with are only vacated."""
+        """Remove a device; answers its ports that have gone. Ports that the new one keeps are vacated."""
         gone: list[Port] = []
         self.faults.forget(name)
         boards, uarts = self.places.boards, self.places.uarts
@@ -179,7 +180,7 @@ class Apply:
             boards[name].occupy(BoardEnd(boards[name], line))
 
     def _inject(self, plan: Plan) -> None:
-        """Faults of the configuration, on what begins."""
+        """Inject the configuration's faults on devices that begin."""
         begun = {*plan.begun(twins=True), *plan.begun(twins=False)}
         for fault in plan.config.faults:
             place = fault.target.partition(".")[0]

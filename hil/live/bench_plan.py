@@ -1,4 +1,4 @@
-"""What has to happen for the bench to be what a configuration says: all that is read for it is read here.
+"""Plans of how the bench becomes what a configuration says. All that has to be read is read here.
 
 A start is planned as a reload is, from a bench without devices.
 """
@@ -19,14 +19,14 @@ from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.store import Loaded, NvmStore, StoreError, belongs_to
 
 SWITCH_S = 0.0005
-"""How long this thread's Python may keep the event loop waiting, at each system call; otherwise 5 ms."""
+"""Maximum time that this thread keeps Python from the event loop, at each system call; otherwise 5 ms."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A configuration that can be had. ``memories`` (of those that do not go on with their own) and
-    ``tables`` (what it puts into a memory) are of twins that begin. ``is_start``: nothing runs yet, so that
-    devices can be joined."""
+    """Plan for a configuration that can be had. ``memories`` (of twins that do not go on with their own) and
+    ``tables`` (what the configuration puts into a memory) are of twins that begin. ``is_start``: nothing runs
+    yet, so that devices can be joined."""
 
     config: BenchConfig
     changes: tuple[Change, ...]
@@ -40,15 +40,15 @@ class Plan:
         return device is not None and device.at is None
 
     def named(self, *actions: str) -> list[str]:
-        """Devices that have one of these actions, in order."""
+        """Names of devices that have one of these actions, in order."""
         return [change.device for change in self.changes if change.device and change.action in actions]
 
     def begun(self, *, twins: bool) -> list[str]:
-        """Devices that are new or start anew: twins, or real boards."""
+        """Names of devices that are new or start anew: twins, or real boards."""
         return [name for name in self.named("restart", "add") if self.has_twin(name) == twins]
 
     def sections(self, name: str, stored: Mapping[str, bytes]) -> dict[str, bytes]:
-        """A twin's memory as it begins: what the configuration asks for, over what is stored."""
+        """Memory of a twin as it begins: what the configuration asks for, over what is stored."""
         config = self.config.devices[name]
         if config.flash.table in ("stored", "empty"):
             return start_sections(config, stored, Path())
@@ -57,7 +57,7 @@ class Plan:
 
 
 def plan_start(config: BenchConfig, folder: Path, files: NvmStore) -> Plan:
-    """All devices of a configuration begin. Files that it names are looked up from ``folder``.
+    """Plan the start of all devices of a configuration. Files that it names are looked up from ``folder``.
 
     Raises:
         Refused: memories or tables cannot be used; all of them are named.
@@ -67,7 +67,7 @@ def plan_start(config: BenchConfig, folder: Path, files: NvmStore) -> Plan:
 
 
 def plan_reload(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig, files: NvmStore) -> Plan:
-    """Read the configuration again.
+    """Read the configuration again, and plan the change to it.
 
     Raises:
         ConfigError: it has problems, all of them with file:line:column.
@@ -118,7 +118,7 @@ def _plan(
 
 
 def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> Loaded | None:
-    """None: it goes on with its own."""
+    """Load the memory of a device; None: it goes on with its own."""
     before, profile = old.devices.get(name), new.devices[name].profile
     if before is None or before.at is not None:
         return files.look(name, profile)
@@ -129,8 +129,7 @@ def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> L
 
 @contextmanager
 def _giving_way() -> Iterator[None]:
-    """Python runs here while the event loop serves: it gets its turn soon, and no collection of garbage in
-    between stops both."""
+    """Share Python with the serving event loop: it soon gets its turn, and no garbage collection runs."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     gc.disable()
@@ -142,6 +141,6 @@ def _giving_way() -> Iterator[None]:
 
 
 def problems_of(error: Exception) -> str:
-    """In a line, for where there is room for one."""
+    """Format an error's problems in one line, for where there is room for one."""
     first, *others = str(error).splitlines() or [""]
     return first + (f" (and {len(others)} more)" if others else "")

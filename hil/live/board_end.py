@@ -1,4 +1,4 @@
-"""A real board's line behind a port at which programs reach it through the daemon.
+"""Real boards' lines, each behind a port at which programs reach the board through the daemon.
 
 Nothing here has simulated time: a real board's bytes come when they come. Bytes pass both ways as they are,
 unless a fault was asked for; a dialogue of the daemon's own with the board holds the program's bytes up, and
@@ -17,18 +17,17 @@ from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all, byte_faults
 
 HOLD_BYTES = 64 * 1024
-"""While more than this waits to be taken at one end, nothing is read at the other."""
+"""Maximum that waits to be taken at one end; beyond it, nothing is read at the other."""
 
 
 class _Way:
-    """Bytes in one direction, through the faults that are on it. ``moved``: called when some that waited have
-    been passed on."""
+    """Bytes in one direction, through its faults. ``moved``: called when waiting bytes are passed on."""
 
     def __init__(self, passed: Callable[[bytes], None], moved: Callable[[], None]) -> None:
         self._passed = passed
         self._moved = moved
         self.faults: dict[int, ByteFaults] = {}
-        """By the number that each was injected under; they act one after the other."""
+        """Faults by the numbers they were injected under; they act one after the other."""
         self.waiting_bytes = 0
         self._free_s = 0.0
 
@@ -52,28 +51,28 @@ class _Way:
 
 
 class BoardEnd:
-    """``line`` is the board's own port, and is opened with ``from_board`` as its host."""
+    """End at a real board. ``line`` is the board's own port, opened with ``from_board`` as its host."""
 
     def __init__(self, joint: "Joint[BoardEnd]", line: Port) -> None:
         self._joint = joint
         self.name = joint.label
         self.line = line
         self.failure: str | None = None
-        """Why the board's line cannot go on."""
+        """Reason why the board's line cannot go on."""
         self.from_board = _FromBoard(self)
         self._to_board = _Way(self._pass_to_board, joint.refresh)
         self.to_client = _Way(self._pass_to_client, self.from_board.resume)
         self.typed_bytes = 0
-        """Those of programs to the board: after them the daemon does not know what it does."""
+        """Number of bytes from programs to the board: after them the daemon does not know what it does."""
         self.is_held = False
-        """A run has the board."""
+        """Whether a run has the board."""
         self._is_gone = False
         self._talk = asyncio.Lock()
         self._heard: asyncio.Queue[tuple[float, bytes]] | None = None
 
     @property
     def is_busy(self) -> bool:
-        """A dialogue or a run has the board: clients' bytes wait."""
+        """Whether a dialogue or a run has the board: clients' bytes wait."""
         return self._heard is not None or self.is_held
 
     # ---- End ----
@@ -84,7 +83,7 @@ class BoardEnd:
         return max(HOLD_BYTES - self.line.backlog() - self._to_board.waiting_bytes, 0)
 
     def hold(self, is_held: bool) -> None:
-        """The board's line says when there is room again."""
+        """Ignored: the board's line says when there is room again."""
 
     def take(self, data: bytes) -> None:
         self.typed_bytes += len(data)
@@ -95,7 +94,7 @@ class BoardEnd:
         self.from_board.resume()
 
     def client_left(self, baud: int | None) -> None:
-        """The board's line keeps its speed, and the board its power."""
+        """Ignored: the board's line keeps its speed, and the board its power."""
 
     def leave(self) -> None:
         self._is_gone = True
@@ -108,7 +107,7 @@ class BoardEnd:
     # ---- from the board ----
 
     def room_for_board(self) -> int:
-        """How many of its bytes can be taken now."""
+        """Number of the board's bytes that can be taken now."""
         return max(HOLD_BYTES - self._joint.port.backlog() - self.to_client.waiting_bytes, 0)
 
     def _pass_to_client(self, data: bytes) -> None:
@@ -126,24 +125,24 @@ class BoardEnd:
         way.faults[number] = byte_faults(fault)
 
     def clear(self, number: int) -> None:
-        """The line is as it was without that fault."""
+        """Take that fault off the line."""
         for way in (self._to_board, self.to_client):
             way.faults.pop(number, None)
 
     def changed_bytes(self, number: int) -> int:
-        """How many bytes did not come through as they were."""
+        """Number of bytes that did not come through as they were."""
         ways = (self._to_board, self.to_client)
         return sum(way.faults[number].changed_bytes for way in ways if number in way.faults)
 
     # ---- the daemon's own ----
 
     def hold_clients(self, is_held: bool) -> None:
-        """A run has the board: programs' bytes for it wait from now on, or go on."""
+        """Let programs' bytes for the board wait from now on, because a run has it, or go on."""
         self.is_held = is_held
         self.refresh()
 
     def send(self, data: bytes) -> None:
-        """Bytes to the board, as a client's. Raises DialogueError: a run has the board."""
+        """Send bytes to the board, as a client's. Raises DialogueError: a run has the board."""
         if self.is_held:
             raise DialogueError(f"{self.name}: a run has this board; cancel it, or wait for its end")
         self.take(data)
@@ -187,7 +186,7 @@ class BoardEnd:
 
 
 class _FromBoard:
-    """The host of a board's line."""
+    """Host of a board's line."""
 
     def __init__(self, end: BoardEnd) -> None:
         self._end = end
@@ -205,7 +204,7 @@ class _FromBoard:
         self._end.refresh()
 
     def client_left(self, baud: int | None) -> None:
-        """The board is away; its line tries again."""
+        """Note that the board is away; its line tries again."""
 
     def port_failed(self, reason: str) -> None:
         self._end.failure = reason

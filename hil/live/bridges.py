@@ -1,4 +1,4 @@
-"""The bridges of a bench that are open."""
+"""Bridges of a bench that are open."""
 
 import logging
 from collections.abc import Collection, Mapping
@@ -11,10 +11,10 @@ log = logging.getLogger("hil")
 
 
 class Bridges(dict[str, Bridge]):
-    """By kind, in the order of the configuration."""
+    """Bridges by kind, in the order of the configuration."""
 
     async def open(self, wanted: Mapping[str, Any], desk: Desk) -> None:
-        """Open those that the configuration wants. Raises BridgeError: one cannot be opened; says which."""
+        """Open the bridges that the configuration wants. Raises BridgeError: says which cannot be opened."""
         for kind, options in wanted.items():
             bridge = make_bridge(kind, options, desk)
             try:
@@ -28,7 +28,7 @@ class Bridges(dict[str, Bridge]):
             await bridge.close()
 
     async def exchanged(self, names: Collection[str]) -> None:
-        """These devices were added, taken away or exchanged, and what has gone is closed."""
+        """Note that these devices were added, removed or exchanged, and that what has gone is closed."""
         for kind, bridge in self.items():
             try:
                 await bridge.devices_changed(names)

@@ -1,4 +1,4 @@
-"""Live captures: what passes at ports, as pcapng to whoever asked for it over the control socket."""
+"""Live captures of the traffic at ports, as pcapng to whoever asked for it over the control socket."""
 
 import asyncio
 import time
@@ -9,11 +9,11 @@ from hil.vocab.segment import SegmentEvent
 from hil.wire.pcapng import Event, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
-"""What may wait for a reader; more is lost, which the capture says."""
+"""Maximum that may wait for a reader; more is lost, which the capture says."""
 
 
 class Capture:
-    """One reader's. ``sources`` are names of ports, in the order of the capture's interfaces."""
+    """Capture for one reader. ``sources`` are names of ports, in the order of the capture's interfaces."""
 
     def __init__(self, sources: Sequence[str], epoch_ns: int) -> None:
         self.sources = sources
@@ -22,12 +22,12 @@ class Capture:
         self._is_losing = False
 
     def begin(self, writer: asyncio.StreamWriter) -> None:
-        """From now on records go to this writer."""
+        """Send records to this writer from now on."""
         self._writer = writer
         writer.write(header(f"hil {__version__}", self.sources))
 
     def put(self, source: int, event: Event, data: bytes = b"", comment: str = "", at_ns: int = -1) -> None:
-        """A record; ``at_ns``: simulated time, else now."""
+        """Write a record; ``at_ns``: simulated time, else now."""
         writer = self._writer
         if writer is None or writer.is_closing():
             return
@@ -41,10 +41,10 @@ class Capture:
         writer.write(record(source, time_ns, event, data, comment))
 
     def passed(self, source: int, towards: str, data: bytes) -> None:
-        """At a port: which way, and the bytes."""
+        """Record bytes that have passed at a port, with their direction."""
         self.put(source, Event.TX if towards == "board" else Event.RX, data)
 
     def heard(self, source: int, event: SegmentEvent) -> None:
-        """On a segment: each burst with its time; what a disturbed line reads as, with errors."""
+        """Record traffic of a segment: bursts with their times; readings of a disturbed line, with errors."""
         kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
         self.put(source, kind, event.data, event.about, event.at_ns)

@@ -1,10 +1,10 @@
-"""The wall's time and the bench's."""
+"""Wall clock of a bench."""
 
 from hil.sim.bench import BenchRuntime
 
 
 class WallClock:
-    """Translates between simulated time and the wall's, both in nanoseconds; the wall's is counted from 1970.
+    """Conversion between simulated and wall time, both in nanoseconds; wall time is counted from 1970.
     ``epoch_ns``: the wall's time at simulated time 0."""
 
     def __init__(self, bench: BenchRuntime, speed: float, epoch_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""The boards' store as the bench sees it: commits go to files, answers come back as inputs."""
+"""Store of boards' memories as the bench sees it: commits go to files, answers come back as inputs."""
 
 import asyncio
 import logging
@@ -13,8 +13,8 @@ log = logging.getLogger("hil")
 
 
 class Commits:
-    """Boards' memories in files; answers come back as inputs, with the times of their own. ``begin`` comes
-    before a device's first commit."""
+    """Boards' memories in files; answers come back as inputs, with times of their own. ``begin`` comes before
+    a device's first commit."""
 
     def __init__(self, files: NvmStore, loop: asyncio.AbstractEventLoop) -> None:
         self._files = files
@@ -22,16 +22,16 @@ class Commits:
         self._counters: dict[str, int] = {}
         self._ends = False
         self.failures: dict[str, str] = {}
-        """Why a device's memory was not written the last time."""
+        """Reasons why devices' memories were not written the last time, by device."""
         self.writes = {"ok": 0, "failed": 0}
 
     def begin(self, device: str, counter: int) -> None:
-        """A device begins; ``counter``: of the commits that made its file."""
+        """Note that a device begins; ``counter``: number of the commits that made its file."""
         self._counters[device] = counter
         self.failures.pop(device, None)
 
     async def end(self) -> None:
-        """Wait for the answers to all commits so far. What they make the boards commit is never answered, as
+        """Wait for the answers to all commits so far. What the boards commit on these is never answered, as
         when their power goes in the middle of it."""
         self._ends = True
         await self._loop.run_in_executor(None, self._files.close)

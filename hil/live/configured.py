@@ -1,4 +1,4 @@
-"""What the configuration says now."""
+"""Present configuration of a bench."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from hil.config import BenchConfig, Catalogue
 
 @dataclass
 class Configured:
-    """The bench's configuration, and the catalogue that it was checked against. Only ``hil.live.apply``
-    exchanges ``config``; whoever keeps it longer than a call has an old one after a reload."""
+    """Present configuration, and the catalogue that it was checked against. Only ``hil.live.apply``
+    exchanges ``config``: whoever keeps it longer than a call has an old one after a reload."""
 
     config: BenchConfig
     catalogue: Catalogue

@@ -1,4 +1,4 @@
-"""The core's real-time thread: how it is started, and how long the event loop works for it at a time."""
+"""Start of the core's real-time thread, and how long the event loop works for it at a time."""
 
 import asyncio
 import gc
@@ -13,11 +13,11 @@ from hil.live.refusals import StartError
 from hil.sim.bench import BenchRuntime
 
 TURN_S = 0.02
-"""Of the event loop, for one group that is late: as long as the longest step of a healthy firmware."""
+"""Event loop time for one group that is late: as long as the longest step of a healthy firmware."""
 
 
 def turn() -> Callable[[], bool]:
-    """Says when the turn of a group that begins now is over."""
+    """Make a function that says whether the turn of a group that begins now is over."""
     end_s = time.monotonic() + TURN_S
     return lambda: time.monotonic() > end_s
 
@@ -25,7 +25,7 @@ def turn() -> Callable[[], bool]:
 def start_core(
     stack: AsyncExitStack, bench: BenchRuntime, config: BenchConfig, *, require_rt: bool
 ) -> tuple[WallClock, Grant]:
-    """The bench's time begins, and the event loop serves it until ``stack`` is put away.
+    """Start the bench's time, which the event loop serves until ``stack`` is put away.
 
     Raises:
         StartError: there can be no such thread, or none with the rights that are required.

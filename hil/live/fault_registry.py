@@ -1,4 +1,4 @@
-"""Faults in the daemon: of twins and segments, and of real boards' lines, under one count of numbers."""
+"""Faults in the daemon: on twins and segments, and on real boards' lines, under one count of numbers."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -12,7 +12,7 @@ from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
 
 
 class FaultRegistry:
-    """Of one bench; ``places``: its real boards, on whose lines byte faults can be."""
+    """Faults of one bench; ``places``: its real boards, on whose lines byte faults can be."""
 
     def __init__(self, bench: BenchRuntime, places: Places) -> None:
         self._bench = bench
@@ -20,7 +20,7 @@ class FaultRegistry:
         self._active: dict[int, Fault] = {}
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
-        """Put a fault there; its number.
+        """Inject a fault; answers its number.
 
         Raises:
             FaultRefused: there is no such kind or place, or a parameter does not do.
@@ -45,11 +45,11 @@ class FaultRegistry:
             self._bench.clear_fault(number)
 
     def forget(self, device: str) -> None:
-        """A real board goes, or is exchanged, and what was wrong with its line."""
+        """Remove the faults of a real board's line when the board goes or is exchanged."""
         self._active = {number: fault for number, fault in self._active.items() if fault.target != device}
 
     def listed(self) -> list[dict[str, Any]]:
-        """All that are active; those of real lines with how many bytes each has changed."""
+        """List all active faults; those of real lines with the number of bytes that each has changed."""
         rows: list[dict[str, Any]] = [
             {"number": number, **asdict(fault)} for number, fault in self._bench.faults.active.items()
         ]

@@ -1,4 +1,4 @@
-"""The folders of a bench: its state, which no other daemon may have, and its runtime directory."""
+"""Folders of a bench: its state, which no other daemon may have, and its runtime directory."""
 
 import errno
 import fcntl
@@ -15,8 +15,8 @@ from hil.net.control_client import already_running, listener
 
 @contextmanager
 def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
-    """Make both, and keep other daemons away from the state. At the end the runtime directory goes, if it is
-    empty, and the folder that it is in, unless somebody else has made that.
+    """Make both folders, and keep other daemons away from the state. At the end the runtime directory goes,
+    if it is empty, and the folder that it is in, unless somebody else has made that.
 
     Raises:
         StartError: one cannot be had.
@@ -41,7 +41,7 @@ def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
 
 
 def _lock(bench: str, state: Path, runtime: Path) -> int:
-    """A file descriptor, for as long as which is open the directory is ours."""
+    """Lock the state directory: it is ours for as long as the file descriptor is open."""
     try:
         make_folder(state)
         lock = os.open(state, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)

@@ -24,28 +24,28 @@ from hil.sim.stops import FirmwareHung, Guarded
 log = logging.getLogger("hil")
 
 STEP_LIMIT_NS = 200_000_000
-"""CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the look-up
-table, takes 20 ms."""
+"""Maximum CPU time of one step, up to a quarter more. The longest of a healthy firmware, a query of the
+look-up table, takes 20 ms."""
 PARTS = 4
 BREADCRUMB = "hung"
-"""In the bench's state directory; no device's file has this name."""
+"""Name of the breadcrumb file in the bench's state directory; no device's file has this name."""
 WAIT_LIMIT_NS = 200_000_000
-"""Of the wall's time, in which the thread gave the CPU away of its own accord after each bell, and used next
-to none: one that does not get a CPU, or is stopped, is not suspected."""
+"""Maximum wall time of a step in which the thread gave the CPU away of its own accord after each bell, and
+used next to none: one that does not get a CPU, or is stopped, is not suspected."""
 WAIT_CPU_SHARE = 0.05
-"""A healthy step that shares the interpreter with other threads uses more, up to a load of 20."""
+"""Maximum CPU share of a waiting step: a healthy one that shares the interpreter with other threads uses
+more, up to a load of 20."""
 LONG_WAITS = 5
-"""So many limits may a step wait that does not hear each bell: another thread may keep the interpreter."""
+"""Limits for a waiting step that does not hear each bell: another thread may keep the interpreter."""
 FEW_STEPS = 10
-"""Fewer in a part of the limit are not short: a client has asked for much."""
+"""Minimum number of short steps in a part of the limit: fewer are long, as a client has asked for much."""
 PATIENCE = 10
-"""So many limits may steps that are not short go on without getting anywhere: a client's 16 queries of the
-look-up table at one instant take 2."""
+"""Limits for steps that are not short and get nowhere: 16 queries of the look-up table at once take 2."""
 
 
 @dataclass
 class _Waiting:
-    """A step, since its first bell of the wall's time."""
+    """State of a step since its first bell of the wall's time."""
 
     heard: int
     waits: int
@@ -53,9 +53,9 @@ class _Waiting:
 
 
 class StepGuard(AbstractContextManager[None]):
-    """``with guard(device):`` around each step; make it once, in the main thread, and close it: a bell that
-    rings while Python ends would kill the process. ``speed``: simulated seconds in one. ``breadcrumb``: the
-    file that names the device whose firmware could not be interrupted."""
+    """Guard of firmware: ``with guard(device):`` around each step; make it once, in the main thread, and
+    close it: a bell that rings while Python ends would kill the process. ``speed``: simulated seconds in one.
+    ``breadcrumb``: the file that names the device whose firmware could not be interrupted."""
 
     def __init__(self, breadcrumb: Path, speed: float = 1.0, limit_ns: int = STEP_LIMIT_NS) -> None:
         self._limit_ns = limit_ns
@@ -110,7 +110,7 @@ class StepGuard(AbstractContextManager[None]):
             raise struck
 
     def aside(self) -> "_Aside":
-        """Work that is not the firmware's: what it costs is not on the firmware's account."""
+        """Exclude work that is not the firmware's: its cost is not on the firmware's account."""
         return self._aside
 
     def close(self) -> None:
@@ -152,7 +152,7 @@ class StepGuard(AbstractContextManager[None]):
             self._strike(f"one step has waited for more than {ms} ms")
 
     def _look_at_progress(self) -> None:
-        """At a bell of CPU time: has the device that steps come as far in simulated time since the last?"""
+        """Check at a CPU bell that the stepping device has advanced in simulated time since the last."""
         device, steps = self._device, self._steps
         self._steps = 0
         if device is None or (steps == 0 and not self._inside):
@@ -181,7 +181,7 @@ class StepGuard(AbstractContextManager[None]):
 
 
 class _Aside(AbstractContextManager[None]):
-    """Of a guard; it does not nest."""
+    """Exclusion of work from a guard; it does not nest."""
 
     def __init__(self, guard: StepGuard) -> None:
         self._guard = guard

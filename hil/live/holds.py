@@ -1,4 +1,4 @@
-"""Who needs which device as it is: runs, and dialogues with real boards."""
+"""Holds on devices that have to stay as they are: by runs, and by dialogues with real boards."""
 
 from collections.abc import Iterable
 
@@ -13,18 +13,18 @@ class Holds:
         self._runs: dict[str, tuple[str, ...]] = {}
 
     def take(self, run: str, devices: Iterable[str]) -> None:
-        """A run was accepted; it has these devices until ``release``."""
+        """Give a run that was accepted these devices until ``release``."""
         self._runs[run] = tuple(devices)
 
     def release(self, run: str) -> None:
         self._runs.pop(run, None)
 
     def taken(self) -> dict[str, str]:
-        """Devices that are in a run or will be, and in which: the one that was accepted last."""
+        """Devices that are in a run or will be, each with the run that was accepted last."""
         return {device: run for run, devices in self._runs.items() for device in devices}
 
     def problems(self, devices: Iterable[str]) -> list[str]:
-        """Why these devices cannot be exchanged now, a line for each."""
+        """Reasons why these devices cannot be exchanged now, a line for each."""
         leaving, taken, boards = list(devices), self.taken(), self._places.boards
         talking = [name for name in leaving if name in boards and boards[name].end.is_busy]
         return [

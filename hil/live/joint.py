@@ -9,63 +9,64 @@ from typing import Generic, Protocol, TypeVar
 from hil.vocab.ports import Port, Tap
 
 BACKLOG_HOLD_BYTES = 64 * 1024
-"""While more than this waits for a client to read, a twin takes no more commands: a board is held
-up in print() by a host that does not read."""
+"""Maximum that waits for a client to read before a twin takes no more commands: a board is held up in print()
+by a host that does not read."""
 
 
 class End(Protocol):
-    """What a port is joined to."""
+    """End that a port is joined to."""
 
     def room(self) -> int:
-        """How many bytes of clients can be taken now."""
+        """Number of bytes of clients that can be taken now."""
 
     def hold(self, is_held: bool) -> None:
-        """Clients wait from now on, or no more; the end calls ``Joint.refresh`` when there may be room."""
+        """Hold clients' bytes from now on, or no more; the end calls ``Joint.refresh`` when there is room."""
 
     def take(self, data: bytes) -> None:
-        """Bytes of clients, never more than ``room()``."""
+        """Take bytes of clients, never more than ``room()``."""
 
     def refresh(self) -> None:
-        """Clients have read what waited for them."""
+        """Go on: clients have read what waited for them."""
 
     def client_left(self, baud: int | None) -> None:
-        """The last client has closed the port, at this baud."""
+        """Note that the last client has closed the port, at this baud."""
 
     def leave(self) -> None:
-        """The joint is another's: what has not reached the port is lost."""
+        """Let go of the joint, which is another's now: what has not reached the port is lost."""
 
 
 EndKind = TypeVar("EndKind", bound=End)
 
 
 class Joint(Generic[EndKind]):
-    """The port's host (``hil.vocab.ports.PortHost``). ``label``: the place's name, as ``s1.network``. Vacant
-    until ``occupy``: clients can connect, and what they send waits."""
+    """Joint of a port and what is behind it: the port's host (``hil.vocab.ports.PortHost``). ``label``: the
+    place's name, as ``s1.network``. Vacant until ``occupy``: clients can connect, and what they send waits.
+    """
 
     def __init__(self, label: str, port: Port) -> None:
         self.label = label
         self.port = port
         self.failure: str | None = None
-        """Why the port cannot go on."""
+        """Reason why the port cannot go on."""
         self.listeners: list[Tap] = []
-        """Called with all that passes at the port: whereto, and the bytes."""
+        """Called with all that passes at the port: the direction, and the bytes."""
         self._end: EndKind | None = None
         self._is_held = False
 
     @property
     def end(self) -> EndKind:
-        """What is behind the port. Not for a vacant joint."""
+        """End behind the port. Not for a vacant joint."""
         assert self._end is not None, f"{self.label} is vacant"
         return self._end
 
     def occupy(self, end: EndKind) -> None:
-        """From now on this is behind the port."""
+        """Put this behind the port from now on."""
         self._end = end
         self._is_held = False
         self.port.resume_reading()
 
     def vacate(self) -> None:
-        """Nothing is behind the port: clients are held up."""
+        """Leave nothing behind the port: clients are held up."""
         if self._end:
             self._end.leave()
             self._end = None
@@ -87,7 +88,7 @@ class Joint(Generic[EndKind]):
         return room
 
     def received(self, data: bytes) -> None:
-        """Bytes from a client: they take effect now."""
+        """Take bytes from a client: they take effect now."""
         self.end.take(data)
 
     def drained(self) -> None:
@@ -113,7 +114,7 @@ class Joint(Generic[EndKind]):
             listener(towards, data)
 
     def send(self, data: bytes) -> None:
-        """Bytes for clients, due now."""
+        """Send bytes to clients, due now."""
         for listener in self.listeners:
             listener("client", data)
         self.port.write(data)

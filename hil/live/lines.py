@@ -1,4 +1,4 @@
-"""Paced lines: bytes that have a time at which a client's UART has them."""
+"""Paced lines: each byte has a time at which a client's UART has it."""
 
 import asyncio
 from collections.abc import Callable
@@ -11,7 +11,7 @@ _MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go to
 
 
 class Line(Protocol):
-    """An end whose bytes have times."""
+    """End whose bytes have times."""
 
     def flush(self) -> None:
         """Put what was sent on the line."""
@@ -25,7 +25,7 @@ class Line(Protocol):
 
 @dataclass(eq=False)
 class Lines:
-    """The lines of a bench: of hundreds, only those with something on them are looked at. ``now_ns``: the
+    """Paced lines of a bench: of hundreds, only those with something on them cost time. ``now_ns``: the
     bench's time, which goes ``speed`` times as fast as the wall's."""
 
     loop: asyncio.AbstractEventLoop
@@ -34,29 +34,29 @@ class Lines:
     _is_handing_on: bool = field(default=False, init=False)
     _timer: asyncio.TimerHandle | None = field(default=None, init=False)
     _fresh: list[Line] = field(default_factory=list, init=False)
-    """Those with something that was sent since the last ``flush``."""
+    """Lines that have sent something since the last ``flush``."""
     _busy: dict[Line, None] = field(default_factory=dict, init=False)
     _held: dict[Line, None] = field(default_factory=dict, init=False)
 
     def has_sent(self, line: Line) -> None:
-        """It has something to ``flush`` when the present turn is over."""
+        """Note that a line has something to ``flush`` when the present turn is over."""
         self._fresh.append(line)
 
     def schedule(self, line: Line) -> None:
-        """A line has something to do at a time that its ``release`` says."""
+        """Note that a line has something to do at a time that its ``release`` says."""
         self._busy[line] = None
         self._release()
 
     def hold(self, line: Line, is_held: bool) -> None:
-        """A line's port may read nothing for now, or it may again."""
+        """Keep a line's port from reading for now, or no more."""
         if is_held:
             self._held[line] = None
         else:
             self._held.pop(line, None)
 
     def turn_over(self) -> None:
-        """Firmware may have run: soon, once for all turns until then, what it sent goes on, and ports read
-        what it has room for."""
+        """Note that firmware may have run: soon, once for all turns until then, what it sent goes on, and
+        ports read what it has room for."""
         if (self._fresh or self._held) and not self._is_handing_on:
             self._is_handing_on = True
             self.loop.call_soon(self._hand_on)
@@ -88,7 +88,7 @@ class Lines:
         return next_ns
 
     def _release(self) -> None:
-        """Release what is due now, and set the timer for the next."""
+        """Release what is due now, and set the timer for the next bytes."""
         self.close()
         now_ns = self.now_ns()
         due_ns = self.release(now_ns)
@@ -97,13 +97,13 @@ class Lines:
             self._timer = self.loop.call_later(max(delay_s, _MIN_RELEASE_S), self._release)
 
     def close(self) -> None:
-        """No more releases by time."""
+        """Release nothing more by time."""
         if self._timer:
             self._timer.cancel()
             self._timer = None
 
     def forget(self, line: Line) -> None:
-        """It is looked at no more: what is on it is lost."""
+        """Remove a line: what is on it is lost."""
         self._busy.pop(line, None)
         self._held.pop(line, None)
         self._fresh = [each for each in self._fresh if each is not line]

@@ -1,4 +1,4 @@
-"""A bench in real time, composed: each part gets what it needs in its constructor."""
+"""Composition of a bench in real time: each part gets what it needs in its constructor."""
 
 import asyncio
 from contextlib import AsyncExitStack
@@ -37,8 +37,9 @@ from hil.vocab.ports import PortContext
 
 @dataclass(frozen=True)
 class Paths:
-    """``config``: the configuration, if it has a file; files that it names are looked up from ``folder``.
-    ``runtime`` and ``state`` are the bench's own folders; ``port_group``: who may use its ports."""
+    """Files and folders of a bench. ``config``: the configuration, if it has a file; files that it names are
+    looked up from ``folder``. ``runtime`` and ``state`` are the bench's own folders; ``port_group``: the
+    group that may use its ports."""
 
     folder: Path
     config: Path | None
@@ -50,8 +51,7 @@ class Paths:
 
 @dataclass(frozen=True)
 class LiveBench:
-    """Its parts, for who composes more of them; no part is handed all. ``notes``: for the operator, by
-    device."""
+    """Parts of a bench, for whoever composes more; none gets all. ``notes``: for the operator, by device."""
 
     configured: Configured
     sim: BenchRuntime
@@ -69,7 +69,7 @@ class LiveBench:
 
 @dataclass(frozen=True)
 class LiveRuns:
-    """The runs of a bench: its own, its parts in those of others, and its real boards as axes."""
+    """Parts for a bench's runs: its own runs, its parts in those of others, and its real boards as axes."""
 
     queue: RunQueue
     parts: Parts
@@ -80,7 +80,8 @@ class LiveRuns:
 def make_live(
     stack: AsyncExitStack, configured: Configured, plan: Plan, files: NvmStore, at: Paths, watch_idle_s: float
 ) -> LiveBench:
-    """A bench without devices, which stands still; ``plan`` is what it will be first. ``stack`` puts it away.
+    """Make a bench without devices, which stands still; ``plan`` is the first that it will get. ``stack``
+    puts it away.
 
     Raises:
         StartError: the input log cannot be written.
@@ -117,7 +118,7 @@ def make_live(
 
 
 def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveRuns:
-    """For a bench that runs; ``stack`` ends what moves."""
+    """Make the parts for runs of a bench that runs; ``stack`` ends what moves."""
     real, others = RealAxes(live.places, live.configured, live.sim), OtherBenches(live.bridges)
     stack.push_async_callback(real.close)
     axes = AllAxes(BenchAxes(live.sim, live.watches.sampler), real)

@@ -18,8 +18,8 @@ FLUSH_S = 0.2
 
 
 def as_simulated(config: BenchConfig) -> dict[str, Any]:
-    """A configuration for the log, as a dict that ``hil.config.from_dict`` takes: without ports and real
-    boards, whose bytes are no part of a simulation."""
+    """Convert a configuration for the log, to a dict that ``hil.config.from_dict`` takes: without ports and
+    real boards, whose bytes are no part of a simulation."""
     dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
     for device in dumped["devices"].values():
         device["port"] = "memory"
@@ -34,11 +34,11 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
 
 
 class LogFile:
-    """Text to a file, which has it within ``FLUSH_S``. After an error nothing more is written, and the
+    """Log file, which has each text within ``FLUSH_S``. After an error nothing more is written, and the
     daemon's log says so, once: what is there up to then can still be replayed."""
 
     def __init__(self, path: Path, loop: asyncio.AbstractEventLoop) -> None:
-        """Raises StartError: the file cannot be made."""
+        """Make the file. Raises StartError: it cannot be made."""
         self._path = path
         try:
             self._file = TextIOWrapper(begin_file(path), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The one registry of places at which bytes enter: UARTs of twins, taps of segments, real boards."""
+"""Registry of all places at which bytes enter: UARTs of twins, taps of segments, real boards."""
 
 import logging
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ class Places:
         self.boards: dict[str, Joint[BoardEnd]] = {}
 
     def __getitem__(self, label: str) -> Joint[Any]:
-        """Raises KeyError: there is no such place."""
+        """Joint of a label. Raises KeyError: there is no such place."""
         return self.uarts.get(label) or self.taps.get(label) or self.boards[label]
 
     def __contains__(self, label: object) -> bool:
@@ -38,12 +38,12 @@ class Places:
         return chain(self.uarts.values(), self.taps.values(), self.boards.values())
 
     def of_device(self, name: str) -> list[Joint[Any]]:
-        """A device's joints: of a twin's UARTs that have a port, or of a real board."""
+        """Joints of a device: those of a twin's UARTs that have a port, or that of a real board."""
         labels = (port_label(name, uart) for uart in (MAIN, NETWORK))
         return [self[label] for label in labels if label in self and label not in self.taps]
 
     def addresses(self) -> list[tuple[str, str]]:
-        """All labels, and where clients reach each."""
+        """All labels, and the address at which clients reach each."""
         return [(joint.label, joint.port.address) for joint in self.joints()]
 
     def tell_stopped(self, device: Device) -> None:

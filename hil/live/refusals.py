@@ -1,8 +1,8 @@
-"""Why a bench does not start, or is not changed."""
+"""Reasons why a bench does not start, or is not changed."""
 
 
 class StartError(Exception):
-    """The daemon cannot start: ``str(error)`` says why and what to do, a line for each problem."""
+    """The bench cannot start: ``str(error)`` says why and what to do, a line for each problem."""
 
 
 class Refused(Exception):

@@ -1,4 +1,4 @@
-"""A reload: the bench becomes what the configuration says now, and what did not change goes on."""
+"""Reload: the bench becomes what the configuration says now; what did not change goes on."""
 
 import asyncio
 import logging
@@ -22,8 +22,8 @@ log = logging.getLogger("hil")
 
 @dataclass
 class Reloader:
-    """Of one bench, one reload at a time. ``path``: its configuration, if it has a file; files that it names
-    are looked up from ``folder``."""
+    """Reloads a bench, one reload at a time. ``path``: its configuration, if it has a file; files that it
+    names are looked up from ``folder``."""
 
     path: Path | None
     folder: Path
@@ -34,11 +34,11 @@ class Reloader:
     apply: Apply
     _lock: asyncio.Lock = field(default_factory=asyncio.Lock, init=False)
     _service: Service | None = field(default=None, init=False)
-    """Is told of reloads; None: the bench does not serve yet, or no more, and cannot be reloaded."""
+    """Service that is told of reloads; None: the bench does not serve, and cannot be reloaded."""
     _waiting: asyncio.Task[None] | None = field(default=None, init=False)
 
     def open(self, wanted: asyncio.Event, service: Service) -> None:
-        """The bench serves. ``wanted`` is set, perhaps already, where nobody waits for an answer: SIGHUP."""
+        """Serve reloads. ``wanted`` is set, maybe already, where nobody waits for an answer: SIGHUP."""
         self._service = service
         self._waiting = asyncio.get_running_loop().create_task(self._wait(wanted))
 
@@ -50,14 +50,14 @@ class Reloader:
                 await self.reload()
 
     async def close(self) -> None:
-        """The daemon ends: a reload that has begun is finished, none begins any more."""
+        """Serve no more reloads, as the daemon ends: one that has begun is finished."""
         self._service = None
         async with self._lock:
             if self._waiting:
                 self._waiting.cancel()
 
     async def reload(self) -> dict[str, Any]:
-        """Names of devices that were kept, restarted, added and removed.
+        """Reload; answers the names of devices that were kept, restarted, added and removed.
 
         Raises:
             ConfigError: the file has problems; nothing has changed.
@@ -99,7 +99,7 @@ class Reloader:
         return done
 
     def _check(self, plan: Plan) -> None:
-        """What only the running bench knows."""
+        """Check what only the running bench knows."""
         problems = self.holds.problems(plan.named("remove", "restart"))
         if self.bench.log:
             problems.append("the run is being logged (--log), and a log holds one bench from its start")

@@ -1,4 +1,4 @@
-"""What is simulated behind a port: a twin's UART, or a tap of a segment."""
+"""Simulated ends behind ports: a twin's UART, or a tap of a segment."""
 
 import asyncio
 from collections import deque
@@ -16,17 +16,17 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns, resample
 
 TYPED_BYTES = 4096
-"""What may wait of what was typed beside the port; the longest text of the verb ``type``."""
+"""Maximum that waits of what was typed beside the port; the longest text of the verb ``type``."""
 TOUCH_BAUD = 1200
-"""A board with native USB resets when its port is closed at this rate: Arduino platform specification, "1200
-bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before, and
-the bootloader runs first."""
+"""Rate of the touch: a board with native USB resets when its port is closed at it. Arduino platform
+specification, "1200 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before,
+and the bootloader runs first."""
 
 
 @dataclass(eq=False)
 class UartEnd:
-    """One of a twin's UARTs, and the line between it and the port. ``native_usb``: the board's own processor
-    is on the USB, and resets at ``TOUCH_BAUD``."""
+    """End at one of a twin's UARTs, and the line between it and the port. ``native_usb``: the board's own
+    processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     bench: BenchRuntime
     lines: Lines
@@ -72,8 +72,8 @@ class UartEnd:
     # ---- typing beside the port ----
 
     def type(self, data: bytes) -> SimTimeNs:
-        """Bytes from somebody beside the port: they take effect as a client's do, the first of them now, on
-        USB no more at a time than the board takes: it may have much to say to each. Answers the time.
+        """Type bytes for somebody beside the port: they take effect as a client's do, the first of them now,
+        on USB no more at a time than the board takes: it may have much to say to each. Answers the time.
 
         Raises:
             VerbRefused: too much that was typed before waits still.
@@ -96,7 +96,7 @@ class UartEnd:
         return at_ns
 
     def _go_on_typing(self) -> None:
-        """In the next turn of the event loop, so that others have theirs between."""
+        """Type on in the next turn of the event loop, so that others have theirs between."""
         if self._typed and not self._is_typing and self.joint.room():
             self._is_typing = True
             asyncio.get_running_loop().call_soon(self._type_on)
@@ -104,7 +104,7 @@ class UartEnd:
     # ---- out ----
 
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
-        """The device sends; on a paced line ``flush`` comes when its group's turn is over."""
+        """Send for the device; on a paced line ``flush`` comes when its group's turn is over."""
         if self._uart.baud is None:
             self.joint.send(data)
             return
@@ -138,7 +138,7 @@ class UartEnd:
 
 
 def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
-    """Pieces that follow each other without a gap, joined: a receiver sees one stream."""
+    """Join pieces that follow each other without a gap: a receiver sees one stream."""
     joined: list[tuple[int, bytes]] = []
     end_ns = -1
     for start_ns, data in pieces:
@@ -151,7 +151,7 @@ def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes
 
 
 class TapEnd:
-    """A tap, which stays on its segment whoever comes and goes at the port."""
+    """End at a tap, which stays on its segment whoever comes and goes at the port."""
 
     def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: Tap) -> None:
         self.tap = tap
@@ -182,7 +182,7 @@ class TapEnd:
         self._joint.refresh()
 
     def client_left(self, baud: int | None) -> None:
-        """The tap has no power that could go."""
+        """Ignored: the tap has no power that could go."""
 
     def leave(self) -> None:
         self.tap.listeners.remove(self._has_heard)
@@ -196,7 +196,7 @@ class TapEnd:
             self._lines.has_sent(self)
 
     def flush(self) -> None:
-        """What was heard has its times already."""
+        """Nothing: what was heard has its times already."""
         self._is_fresh = False
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:

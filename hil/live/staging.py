@@ -1,4 +1,4 @@
-"""What a plan needs is made beside the bench that runs: devices that do nothing yet, ports that are open."""
+"""Preparation of a plan beside the bench that runs: devices that do nothing yet, ports that are open."""
 
 import errno
 from collections.abc import Callable
@@ -22,8 +22,9 @@ from hil.vocab.ports import Port, PortContext, PortError, port_label
 
 @dataclass
 class Staged:
-    """``joints``: of ports that are new and open already, vacant, by label; ``lines``: of real boards, still
-    closed; ``seeds``: which of the bench's seeds each twin's axis has."""
+    """Parts for a plan, made beside the bench. ``joints``: those of ports that are new and open already,
+    vacant, by label; ``lines``: those of real boards, still closed; ``seeds``: index of each twin's axis
+    among the bench's seeds."""
 
     twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
     joints: dict[str, Joint[Any]] = field(default_factory=dict)
@@ -32,13 +33,13 @@ class Staged:
 
 
 def ports_of(config: DeviceConfig) -> dict[str, PortConfig | None]:
-    """A device's ports by its UARTs; a real board has one."""
+    """Ports of a device by its UARTs; a real board has one."""
     return {MAIN: config.port, NETWORK: config.network}
 
 
 @dataclass
 class Stage:
-    """Of one bench. ``context``: where the port of a label belongs."""
+    """Prepares plans for a bench. ``context``: gives the surroundings of a label's port."""
 
     bench: BenchRuntime
     configured: Configured
@@ -47,7 +48,7 @@ class Stage:
     _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
     async def prepare(self, plan: Plan, staged: Staged) -> None:
-        """Make what begins; what is there already is in ``staged``, whatever happens.
+        """Make everything that begins; what is made already is in ``staged``, whatever happens.
 
         Raises:
             Refused: something cannot be made; all problems.
@@ -76,14 +77,14 @@ class Stage:
             raise Refused("\n".join(problems))
 
     async def put_away(self, staged: Staged) -> None:
-        """Nothing comes of it."""
+        """Put everything away: nothing comes of it."""
         for joint in staged.joints.values():
             await joint.port.close()
         for group in {group.id: group for group, _ in staged.twins.values()}.values():
             self.bench.discard(group)
 
     def done(self, plan: Plan, staged: Staged) -> None:
-        """It runs."""
+        """Note that everything runs."""
         seeds = self._seeds | staged.seeds
         self._seeds = {name: seed for name, seed in seeds.items() if plan.has_twin(name)}
 
@@ -103,7 +104,7 @@ class Stage:
         staged.twins[name] = group, make_device(self.bench, name, config, profile, {}, seed, group)
 
     def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
-        """A twin keeps its number, a new one gets the first that is free."""
+        """Index of a twin's seed: it keeps its own, a new one gets the first that is free."""
         if name in self._seeds:
             return self._seeds[name]
         taken = {n for other, n in self._seeds.items() if plan.has_twin(other)}

@@ -1,9 +1,8 @@
-"""Where boards' non-volatile memories survive: one file for each device, written by a thread.
+"""Store of boards' non-volatile memories: one file for each device, written by a thread.
 
-A commit writes a new file, syncs it, renames it over the old one and syncs the directory; only then
-is it acknowledged. Whatever dies in between, the file is whole and not older than the last
-acknowledgement. A failed sync is never retried: the kernel may have dropped the data, and a second
-try would succeed without it.
+A commit writes a new file, syncs it, renames it over the old one and syncs the directory; only then is it
+acknowledged. Whatever dies in between, the file is whole and not older than the last acknowledgement. A
+failed sync is never retried: the kernel may have dropped the data, and a second try would succeed without it.
 """
 
 import contextlib
@@ -25,17 +24,17 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Loaded:
-    """A device's memory, and what the operator should know about it, in one line."""
+    """Memory of a device, and what the operator should know about it, in one line."""
 
     content: Content
     note: str | None
     unfit: str | None = None
-    """Why the file cannot be this device's, and has to be kept aside before its first commit."""
+    """Reason why the file cannot be this device's, and has to be kept aside before its first commit."""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A file that got another name, and what the operator should know about it, in one line."""
+    """File that got another name, and what the operator should know about it, in one line."""
 
     path: Path
     aside: Path
@@ -47,7 +46,7 @@ class StoreError(Exception):
 
 
 class Files:
-    """The calls to the operating system that the store makes. Each raises OSError."""
+    """Calls to the operating system that the store makes. Each raises OSError."""
 
     def read(self, path: Path) -> bytes:
         return read_regular(path)
@@ -69,7 +68,7 @@ class Files:
 
 
 class NvmStore:
-    """A directory of ``<device>.nvm`` files. One process at a time may use a directory."""
+    """Directory of ``<device>.nvm`` files. One process at a time may use a directory."""
 
     def __init__(self, directory: Path, files: Files | None = None) -> None:
         """``directory`` exists and is on a file system that has hard links.
@@ -87,8 +86,8 @@ class NvmStore:
         self._worker.start()
 
     def look(self, device: str, profile: str) -> Loaded:
-        """The device's memory as it was last stored; empty if there is none, or ``unfit`` says why the file
-        cannot be used.
+        """Look up the device's memory as it was last stored; empty if there is none, or ``unfit`` says why
+        the file cannot be used.
 
         Raises:
             StoreError: the file is newer, and for the newer program, or cannot be read.
@@ -137,7 +136,7 @@ class NvmStore:
         return Kept(path, aside, note)
 
     def put_back(self, kept: Kept) -> None:
-        """Take ``keep_aside`` back."""
+        """Undo ``keep_aside``."""
         try:
             self._files.rename(kept.aside, kept.path)
         except OSError as error:
@@ -181,7 +180,7 @@ class NvmStore:
                 _log.exception("%s: the end of a commit could not be reported", device)
 
     def _store(self, path: Path, data: bytes) -> str:
-        """Why it failed, or "" if the data is durable."""
+        """Store the data; answers why it failed, or "" if it is durable."""
         new = path.with_name(f"{path.name}.new")
         old = path.with_name(f"{path.name}.old")
         try:
@@ -242,7 +241,7 @@ class NvmStore:
 
 
 def belongs_to(owner: str, profile: str) -> str:
-    """Why a file of one profile is no memory of another's board."""
+    """Reason why a file of one profile is no memory of another's board."""
     return f"it belongs to a {owner!r}, not to a {profile!r}"
 
 

@@ -1,5 +1,4 @@
-"""What the daemon observes about itself while it runs: is its event loop late, do wakes get lost, what is
-logged."""
+"""Self-observation of the daemon: lateness of its event loop, missed wakes, log messages."""
 
 import asyncio
 import logging
@@ -10,9 +9,9 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.drive import LAG_BUCKETS
 
 LOOK_S = 0.1
-"""Between two looks at the event loop."""
+"""Time between two looks at the event loop."""
 WINDOW_LOOKS = 600
-"""A minute: what is over for so long is no trouble any more."""
+"""Looks in a minute: what is over for so long is no trouble any more."""
 
 
 class _Look(NamedTuple):
@@ -31,18 +30,18 @@ class Vitals(logging.Handler):
         self._looks: deque[_Look] = deque(maxlen=WINDOW_LOOKS)
         self.messages = {"warning": 0, "error": 0}
         self.loop_lag = [0] * LAG_BUCKETS
-        """How late the event loop was: bucket b counts [2^(b-1), 2^b) ns."""
+        """Lateness of the event loop: bucket b counts [2^(b-1), 2^b) ns."""
         self.loop_lag_total_ns = 0
 
     def start(self) -> None:
-        """Needs a running event loop."""
+        """Start; needs a running event loop."""
         logging.getLogger().addHandler(self)
         self._loop = asyncio.get_running_loop()
         self._due_s = self._loop.time()
         self._look()
 
     def stop(self) -> None:
-        """Safe to call twice."""
+        """Stop. Safe to call twice."""
         logging.getLogger().removeHandler(self)
         if self._timer:
             self._timer.cancel()
@@ -64,7 +63,7 @@ class Vitals(logging.Handler):
 
     @property
     def missed_share(self) -> float:
-        """Of the wakes of the last minute, those that came too late to be one; 0 to 1."""
+        """Share of the wakes of the last minute that came too late to be one; 0 to 1."""
         if not self._looks:
             return 0.0
         first, last = self._looks[0], self._looks[-1]
@@ -73,5 +72,5 @@ class Vitals(logging.Handler):
 
     @property
     def loop_worst_ns(self) -> int:
-        """The latest that the event loop was in the last minute."""
+        """Maximum lateness of the event loop in the last minute."""
         return max((look.loop_late_ns for look in self._looks), default=0)

@@ -9,7 +9,7 @@ from hil.telemetry import Sampler, Subscription
 from hil.telemetry.sampler import MAX_SAMPLES_PER_S
 
 MAX_WATCHES = 256
-"""Of the control socket's clients."""
+"""Maximum number of watches of the control socket's clients."""
 _LONGEST_POLL_S = 0.1
 _SHORTEST_POLL_S = 0.001
 
@@ -33,7 +33,7 @@ class Watches:
         self._timer: asyncio.TimerHandle | None = None
 
     def exchanged(self, names: Collection[str]) -> None:
-        """These devices were added, taken away or exchanged, in this very step."""
+        """Note that these devices were added, removed or exchanged, in this very step."""
         for device in names:
             if device in self._bench.devices:
                 self.sampler.exchanged(device)
@@ -51,7 +51,7 @@ class Watches:
         return watch
 
     def take(self, watch: int, at_most: int) -> tuple[list[tuple[float, ...]], int]:
-        """Rows since the last call, and how many were lost since the start. Raises KeyError: it has ended."""
+        """Take the rows since the last call, and the losses since the start. Raises KeyError: it is over."""
         held = self._open[watch]
         held.asked_s = asyncio.get_running_loop().time()
         self.sampler.poll()

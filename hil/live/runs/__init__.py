@@ -1,7 +1,7 @@
-"""Runs of a bench in real time: which wait, which move, and what became of them.
+"""Runs of a bench in real time: those that wait, those that move, and how they ended.
 
 ``queue.py`` has them all, ``planning.py`` plans them, ``carry_out.py`` moves the axes. ``lead.py`` leads a
 run that spans benches, ``part.py`` is this bench's part of one that another leads, ``other_benches.py``
 reaches the others, ``axis_names.py`` tells axes of several benches apart. ``real_axes.py`` lets real boards
-take part. What a run is and what follows from it stands in ``hil.runs``.
+take part. ``hil.runs`` says what a run is and plans it.
 """

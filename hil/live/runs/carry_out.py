@@ -1,4 +1,4 @@
-"""Carries out the runs that were accepted: plans each from where its axes are, and follows it to its end."""
+"""Carries out accepted runs: plans each from where its axes are, and follows it to its end."""
 
 import asyncio
 from collections.abc import Callable, Mapping
@@ -16,9 +16,9 @@ from hil.vocab.bridges import BenchGone, Source
 from hil.vocab.verbs import VerbRefused
 
 LEAD_WALL_NS = 20_000_000
-"""Between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
+"""Time between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
 TELL_S = 0.1
-"""Between two tellings of a run whose state and step are as they were."""
+"""Time between two reports on a run whose state and step are as they were."""
 
 
 class NotBegun(Exception):
@@ -27,9 +27,9 @@ class NotBegun(Exception):
 
 @dataclass
 class Entry:
-    """A run that was accepted and has not ended. ``names``: the devices here that take part, by their names
-    in the run; ``ends_deg``: where it leaves them. Of the document only the text is kept: read, a long one
-    takes forty times the room."""
+    """Accepted run that has not ended. ``names``: devices here, by their names in the run;
+    ``ends_deg``: where it leaves them. Of the document only the text is kept: read, a long one takes forty
+    times the room."""
 
     text: str
     file: str
@@ -38,9 +38,9 @@ class Entry:
     ends_deg: Mapping[str, float]
     progress: Progress
     is_shared: bool = False
-    """This bench leads others."""
+    """Whether this bench leads others."""
     execution: Execution | None = None
-    """Since it has begun."""
+    """Execution, once the run has begun."""
     task: asyncio.Task[None] | None = None
 
     @property
@@ -53,8 +53,7 @@ class Entry:
 
 
 class CarryingOut:
-    """Moves the axes of one bench. ``tell`` is called when a run's state or step changes, and ten times a
-    second while it moves."""
+    """Moves the axes of one bench. ``tell``: called at changes of a run, ten times a second in motion."""
 
     def __init__(
         self, axes: AllAxes, planning: Planning, configured: Configured, tell: Callable[[Progress], None]
@@ -66,7 +65,7 @@ class CarryingOut:
         self._releasing: set[asyncio.Task[None]] = set()
 
     async def run(self, entry: Entry) -> None:
-        """One run, from its plan to its end. Raises NotBegun: nothing has moved."""
+        """Carry out one run, from its plan to its end. Raises NotBegun: nothing has moved."""
         if entry.is_shared:
             await self._lead(entry)
             return
@@ -80,7 +79,7 @@ class CarryingOut:
         await self.follow(entry, Execution(plan, self._axes, baton, entry.names, entry.progress))
 
     async def _lead(self, entry: Entry) -> None:
-        """A run that spans benches."""
+        """Carry out a run that spans benches."""
         together: Together | None = None
         try:
             run, _ = await off_loop(entry.text, self._planning.read, entry.text, entry.file)
@@ -108,7 +107,7 @@ class CarryingOut:
     async def follow(
         self, entry: Entry, execution: Execution, each: Callable[[], None] = lambda: None
     ) -> None:
-        """An execution, until nothing is left to do; ``each`` is called at every look at it."""
+        """Follow an execution until nothing is left to do; ``each`` is called at every look at it."""
         entry.execution = execution
         speed, loop = self._configured.config.speed, asyncio.get_running_loop()
         told, told_s = ("", -1), loop.time()

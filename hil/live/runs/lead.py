@@ -1,4 +1,4 @@
-"""A run that spans benches, on the one that leads it: who takes part, when each phrase begins, who is gone.
+"""Leads a run that spans benches: who takes part, when each phrase begins, who is gone.
 
 Each phrase begins when all benches have ended the one before, at a wall time that all are told beforehand,
 each by its own clock. Clocks are compared with every question (``hil.runs.clock_offset``).
@@ -23,18 +23,18 @@ from hil.vocab.verbs import VerbRefused
 log = logging.getLogger("hil")
 
 LEAD_WALL_NS = 500_000_000
-"""Between the telling of a start and the start. Who has not answered after ``ANSWER_S`` ends the run, and 0.2
-s are left to stop those who have."""
+"""Time between the telling of a start and the start. Who has not answered after ``ANSWER_S`` ends the run,
+and 0.2 s are left to stop those who have."""
 BEAT_S = 0.1
 CLOCK_ERROR_NS = 20_000_000
-"""A run does not start on clocks that are known worse: 40 ms there and back."""
+"""Maximum error of a clock with which a run starts: 40 ms there and back."""
 JOIN_S = 5.0
-"""A long run is planned meanwhile."""
+"""Time for another bench to join: it plans a long run meanwhile."""
 POLL_S = 0.01
 
 
 class Together:
-    """One run."""
+    """Leader of one run."""
 
     def __init__(
         self, configured: Configured, wall: WallClock, others: OtherBenches, source: Source, run: RunDocument
@@ -57,7 +57,7 @@ class Together:
     # ---- before it moves ----
 
     async def look(self, document: Document) -> dict[str, AxisNow]:
-        """The others' axes, by their names in the run.
+        """Ask for the others' axes; answers them by their names in the run.
 
         Raises:
             ConfigError: a bench does not answer, or cannot take part.
@@ -103,13 +103,13 @@ class Together:
     # ---- while it moves ----
 
     def begin(self, execution: Execution, progress: Progress) -> None:
-        """``progress`` is that of the whole run; ``execution`` has this bench's part of it."""
+        """Begin the run. ``progress`` is that of the whole run; ``execution`` has this bench's part of it."""
         self._execution, self._progress = execution, progress
         self._looked_s = asyncio.get_running_loop().time()
         self._start(self._conduct())
 
     def each(self) -> None:
-        """At each look at this bench's part."""
+        """Lead at each look at this bench's part."""
         assert self._execution is not None
         own, whole = self._execution.progress, self._progress
         whole.state, whole.step, whole.started_at_ns = "running", own.step, own.started_at_ns
@@ -135,7 +135,7 @@ class Together:
                     self._start(self._stop(member, told))
 
     async def finish(self) -> None:
-        """Until the others have ended too; then the whole run has."""
+        """Wait until the others have ended too; then the whole run has."""
         self.each()
         while not all(member.is_over for member in self._members):
             await asyncio.sleep(POLL_S)
@@ -148,14 +148,14 @@ class Together:
             whole.state, whole.why = "failed", first.gone or f"{first.bench}: {first.progress['why']}"
 
     async def release(self) -> None:
-        """It does not begin: the others' axes are free again."""
+        """Free the others' axes, as the run does not begin."""
         self.leave()
         told = {"do": "stop", "how": "grace", "why": "the run did not begin", "state": "cancelled"}
         joined = [self._ask(member, told) for member in self._members if member.joined]
         await asyncio.gather(*joined, return_exceptions=True)
 
     def leave(self) -> None:
-        """No more beats: who still holds axes for this run lets go."""
+        """Send no more beats: a bench that still holds axes for this run lets go."""
         for task in self._tasks:
             task.cancel()
 
@@ -233,7 +233,7 @@ def _refusal(member: Member, why: BenchGone | VerbRefused) -> Finding:
 
 
 def _notice(member: Member, execution: Execution, how: How) -> None:
-    """A part that ends before its end ends the run."""
+    """End the run if another bench's part has ended before its end."""
     if execution.ended:
         return
     if member.gone:

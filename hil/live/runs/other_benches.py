@@ -1,4 +1,4 @@
-"""Other benches of a run: how they are asked, what they have answered, and how their clocks go."""
+"""Other benches of a run: questions to them, their answers, and the offsets of their clocks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from hil.vocab.bridges import BenchDoor, BenchGone, Bridge, Source
 from hil.vocab.verbs import VerbRefused
 
 LOST_S = 1.0
-"""Who says nothing for so long is gone: ten beats."""
+"""Silence after which a bench is taken for gone: ten beats."""
 LOOKS = 8
-"""Questions in a row that compare two clocks at the beginning."""
+"""Number of questions in a row that compare two clocks at the beginning."""
 ANSWER_S = 0.3
 
 
 def stood_still(for_s: float) -> str:
-    """Why a part ends whose own bench was not running."""
+    """Reason why a part ends whose own bench was not running."""
     return f"this bench stood still for {for_s:.1f} s"
 
 
@@ -57,11 +57,11 @@ class OtherBenches:
     async def ask(
         self, source: Source, member: Member, run: str, given: Mapping[str, Any], timeout_s: float = ANSWER_S
     ) -> Mapping[str, Any]:
-        """What a bench answers about its part of ``run``; its clock is compared on the way.
+        """Ask a bench about its part of ``run``; its clock is compared on the way.
 
         Raises:
             BenchGone: it does not answer in time.
-            VerbRefused: no.
+            VerbRefused: it refuses.
         """
         if (door := self._door()) is None:
             why = f"{member.bench}: this bench is joined to no other; it needs `bridges: {{zenoh: ...}}`"
@@ -71,7 +71,7 @@ class OtherBenches:
         return answered.content
 
     async def joined(self, source: Source) -> list[dict[str, Any]]:
-        """Those that can be in a run with this one, with their clocks; what is in the way in ``why``."""
+        """List those that can be in a run with this one, with their clocks; ``why`` says what prevents it."""
         door = self._door()
         rows = []
         for name in await door.benches() if door else ():

@@ -1,9 +1,9 @@
-"""This bench's part of a run that another bench leads.
+"""Part of this bench in a run that another bench leads.
 
 The one that leads asks by ``run/<id>/part``, and is answered at once: ``clock`` (what time is it), ``look``
 (how are the axes), ``join`` (plan it, and hold the axes for it), ``go`` (when a phrase begins), ``beat`` (how
-are you), ``stop``. Both make the same plan from the same document and axes, and compare its digest. A
-part whose leader says nothing for ``LOST_S`` stops as the run's ``on_fault`` says.
+are you), ``stop``. Both make the same plan from the same document and axes, and compare its digest. A part
+whose leader says nothing for ``LOST_S`` stops as the run's ``on_fault`` says.
 """
 
 import asyncio
@@ -26,7 +26,7 @@ from hil.vocab.bridges import Source
 from hil.vocab.verbs import VerbRefused
 
 FAR_NS = 10_000_000_000
-"""No start is so far ahead."""
+"""Maximum time between now and a start."""
 _SAME_DEG = 1e-9
 
 
@@ -41,7 +41,7 @@ class _Part:
 
 
 class Parts:
-    """Answers benches that lead; ``queue`` carries the parts out."""
+    """Parts of this bench in runs of others. Answers benches that lead; ``queue`` carries the parts out."""
 
     def __init__(
         self, queue: RunQueue, axes: AllAxes, configured: Configured, wall: WallClock, holds: Holds
@@ -54,7 +54,7 @@ class Parts:
         self._parts: dict[str, _Part] = {}
 
     async def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """What the bench that leads run ``name`` asks. Raises VerbRefused: no."""
+        """Answer the bench that leads run ``name``. Raises VerbRefused."""
         try:
             match given:
                 case {"do": "clock"}:
@@ -125,7 +125,7 @@ class Parts:
             raise VerbRefused("not_now", f"this bench has a run {name!r} already; give it another name")
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
-        """This bench's axes as they are now, which is as they were told."""
+        """Answer this bench's axes as they are now, if that is as they were told."""
         taken, axes = self._holds.taken(), self._axes.axes()
         for axis, device in names.items():
             if device in taken:

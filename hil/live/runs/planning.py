@@ -27,14 +27,14 @@ class Planning:
         self._others = others
 
     def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
-        """A run's text. Raises ConfigError: it is none, or has an axis twice."""
+        """Read a run's text. Raises ConfigError: it is none, or has an axis twice."""
         run, document = parse_run(text, file)
         if findings := taken_twice(run, self._configured.config.bench):
             raise document.error(findings)
         return run, document
 
     def names(self, run: RunDocument) -> dict[str, str]:
-        """This bench's devices that take part, by their names in the run."""
+        """Devices of this bench that take part, by their names in the run."""
         return device_names(run, self._configured.config.bench)
 
     def is_shared(self, run: RunDocument) -> bool:
@@ -42,7 +42,7 @@ class Planning:
         return bool(other_benches(run, self._configured.config.bench))
 
     def plan(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
-        """A short run of this bench alone; ``axes``: where its devices are.
+        """Plan a short run of this bench alone; ``axes``: where its devices are.
 
         Raises:
             ConfigError: it cannot be done.
@@ -52,7 +52,7 @@ class Planning:
     async def plan_text(
         self, source: Source, text: str, file: str, axes: Axes, together: Together | None = None
     ) -> Plan:
-        """Any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
+        """Plan any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
         run, document = await off_loop(text, self.read, text, file)
         others: dict[str, AxisNow] = {}
         if self.is_shared(run):
@@ -61,7 +61,7 @@ class Planning:
         return await off_loop(text, plan_run, run, document, now)
 
     async def plan_now(self, source: Source, text: str, file: str, together: Together | None = None) -> Plan:
-        """As ``plan_text``, from where the axes are when the plan is made.
+        """Plan as ``plan_text``, from where the axes are when the plan is made.
 
         Raises:
             ConfigError: it cannot be done.
@@ -80,5 +80,5 @@ class Planning:
         return Together(self._configured, self._wall, self._others, source, run)
 
     def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
-        """As the run names them; those it names wrongly are looked for among all."""
+        """Rename the axes as the run does; those it names wrongly are looked for among all."""
         return dict(axes) | {name: axes[device] for name, device in self.names(run).items() if device in axes}

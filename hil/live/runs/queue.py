@@ -1,4 +1,4 @@
-"""Runs in the daemon: which are accepted, which wait, which move, and what became of them.
+"""Queue of a bench's runs: those accepted, those that wait, those that move, and how they ended.
 
 The rule: a run is checked as a whole when it is submitted, from where its axes will be after the runs before
 it. It starts when none of its axes is in a run that was accepted earlier and has not ended, so runs of other
@@ -33,18 +33,18 @@ log = logging.getLogger("hil")
 
 WAITING = 1000
 KEPT = 1000
-"""Of runs that have ended; older ones are forgotten."""
+"""Maximum number of ended runs that are kept; older ones are forgotten."""
 WAITING_CHARACTERS = 32 << 20
-"""Of all runs that wait or move."""
+"""Maximum length of all runs together that wait or move."""
 ERROR_OF_OURS = "an error of hil; its log has more"
 
 
 Doing = Callable[[Entry], Coroutine[Any, Any, None]]
-"""What is done about a run; not begun where it is cancelled before."""
+"""Work on a run; not begun where it is cancelled before."""
 
 
 class RunQueue:
-    """The runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
+    """Runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
 
     def __init__(
         self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
@@ -57,9 +57,9 @@ class RunQueue:
         self._is_closed = False
         self._starts_soon = False
         self.progress: dict[str, Progress] = {}
-        """Of all runs that are remembered, by name, in the order of their submission."""
+        """Progress of all runs that are remembered, by name, in the order of their submission."""
         self._digests: dict[str, bytes] = {}
-        """Of their texts."""
+        """Digests of their texts."""
         self.listeners: list[Callable[[Progress], None]] = []
         """Called when a run's state or step changes, and ten times a second while it moves."""
 
@@ -68,9 +68,9 @@ class RunQueue:
     def submit(
         self, source: Source, text: str, file: str = "<run>", *, anew: bool = False
     ) -> Progress | asyncio.Task[Progress]:
-        """Accept a run, or tell how the one of this name and text does: at once, unless the run is long, or
-        has axes of other benches. ``anew``: one that has ended is carried out again, with
-        whatever text it has now.
+        """Accept a run, or answer the progress of the one of this name and text: at once, unless the run is
+        long, or has axes of other benches. ``anew``: one that has ended is carried out again, with whatever
+        text it has now.
 
         Raises (at once, or from the task):
             ConfigError: it cannot be done, with all problems.
@@ -87,7 +87,7 @@ class RunQueue:
         return asyncio.get_running_loop().create_task(self._submit_later(source, text, file, anew))
 
     async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
-        """Whether it can be done, without doing it; raises as ``submit``."""
+        """Check that a run can be done, without doing it; raises as ``submit``."""
         _refuse(text, self._entries.values())
         plan = await self._planning.plan_text(source, text, file, self._expected)
         return {"run": plan.run.run, "steps": plan.steps}
@@ -109,7 +109,7 @@ class RunQueue:
         return progress
 
     async def close(self) -> None:
-        """The bench ends, and with it what moves."""
+        """End what moves, as the bench ends."""
         self._is_closed = True
         tasks = [entry.task for entry in self._entries.values() if entry.task]
         for task in tasks:
@@ -119,7 +119,7 @@ class RunQueue:
     # ---- for parts of runs that another bench leads ----
 
     def is_under_way(self, name: str) -> bool:
-        """It waits, moves, or is just ending: nothing else can have its name."""
+        """Whether it waits, moves, or is just ending: nothing else can have its name."""
         return name in self._entries
 
     def hold(
@@ -152,7 +152,7 @@ class RunQueue:
         return known
 
     def _expected(self) -> dict[str, AxisNow]:
-        """The axes as they will be when the runs before have ended."""
+        """Axes as they will be when the runs before have ended."""
         axes = self._axes.axes()
         for entry in self._entries.values():
             for device, position_deg in entry.ends_deg.items():
@@ -173,7 +173,7 @@ class RunQueue:
         return progress
 
     def _remember(self, entry: Entry) -> None:
-        """In the place of one of its name that has ended."""
+        """Remember a run in the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
         self._holds.take(entry.name, entry.devices)
@@ -182,7 +182,7 @@ class RunQueue:
     # ---- beginning and ending ----
 
     def _start_what_can(self) -> None:
-        """Those whose axes have become free."""
+        """Start the runs whose axes have become free."""
         if self._is_closed:
             return
         self._starts_soon = False
@@ -207,14 +207,14 @@ class RunQueue:
             self._over(entry)
 
     def _end(self, entry: Entry, state: str, why: str) -> None:
-        """Of a run that did not come to its end by itself."""
+        """End a run that did not come to its end by itself."""
         progress = entry.progress
         progress.state, progress.why = state, why
         progress.ended_at_ns = self._axes.now_ns
         self._over(entry)
 
     def _over(self, entry: Entry) -> None:
-        """It has ended, and others may begin."""
+        """Clear up after a run that has ended; others may begin."""
         del self._entries[entry.name]
         self._holds.release(entry.name)
         ended = [name for name, progress in self.progress.items() if progress.is_over]

@@ -1,4 +1,4 @@
-"""Real boards as axes of runs: what a run gives them is typed at their terminals.
+"""Real boards as axes of runs: a run's inputs are typed at their terminals.
 
 The daemon knows what a board does only if it was the last to type at it. So a board is first taken in hand,
 by the verb that its profile names (``enable``, ``reset``); when a program has typed at it, or it was away, or
@@ -25,24 +25,24 @@ from hil.vocab.terminal_axis import How, TerminalAxis, TerminalServo, TerminalSt
 log = logging.getLogger("hil")
 
 LEAD_WALL_NS = 250_000_000
-"""Before a phrase begins a SAC is told what to do: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
+"""Time to tell a SAC its motion before a phrase: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
 SETPOINT_RATE_HZ = 50.0
-"""Where a device's configuration says nothing: a menu answers within a few milliseconds."""
+"""Default rate of set-points: a menu answers within a few milliseconds."""
 BUSY = ("motion_state", "pending", "following")
 COMMANDED = ("r", "commanded_deg")
 STOP_S = 2.0
-"""What a board gets to stop in when the daemon ends."""
+"""Maximum time for a board to stop in when the daemon ends."""
 
 
 class _Board:
-    """One real board, and what the daemon knows of it."""
+    """Real board, and what the daemon knows of it."""
 
     def __init__(self, through: BoardEnd, axis: TerminalAxis, period_ns: int) -> None:
         self.through = through
         self.axis = axis
         self.period_ns = period_ns
         self.failure: str | None = None
-        """Of the present run."""
+        """Failure in the present run."""
         self._known_as: tuple[int, int] | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -71,7 +71,7 @@ class _Board:
         self._known_as = None
 
     def why_not(self) -> str | None:
-        """Why it cannot be an axis now."""
+        """Reason why it cannot be an axis now, or None."""
         if self.away:
             return f"it is a real board, and {self.away}"
         if not self.is_known:
@@ -87,11 +87,11 @@ class _Board:
         return None
 
     def begin(self, dialogue: Dialogue[None]) -> None:
-        """Carry this out after what was begun before."""
+        """Begin a dialogue after those that were begun before."""
         self._task = asyncio.get_running_loop().create_task(self._carry_out(dialogue, self._task))
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
-        """Break off what it does, and stop it."""
+        """Break off what the board does, and stop it."""
         if self._task:
             self._task.cancel()
         if not self.away:
@@ -113,14 +113,14 @@ class _Board:
         self.through.hold_clients(True)
 
     def release(self) -> None:
-        """When it stands."""
+        """Release the board when it stands."""
         if self._task and not self._task.done():
             self._task.add_done_callback(lambda _: self.release())
         else:
             self.through.hold_clients(False)
 
     async def end(self) -> None:
-        """The daemon ends: what a run had begun goes on no more."""
+        """End what a run had begun, as the daemon ends."""
         if self.through.is_held or self.is_busy:
             self.stop("grace", 600.0)
         if self._task:
@@ -130,20 +130,20 @@ class _Board:
 
 
 class RealAxes:
-    """``hil.runs.RunBench`` of the real boards. ``bench``: whose time they go by."""
+    """Real boards as ``hil.runs.RunBench``. ``bench``: the bench whose time they go by."""
 
     def __init__(self, places: Places, configured: Configured, bench: BenchRuntime) -> None:
         self._places = places.boards
         self._configured = configured
         self._bench = bench
         self._boards: dict[str, _Board] = {}
-        """Those that were asked for, by name."""
+        """Boards that were asked for, by name."""
 
     def __contains__(self, name: str) -> bool:
         return name in self._places
 
     def _board(self, name: str) -> _Board | None:
-        """Known anew when another board has the name, as after a reload. None: it has nothing for runs."""
+        """Board of a name, renewed when the name is another's, as after a reload. None: no use for runs."""
         through, config = self._places[name].end, self._configured.config.devices[name]
         board = self._boards.get(name)
         if board is not None and board.through is through:
@@ -155,7 +155,7 @@ class RealAxes:
         return board
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
-        """A verb of a board that no run has; the one that takes it in hand does so.
+        """Carry out a verb of a board that no run has; the verb that takes it in hand does so.
 
         Raises:
             DialogueError: it is away, or does not answer as it should.
@@ -211,7 +211,7 @@ class RealAxes:
         board.begin(stepper.move_abs(**parameters, start_ns=self._wall_ns(at_ns)))
 
     def _wall_ns(self, sim_ns: int) -> int:
-        """On the clock of dialogues; the bench's speed is 1."""
+        """Time on the clock of dialogues; the bench's speed is 1."""
         return round(asyncio.get_running_loop().time() * 1e9) + sim_ns - self.now_ns
 
     def fields(self, axis: str, names: Sequence[str]) -> Sequence[float]:
@@ -229,7 +229,7 @@ class RealAxes:
         return self._boards[axis].why_failed()
 
     def sample(self, axis: str, signals: tuple[str, str], interval_ns: int) -> Rows:
-        """A run begins: the board is its own until the rows are closed."""
+        """Begin a run: the board is its own until the rows are closed."""
         self._boards[axis].hold()
         return _NoRows(self._boards[axis])
 
@@ -246,7 +246,7 @@ class _NoRows:
 
 
 class AllAxes:
-    """``hil.runs.RunBench`` of a bench: its twins and its real boards."""
+    """All axes of a bench, twins and real boards, as ``hil.runs.RunBench``."""
 
     def __init__(self, twins: BenchAxes, real: RealAxes) -> None:
         self._twins = twins
