@@ -1,4 +1,5 @@
-"""``hil doctor``: is this system fit for real time and for ports, and which line makes it so?
+"""``hil doctor``: checks that this system is fit for real time and for ports, and gives the line that makes
+it so.
 
 Judgement alone: what the system says comes from ``system.py``, what was tried from ``probes.py``.
 """
@@ -28,13 +29,13 @@ LATE = "on a busy machine answers come late; what they say and their simulated t
 STALLS = "the motor stands still, and answers wait, for up to"
 NO_START = "`hil serve` does not start"
 FAST_CLOCKS = ("tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter", "riscv_clocksource")
-"""Read without entering the kernel."""
+"""Clock sources that are read without entering the kernel."""
 DEVPTS = "gid=5,mode=620,ptmxmode=666"
 """Mount options of distributions; 5 is the group tty."""
 DESCRIPTORS = 24
-"""Descriptors of a daemon without devices, with a few commands that talk to it."""
+"""Number of descriptors of a daemon without devices, with a few commands that talk to it."""
 DESCRIPTORS_PER_DEVICE = 3
-"""Both ends of a pty, or a listening socket and two clients."""
+"""Number of descriptors of a device: both ends of a pty, or a listening socket and two clients."""
 
 
 _Judgement = tuple[Verdict, *tuple[str, ...]]
@@ -54,7 +55,7 @@ class Finding:
 
 
 def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
-    """All findings for a bench of so many devices, the worst first."""
+    """Judge a system for a bench of so many devices; answers all findings, the worst first."""
     judgements: dict[str, _Judgement] = {
         "real-time priority": _real_time(system, tried),
         "locked memory": _locked_memory(system, tried),
@@ -81,7 +82,7 @@ def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
 
 
 def worst_first(findings: list[Finding]) -> list[Finding]:
-    """Findings sorted by verdict, the worst first; those of one verdict stay in their order."""
+    """Sort findings by verdict, the worst first; those of one verdict stay in their order."""
     return sorted(findings, key=lambda finding: WORST_FIRST.index(finding.verdict))
 
 
@@ -321,7 +322,7 @@ def _folder(folder: Path, failure: str, option: str) -> _Judgement:
 
 
 def ranges(cpus: tuple[int, ...]) -> str:
-    """(0, 1, 2, 5) as ``0-2,5``."""
+    """Format numbers as ranges: (0, 1, 2, 5) as ``0-2,5``."""
     parts: list[list[int]] = []
     for cpu in cpus:
         if parts and cpu == parts[-1][-1] + 1:

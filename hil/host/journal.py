@@ -1,4 +1,4 @@
-"""The daemon's log: for a terminal or a file with the level's name, for the journal with its number.
+"""Log of the daemon: for a terminal or a file with the level's name, for the journal with its number.
 
 The journal takes ``<3>`` at a line's beginning for its priority (sd-daemon(3)) and has the time and the unit
 itself. ``$JOURNAL_STREAM`` has the device and inode of the stream it gave the process.
@@ -28,7 +28,7 @@ def is_journal(stream: TextIO, env: Mapping[str, str]) -> bool:
 
 
 def prefixed(text: str, level: int) -> str:
-    """Each line with the priority of a level of ``logging``."""
+    """Prefix each line with the priority of a level of ``logging``."""
     priority = next((number for least, number in _PRIORITIES if level >= least), _DEBUG)
     return "\n".join(f"<{priority}>{line}" for line in text.split("\n"))
 
@@ -53,8 +53,8 @@ def start_log(stream: TextIO, env: Mapping[str, str]) -> LogWriter:
 
 
 def give_streams() -> None:
-    """Standard streams that were closed are /dev/null from now on: nothing else may get their numbers, and
-    whoever writes finds something to write to."""
+    """Open standard streams that were closed on /dev/null: nothing else may get their numbers, and whoever
+    writes finds something to write to."""
     if None not in (sys.stdin, sys.stdout, sys.stderr):
         return
     while (fd := os.open(os.devnull, os.O_RDWR)) <= STDERR:
@@ -66,8 +66,8 @@ def give_streams() -> None:
 
 
 def say(text: str, stream: TextIO) -> None:
-    """A line. A stream that takes none, full or without a reader, is /dev/null from then on, so that what is
-    left in its buffer does no harm at the exit."""
+    """Write a line. A stream that takes none, full or without a reader, is /dev/null from then on, so that
+    what is left in its buffer does no harm at the exit."""
     try:
         print(text, file=stream, flush=True)
     except OSError:

@@ -1,5 +1,5 @@
-"""Writes the daemon's log and what it says at the start from a thread of its own: who does not read them, as
-a pager that is paused, must not stop the bench."""
+"""Writes the daemon's log and what it says at the start from a thread of its own: a reader that does not
+read, as a paused pager, must not stop the bench."""
 
 import logging
 import os
@@ -10,15 +10,15 @@ import time
 from contextlib import suppress
 
 MOST = 4096
-"""Messages that wait for the reader; more are dropped and counted."""
+"""Maximum number of messages that wait for the reader; more are dropped and counted."""
 END_S = 1.0
 """Time for writing what still waits when the bench ends."""
 
 
 class LogWriter(logging.Handler):
-    """Messages go to ``log_fd``, in the order in which they come; None: nowhere. Errors are no reason to end
-    a bench: what cannot be written is dropped. Not through Python's streams, whose locks a thread that waits
-    would keep at the exit."""
+    """Writer of messages to ``log_fd``, in the order in which they come; None: nowhere. Errors are no reason
+    to end a bench: what cannot be written is dropped. Not through Python's streams, whose locks a thread that
+    waits would keep at the exit."""
 
     def __init__(self, log_fd: int | None) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class LogWriter(logging.Handler):
             self._dropped = 0
 
     def write(self, fd: int, text: str) -> bool:
-        """Write this to a file when its turn comes; whether there was room for it."""
+        """Write a text to a file when its turn comes; answers whether there was room for it."""
         if self._is_closed:
             if not self._thread.is_alive():  # all before it are written
                 _write(fd, text)
@@ -65,8 +65,7 @@ class LogWriter(logging.Handler):
             _write(*item)
 
     def close(self) -> None:
-        """Write what waits, for at most ``END_S``: a reader that does not read holds up nothing longer. Safe
-        to call twice."""
+        """Write what waits, for at most ``END_S``, whether or not anybody reads. Safe to call twice."""
         if not self._is_closed:
             deadline_s = time.monotonic() + END_S
             if self._dropped:

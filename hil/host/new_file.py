@@ -42,8 +42,8 @@ def write_file(path: Path, data: bytes) -> None:
 
 
 def begin_file(path: Path, head: bytes = b"") -> BinaryIO:
-    """A file to which more is written for as long as it is open. It is in its place, with ``head``, when this
-    returns.
+    """Begin a file to which more is written for as long as it is open. It is in its place, with ``head``,
+    when this returns.
 
     Raises:
         OSError: it cannot be written.
@@ -68,7 +68,7 @@ def begin_file(path: Path, head: bytes = b"") -> BinaryIO:
 
 
 def _target(path: Path) -> Path | int:
-    """The path at the end of all links, of a regular file or of nothing; or what is there, opened."""
+    """Path at the end of all links, of a regular file or of nothing; or what is there, opened."""
     for _ in range(_LINKS):
         if not path.is_symlink():
             break
@@ -91,8 +91,7 @@ def _target(path: Path) -> Path | int:
 
 
 def _refuse_planted(link: Path) -> None:
-    """Refuse what the kernel refuses with ``fs.protected_symlinks``, which a path followed by hand gets
-    round."""
+    """Refuse links as ``fs.protected_symlinks`` does, which a path followed by hand gets round."""
     folder, owner = link.parent.stat(), link.lstat().st_uid
     is_anybodys = folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH
     if is_anybodys and owner not in (os.geteuid(), folder.st_uid):
@@ -100,7 +99,7 @@ def _refuse_planted(link: Path) -> None:
 
 
 def _create(target: Path) -> tuple[int, Path]:
-    """A new file beside the target, with the permissions of what is there."""
+    """Create a new file beside the target, with the permissions of what is there."""
     try:
         old = target.stat()
     except FileNotFoundError:

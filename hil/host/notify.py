@@ -17,7 +17,7 @@ _TEXT_BYTES = 2000
 
 
 class Notifier:
-    """``env`` is the process's environment; ``pid`` its number."""
+    """Sender of messages to the service manager. ``env`` is the process's environment; ``pid`` its number."""
 
     def __init__(self, env: Mapping[str, str], pid: int) -> None:
         address = env.get("NOTIFY_SOCKET", "")
@@ -55,22 +55,22 @@ class Notifier:
         self._send("READY=1", _status(status), wait_s=_PATIENCE_S)
 
     def reloading(self, monotonic_ns: int) -> None:
-        """A reload begins; ``ready`` ends it, whatever became of it."""
+        """Tell that a reload begins; ``ready`` ends it, whatever became of it."""
         self._send("RELOADING=1", f"MONOTONIC_USEC={monotonic_ns // 1000}", wait_s=_PATIENCE_S)
 
     def stopping(self) -> None:
         self._send("STOPPING=1", "STATUS=stopping", wait_s=_PATIENCE_S)
 
     def status(self, text: str) -> None:
-        """One line for people, in ``systemctl status``."""
+        """Tell one line for people, shown by ``systemctl status``."""
         self._send(_status(text))
 
     def ping(self) -> None:
         self._send("WATCHDOG=1")
 
     def trigger(self) -> None:
-        """The core hangs, as long as the watchdog waits: it need not wait on, rounded up to a quarter of a
-        second (systemd's timers). systemd before 243 does not know this, and waits."""
+        """Tell that the core has hung for the watchdog's time: the manager need not wait on, rounded up to a
+        quarter of a second (systemd's timers). systemd before 243 does not know this, and waits."""
         self._send("WATCHDOG=trigger")
 
     def _send(self, *lines: str, wait_s: float = 0.0) -> None:
@@ -91,14 +91,14 @@ def _status(text: str) -> str:
 
 @dataclass
 class Heartbeat:
-    """Whether to ping: only where the core has moved since the last time. That the event loop runs shows in
-    that it asks."""
+    """Decision whether to ping: only where the core has moved since the last time. Asked by the event loop,
+    which therefore runs."""
 
     ticks: int = -1
     _still: int = 0
 
     def beats(self, ticks: int) -> bool:
-        """``ticks``: the core's counter now."""
+        """Whether to ping now. ``ticks``: the core's counter."""
         moved = ticks != self.ticks
         self.ticks = ticks
         self._still = 0 if moved else self._still + 1
@@ -106,14 +106,14 @@ class Heartbeat:
 
     @property
     def has_stopped(self) -> bool:
-        """The core has not moved in as many looks as the watchdog's time has. Looks, not seconds: a process
-        that was stopped as a whole makes none."""
+        """Whether the core has not moved in as many looks as the watchdog's time has. Looks, not seconds: a
+        process that was stopped as a whole makes none."""
         return self._still >= _PINGS - 1
 
 
 @dataclass
 class Throttle:
-    """The latest text of those that change quickly, no oftener than every ``every_ns``."""
+    """Throttle of texts that change quickly: the latest, at most once in ``every_ns``."""
 
     every_ns: int
     said: str = ""

@@ -1,4 +1,4 @@
-"""The folders of a bench's files: from options, the configuration and the environment, in this order."""
+"""Folders of a bench's files: from options, the configuration and the environment, in this order."""
 
 import os
 import stat
@@ -7,20 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 
 CONTROL_SOCKET = "control.sock"
-"""Its name in the bench's runtime directory. No device can have this name: it has a dot."""
+"""Name of the control socket in the bench's runtime directory. No device can have it: it has a dot."""
 STARTING = stat.S_IXUSR
-"""Of a control socket's mode, until its bench serves; on a socket this bit has no other meaning."""
+"""Mode bit of a control socket until its bench serves; on a socket this bit has no other meaning."""
 SERVICES = Path("/run/hil")
-"""The runtime directories of services."""
+"""Runtime directories of services."""
 
 
 def runtime_base(
     option: Path | None, configured: Path | None, env: Mapping[str, str], bench: str = ""
 ) -> Path:
-    """The directory that has one folder for each running bench: the option, the configuration's
-    ``runtime_dir``, the service's ``$RUNTIME_DIRECTORY`` (or what it is in, where it has the name of the
-    bench and so is that folder), or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the
-    user's in the directory for temporary files."""
+    """Directory that has one folder for each running bench: the option, the configuration's ``runtime_dir``,
+    the service's ``$RUNTIME_DIRECTORY`` (or what it is in, where it has the name of the bench and so is that
+    folder), or ``hil`` in ``$XDG_RUNTIME_DIR``; without that variable a folder of the user's in the directory
+    for temporary files."""
     if chosen := _chosen(option, configured, "RUNTIME_DIRECTORY", env, bench):
         return chosen
     if env.get("XDG_RUNTIME_DIR"):
@@ -29,7 +29,7 @@ def runtime_base(
 
 
 def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
-    """The folders to search for running benches: the option alone, in a service its own folder alone (its
+    """Folders to search for running benches: the option alone, in a service its own folder alone (its
     ``ExecReload`` means no other's bench), or the user's and the services'."""
     base = runtime_base(option, None, env)
     is_meant = option or _service_directory("RUNTIME_DIRECTORY", env)
@@ -37,8 +37,8 @@ def runtime_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
 
 
 def state_base(option: Path | None, configured: Path | None, env: Mapping[str, str], bench: str = "") -> Path:
-    """The directory that has one folder of boards' memories for each bench: the option, the
-    configuration's ``state_dir``, the service's ``$STATE_DIRECTORY`` (as in ``runtime_base``), or ``hil`` in
+    """Directory that has one folder of boards' memories for each bench: the option, the configuration's
+    ``state_dir``, the service's ``$STATE_DIRECTORY`` (as in ``runtime_base``), or ``hil`` in
     ``$XDG_STATE_HOME`` (``~/.local/state``)."""
     if chosen := _chosen(option, configured, "STATE_DIRECTORY", env, bench):
         return chosen
@@ -57,7 +57,7 @@ def _chosen(
 
 
 def log_file(option: Path | None, env: Mapping[str, str]) -> Path | None:
-    """The file of ``--log``; a service's stands in its ``$LOGS_DIRECTORY`` where its path is relative."""
+    """File of ``--log``; a service's stands in its ``$LOGS_DIRECTORY`` where its path is relative."""
     service = _service_directory("LOGS_DIRECTORY", env)
     return service / option if service and option else option
 
@@ -70,7 +70,7 @@ def control_sockets(base: Path) -> list[Path]:
 
 
 def _service_directory(name: str, env: Mapping[str, str]) -> Path | None:
-    """systemd.exec(5): several directories are separated by colons; the first is meant."""
+    """First directory of a service's variable: systemd.exec(5) separates several by colons."""
     first = env.get(name, "").partition(":")[0]
     return Path(first) if first else None
 

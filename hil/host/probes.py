@@ -15,11 +15,11 @@ PERIOD_NS = 1_000_000
 
 @dataclass(frozen=True)
 class Tried:
-    """Results of the trials; an errno of 0 is success, an empty text no failure."""
+    """Results of the trial runs; an errno of 0 is success, an empty text no failure."""
 
     priority: int
     cpu: int
-    """-1: none was asked for."""
+    """CPU to pin to; -1: none was asked for."""
     core_failure: str
     fifo_errno: int
     pin_errno: int
@@ -34,7 +34,7 @@ class Tried:
 
 
 def try_all(devices: int, runtime_dir: Path, state_dir: Path) -> Tried:
-    """Everything that a bench of so many devices needs."""
+    """Try everything that a bench of so many devices needs."""
     priority, cpu = wanted_priority(), wanted_cpu(None)
     failure, fifo_errno, pin_errno, lock_errno, locked_kB = _try_core(devices, priority, cpu)
     return Tried(
@@ -55,7 +55,7 @@ def try_all(devices: int, runtime_dir: Path, state_dir: Path) -> Tried:
 
 
 def _try_core(devices: int, priority: int, cpu: int) -> tuple[str, int, int, int, int]:
-    """Failure, what was refused (fifo, pin, lock), and how much was locked, in kB."""
+    """Try the core's thread: the failure, what was refused (fifo, pin, lock), and the locked memory in kB."""
     from hil.core import Core
 
     try:
@@ -97,7 +97,7 @@ def _errno_of(attempt: Callable[[], None]) -> int:
 
 
 def _try_folder(folder: Path, own: bool) -> str:
-    """Why the daemon could not make the folder, or files in it; ``own``: it must belong to the user."""
+    """Reason why the daemon cannot make the folder, or files in it; ``own``: it must be the user's."""
     there = next(each for each in (folder, *folder.parents) if os.path.lexists(each))
     try:
         if own and there == folder and there.stat().st_uid != os.getuid():

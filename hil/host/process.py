@@ -6,7 +6,7 @@ import resource
 from typing import NamedTuple
 
 WANTED_FILES = 65_536
-"""A pseudo-terminal takes three, so the usual limit of 1024 ends at 300."""
+"""Wanted number of file descriptors: a pty takes three, so the usual limit of 1024 ends at 300."""
 
 
 class Process(NamedTuple):
@@ -19,7 +19,7 @@ class Process(NamedTuple):
 
 
 def read_process() -> Process:
-    """A few tens of microseconds. What cannot be read because no file descriptor is left is 0."""
+    """Read the process's resources, in some tens of us; 0 where no file descriptor is left to read one."""
     usage = resource.getrusage(resource.RUSAGE_SELF)
     try:
         with open("/proc/self/status") as file:

@@ -1,4 +1,4 @@
-"""The core's real-time thread: what was asked for, what was granted, and how to get the rest."""
+"""Real time of the core's thread: what was asked for, what was granted, and how to get the rest."""
 
 import errno
 import os
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     from hil.core._native import RtStats
 
 WANTED_PRIORITY = 80
-"""Above interrupt threads (50) of a real-time kernel, below its watchdogs (99)."""
+"""Wanted priority: above interrupt threads (50) of a real-time kernel, below its watchdogs (99)."""
 
 
 @dataclass(frozen=True)
 class Grant:
-    """What was granted to the thread. ``missing``: what was not, and the remedy of each."""
+    """Rights granted to the thread. ``missing``: those that were not, and the remedy of each."""
 
     priority: int
     cpu: int
     missing: Mapping[str, str]
     more: str = ""
-    """The remedy where a lower priority than wanted was granted."""
+    """Remedy where a lower priority than wanted was granted."""
 
     @property
     def state(self) -> str:
-        """``ok`` or ``degraded``."""
+        """State of real time: ``ok`` or ``degraded``."""
         return "degraded" if self.missing else "ok"
 
     def line(self) -> str:
@@ -41,13 +41,13 @@ class Grant:
 
 
 def wanted_priority() -> int:
-    """The priority to ask for: what RLIMIT_RTPRIO allows, if it allows any."""
+    """Priority to ask for: what RLIMIT_RTPRIO allows, if it allows any."""
     soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
     return min(WANTED_PRIORITY, soft) if soft > 0 else WANTED_PRIORITY
 
 
 def wanted_cpu(configured: int | None) -> int:
-    """The CPU to pin to: the configured one, else the last that is allowed, -1 where there is only one."""
+    """CPU to pin to: the configured one, else the last that is allowed, -1 where there is only one."""
     if configured is not None:
         return configured
     allowed = sorted(os.sched_getaffinity(0))
@@ -55,7 +55,7 @@ def wanted_cpu(configured: int | None) -> int:
 
 
 def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
-    """The core's report in words. The system is read where something was refused."""
+    """Describe the core's report in words. The system is read where something was refused."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
         more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
         return Grant(priority, cpu, {}, more)
@@ -71,7 +71,7 @@ def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = Non
 
 
 def refused(configured_cpu: int | None) -> str | None:
-    """Why a configured CPU cannot be used at all, or None."""
+    """Reason why a configured CPU cannot be used at all, or None."""
     allowed = os.sched_getaffinity(0)
     if configured_cpu is None or configured_cpu in allowed:
         return None
@@ -81,5 +81,5 @@ def refused(configured_cpu: int | None) -> str | None:
 
 
 def error_name(number: int) -> str:
-    """EPERM and the like."""
+    """Name of an errno: EPERM and the like."""
     return errno.errorcode.get(number, str(number))

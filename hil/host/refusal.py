@@ -1,4 +1,4 @@
-"""Why Linux refused the core's thread something, and the line that mends it.
+"""Reasons why Linux refused the core's thread something, each with the line that mends it.
 
 The one place for these texts: ``hil serve``, ``hil status`` and ``hil doctor`` say the same.
 """

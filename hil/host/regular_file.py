@@ -1,4 +1,4 @@
-"""Files that an operator names: read only if they are files, so that nobody waits for a pipe's other end."""
+"""Regular files that an operator names, and nothing else: nobody waits for a pipe's other end."""
 
 import errno
 import os
@@ -15,7 +15,7 @@ _KINDS = (
 
 
 MAX_BYTES = 16 << 20
-"""A hundred times the longest configuration that anybody has shown."""
+"""Maximum length: a hundred times the longest configuration that anybody has shown."""
 
 
 class NotRegularError(OSError):
@@ -23,7 +23,7 @@ class NotRegularError(OSError):
 
 
 def open_regular(path: Path, at_most_bytes: int | None = None) -> BinaryIO:
-    """A regular file, or one that a symlink leads to, open for reading. Never waits for another program.
+    """Open a regular file, or one that a symlink leads to, for reading. Never waits for another program.
 
     Raises:
         NotRegularError: it is something else that is no directory.
@@ -40,14 +40,14 @@ def open_regular(path: Path, at_most_bytes: int | None = None) -> BinaryIO:
 
 
 def read_regular(path: Path, at_most_bytes: int = MAX_BYTES) -> bytes:
-    """The bytes of a regular file, as ``open_regular``: no more than its size says, and so nothing of those
-    below /proc, which a read may change."""
+    """Read the bytes of a regular file, as ``open_regular``: no more than its size says, and so nothing of
+    those below /proc, which a read may change."""
     with open_regular(path, at_most_bytes) as file:
         return file.read(os.fstat(file.fileno()).st_size) or b""
 
 
 def read_text(path: Path) -> str:
-    """The text of a regular file, as ``read_regular``, with Unix's ends of lines.
+    """Read the text of a regular file, as ``read_regular``, with Unix's ends of lines.
 
     Raises:
         UnicodeDecodeError: it is not UTF-8.

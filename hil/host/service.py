@@ -1,4 +1,4 @@
-"""The daemon as a service: what systemd is told, and when."""
+"""Daemon as a service: its messages to systemd, and when they are sent."""
 
 import asyncio
 import os
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from hil.host.notify import Heartbeat, Notifier, Throttle
 
 STATUS_S = 1.0
-"""Between two looks at the line that ``systemctl status`` shows."""
+"""Interval of looks at the line that ``systemctl status`` shows."""
 
 
 class Service:
-    """Tells a service manager how the bench does. ``line``: the bench in one line; ``ticks``: wakes of the
+    """Reports to a service manager on the bench. ``line``: the bench in one line; ``ticks``: wakes of the
     core. All of it runs in the event loop, so that a loop that hangs pings no more."""
 
     def __init__(self, notifier: Notifier, line: Callable[[], str], ticks: Callable[[], int]) -> None:
@@ -23,7 +23,7 @@ class Service:
         self._throttle = Throttle(round(STATUS_S * 1e9))
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self.trouble = ""
-        """What the last reload was refused for, in short."""
+        """Reason why the last reload was refused, in short."""
 
     def start(self) -> None:
         if not self._notifier:
@@ -37,7 +37,7 @@ class Service:
         self._notifier.reloading(time.monotonic_ns())
 
     def reloaded(self, trouble: str) -> None:
-        """It has ended; ``trouble``: why nothing was changed, in a line, or nothing."""
+        """Tell that the reload has ended; ``trouble``: why nothing was changed, in a line, or nothing."""
         self.trouble = trouble
         if self._notifier:
             self._say_ready()

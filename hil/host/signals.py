@@ -1,4 +1,4 @@
-"""Signals that an event loop answers, whatever else rings."""
+"""Handling of signals in an event loop, whatever else rings."""
 
 import asyncio
 import signal
@@ -21,7 +21,7 @@ def answer(loop: asyncio.AbstractEventLoop, calls: Mapping[signal.Signals, Calla
 
 
 def ignore(loop: asyncio.AbstractEventLoop, numbers: Mapping[signal.Signals, object]) -> None:
-    """The loop answers them no more; what Python does without it is in force again."""
+    """Handle these signals no more in the loop; Python's own handling is in force again."""
     for number in numbers:
         loop.remove_signal_handler(number)
 

@@ -1,4 +1,4 @@
-"""The state of this Linux: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
+"""State of this Linux: limits, control groups, kernel, CPUs, clocks. Reads; judges nothing.
 
 All of it comes from files below a root, so that a folder with a few files can stand for any system.
 """
@@ -12,12 +12,12 @@ from pathlib import Path
 UNLIMITED = -1
 CAP_DAC_OVERRIDE, CAP_IPC_LOCK, CAP_SYS_NICE = 1, 14, 23  # linux/capability.h
 ALL_IDS = "4294967295"
-"""The length of the id map of a process that is in no user namespace of its own."""
+"""Length of the id map of a process that is in no user namespace of its own."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A resource limit; UNLIMITED is -1."""
+    """Resource limit; UNLIMITED is -1."""
 
     soft: int
     hard: int
@@ -42,25 +42,26 @@ class Budget:
 
 @dataclass(frozen=True)
 class System:
-    """A reading of the system. None, an empty text or an empty tuple: it does not say."""
+    """Reading of the system. None, an empty text or an empty tuple: it does not say."""
 
     rtprio: Limit | None
     memlock: Limit | None
     nofile: Limit | None
     capabilities: frozenset[int]
-    """Effective ones; none in a user namespace, where they do not reach what this is about."""
+    """Effective capabilities; none in a user namespace, where they do not reach what this is about."""
     seccomp: bool
     rt_groups: tuple[Budget, ...]
     """Real-time budgets of the process's control group and those above it, its own first."""
     rt_groups_without_budgets: bool
-    """Real-time groups in a version 2 hierarchy: no group but the root has or can get a budget."""
+    """Whether there are real-time groups in a version 2 hierarchy: no group but the root has or can get a
+    budget."""
     quotas: tuple[Budget, ...]
     """CPU quotas in force on the process's control groups."""
     rt_runtime_us: int | None
     rt_period_us: int | None
     kernel: str
     preemption: str
-    """PREEMPT_RT, full, lazy, voluntary or none."""
+    """Preemption model: PREEMPT_RT, full, lazy, voluntary or none."""
     allowed_cpus: tuple[int, ...]
     isolated_cpus: tuple[int, ...]
     tickless_cpus: tuple[int, ...]
@@ -76,7 +77,7 @@ class System:
     devpts: str
     """Options of the mount that is on /dev/pts."""
     dialout: int | None
-    """The number of the group that serial ports belong to."""
+    """Number of the group that serial ports belong to."""
     groups: frozenset[int]
     """Group numbers of the process."""
 
@@ -85,7 +86,7 @@ class System:
 
 
 class Files:
-    """Reads text files below a root; what is missing or may not be read is None."""
+    """Reader of text files below a root; what is missing or may not be read is None."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
@@ -109,7 +110,7 @@ class Files:
 
 
 def read_system(root: Path = Path("/")) -> System:
-    """The system that the process runs on."""
+    """Read the system that the process runs on."""
     files = Files(root)
     status = dict(re.findall(r"^(\w+):[ \t]*(.*)$", files.text("/proc/self/status") or "", re.M))
     limits = _limits(files.text("/proc/self/limits") or "")
@@ -152,7 +153,7 @@ def read_system(root: Path = Path("/")) -> System:
 
 
 def _cpus(listed: str) -> tuple[int, ...]:
-    """``0-2,5`` as (0, 1, 2, 5)."""
+    """Parse a list of CPUs: ``0-2,5`` as (0, 1, 2, 5)."""
     found: list[int] = []
     for first, last in re.findall(r"(\d+)(?:-(\d+))?", listed):
         found += range(int(first), int(last or first) + 1)

@@ -1,4 +1,4 @@
-"""The owners of a runtime folder and of what is in it: where all may write it can be anybody's.
+"""Trust in a runtime folder and in what is in it, by their owners: where all may write it can be anybody's.
 
 Imports little: completion in a shell waits for it.
 """
@@ -15,7 +15,7 @@ _PTY_MAJORS = range(136, 144)
 
 
 def distrust(folder: Path, owners: Collection[int] = ()) -> str:
-    """Why what is in a folder is not to be believed, empty if it is.
+    """Reason why what is in a folder is not to be believed, empty if it is.
 
     The folder, and every folder and link on the way to it, have to belong to this user, to root or to one of
     ``owners``, and nobody else may write there. On the way all may write where they can only remove what is
@@ -49,7 +49,7 @@ def distrust(folder: Path, owners: Collection[int] = ()) -> str:
 
 
 def _writers(found: os.stat_result, is_on_the_way: bool) -> str:
-    """Who else may write into a folder, if that matters."""
+    """Users who may write into a folder besides, if that matters."""
     if is_on_the_way and found.st_mode & stat.S_ISVTX:
         return ""
     if found.st_mode & stat.S_IWOTH:
@@ -60,7 +60,7 @@ def _writers(found: os.stat_result, is_on_the_way: bool) -> str:
 
 
 def _is_private(group: int, user: int) -> bool:
-    """A user's own group, of his name and with nobody else in it."""
+    """Whether a group is a user's own, of his name and with nobody else in it."""
     import grp
     import pwd
 
@@ -72,7 +72,7 @@ def _is_private(group: int, user: int) -> bool:
 
 
 def user_name(uid: int) -> str:
-    """A user's name and number."""
+    """Name and number of a user."""
     import pwd
 
     try:
@@ -82,8 +82,8 @@ def user_name(uid: int) -> str:
 
 
 def refuse_address(address: str, owner: int) -> str:
-    """Why what a bench gave as a port's address is none, empty if it is one: a pseudo-terminal of its owner's
-    or what the network reaches."""
+    """Reason why a bench's text is no port's address, empty if it is one: a pseudo-terminal of its owner's or
+    what the network reaches."""
     if address.startswith(("socket://", "rfc2217://")):
         return ""
     if not address.startswith("/") or "\0" in address:
