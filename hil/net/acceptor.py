@@ -1,5 +1,5 @@
-"""Taking clients in at a listening socket. Asyncio's own server would log a hundred errors at a time, without
-end, while no file descriptor is left."""
+"""Acceptor of clients at a listening socket. Asyncio's own server would log a hundred errors at a time,
+without end, while no file descriptor is left."""
 
 import asyncio
 import socket
@@ -12,9 +12,9 @@ _ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the boards
 
 @dataclass(eq=False)
 class Acceptor:
-    """``take`` gets each client. ``no_file`` is told why none can be accepted now, and answers after how many
-    seconds to try again: no file descriptor or memory is left, and the listener stays readable. The listener
-    is closed with this."""
+    """Acceptor at a listening socket. ``take`` gets each client. ``no_file`` is told why none can be accepted
+    now, and answers after how many seconds to try again: no file descriptor or memory is left, and the
+    listener stays readable. The listener is closed with this."""
 
     listener: socket.socket
     loop: asyncio.AbstractEventLoop
@@ -26,7 +26,7 @@ class Acceptor:
         self.loop.add_reader(self.listener, self.accept)
 
     def accept(self) -> None:
-        """Those who wait, some at a time."""
+        """Accept those who wait, some at a time."""
         for _ in range(_ACCEPTS_AT_ONCE):
             try:
                 connection, _ = self.listener.accept()

@@ -1,5 +1,5 @@
-"""The form of what each operation answers in JSON, as far as commands read it. ``hil.operations.table`` takes
-its forms from here: who asks from a shell waits for this module, and not for what answers.
+"""Forms of the answers of operations in JSON, as far as commands read them. ``hil.operations.table`` takes
+its forms from here: a command in a shell waits for this module, and not for what answers.
 
 A form is a type (``float`` takes an int, too; neither is a bool), a value, a list with the form of its items,
 a dict with forms by key (``str``: of all values), or a tuple of forms of which one has to fit. Other keys may
@@ -116,7 +116,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
 
 
 def misfit(verb: str, result: Any) -> str:
-    """Where an answer has not its form, empty if it has; a verb that is not known may answer anything."""
+    """Reason why an answer has not its form, or empty; a verb that is not known may answer anything."""
     return _misfit(FORMS[verb], result, "result") if verb in FORMS else ""
 
 

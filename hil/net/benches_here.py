@@ -1,4 +1,4 @@
-"""Which benches run here, and which of them is meant. Imports little, as ``control_client.py``."""
+"""Benches that run here, and the choice of one. Imports little, as ``control_client.py``."""
 
 import os
 import time
@@ -11,12 +11,12 @@ from hil.host.trust import distrust, user_name
 from hil.net.control_client import listener
 
 SERVICE = "service:"
-"""Before the name of a service's bench."""
+"""Prefix of the name of a service's bench."""
 
 
 @dataclass(frozen=True)
 class Here:
-    """A bench's control socket. ``owner``: whose folder it is in."""
+    """Control socket of a bench. ``owner``: whose folder it is in."""
 
     socket: Path
     owner: int
@@ -31,7 +31,7 @@ class Here:
         return self.socket.parent
 
     def line(self) -> str:
-        """What tells it from others of its name."""
+        """Description that tells it from others of its name."""
         try:
             pid, since_s = listener(self.socket), self.socket.stat().st_mtime
         except OSError:
@@ -42,17 +42,17 @@ class Here:
 
 @dataclass(frozen=True)
 class Found:
-    """``left_out``: folders that are not looked into, and why."""
+    """Control sockets that were found. ``left_out``: folders that are not looked into, and why."""
 
     benches: list[Here]
     left_out: list[str]
 
     def running(self) -> "Found":
-        """Without what killed ones left behind."""
+        """Leave out the sockets that killed benches left behind."""
         return Found([each for each in self.benches if not _is_left_behind(each.socket)], self.left_out)
 
     def meant(self, said: str | None) -> list[Here]:
-        """Those that ``--bench`` can mean: a name, ``service:NAME`` or a folder; None: all."""
+        """Benches that ``--bench`` can mean: a name, ``service:NAME`` or a folder; None: all."""
         if said is None:
             return self.benches
         if "/" in said:
@@ -64,7 +64,7 @@ class Found:
         return [each for each in self.benches if each.name == said]
 
     def called(self, bench: Here) -> str:
-        """The shortest that ``--bench`` takes for this one alone."""
+        """Shortest text with which ``--bench`` means this one alone."""
         for said in (bench.name, SERVICE + bench.name):
             if self.meant(said) == [bench]:
                 return said
@@ -72,12 +72,12 @@ class Found:
 
 
 def find(option: Path | None, env: Mapping[str, str]) -> Found:
-    """The control sockets below the folder of ``--runtime-dir``, or the user's and the services'."""
+    """Find the control sockets below the folder of ``--runtime-dir``, or the user's and the services'."""
     return find_in(runtime_bases(option, env), option is not None)
 
 
 def find_in(bases: Sequence[Path], is_named: bool) -> Found:
-    """As ``find``, below these folders; ``is_named``: the user said so."""
+    """Find as ``find``, below these folders; ``is_named``: the user said so."""
     benches: dict[Path, Here] = {}
     left_out: list[str] = []
     for base in bases:

@@ -1,7 +1,7 @@
-"""Asking at a control socket. Imports little: completion in a shell waits for it.
+"""Client of a control socket. Imports little: completion in a shell waits for it.
 
-What comes from a socket is checked before it is believed: who is behind it, how long it is and takes, and
-that it has the form of an answer to what was asked (``answers.py``).
+An answer is checked before it is believed: who sent it, its length and time, and that it has the form of an
+answer to the request (``answers.py``).
 """
 
 import json
@@ -19,7 +19,7 @@ _QUEUE_AGAIN_S = 0.02
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: struct ucred, unix(7)
 _PIECE = 1 << 16
 ANSWER_BYTES = 64 << 20
-"""No daemon's answer is longer: 5000 samples of all fields are 3 MB."""
+"""Maximum length of an answer: 5000 samples of all fields are 3 MB."""
 
 
 class ControlError(Exception):
@@ -27,12 +27,12 @@ class ControlError(Exception):
 
 
 def already_running(bench: str, pid: int) -> str:
-    """Why a bench is not started a second time."""
+    """Reason why a bench is not started a second time."""
     return f"bench {bench} is running already, as process {pid}"
 
 
 def listener(path: Path) -> int:
-    """The process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
+    """Process behind a control socket, even if it is stopped or busy; 0: nobody, it was left behind.
 
     Raises:
         OSError: the socket may not be used.
@@ -47,7 +47,7 @@ def listener(path: Path) -> int:
 
 
 def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: Any) -> Any:
-    """One request to the daemon behind a control socket; answers its result.
+    """Send one request to the daemon behind a control socket; answers its result.
 
     Raises:
         ControlError: nobody answers there, or not in order, or the request was refused.
@@ -60,7 +60,7 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
 def begin(
     path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: Any
 ) -> tuple[socket.socket, Any]:
-    """As ``ask``, with the connection, from which nothing was read behind the answer."""
+    """Ask as ``ask``; answers the connection too, from which nothing was read behind the answer."""
     try:
         request = json.dumps({"verb": verb} | arguments, allow_nan=False).encode() + b"\n"
     except ValueError:
@@ -84,7 +84,7 @@ def begin(
 
 
 def _connect(client: socket.socket, path: Path, until_s: float) -> None:
-    """Wait for a place in the queue too, for which a unix socket with a time-out does not wait by itself."""
+    """Connect, and wait for a place in the queue, as a unix socket with a time-out does not by itself."""
     while True:
         try:
             return client.connect(str(path))
@@ -102,14 +102,14 @@ def _peer(client: socket.socket) -> tuple[int, int]:
 
 
 def _check_peer(client: socket.socket, path: Path) -> None:
-    """Whoever listens is this user, root, or whose folder it is: for that see ``benches_here.py``."""
+    """Check that the listener is this user, root, or the folder's owner: see ``benches_here.py``."""
     uid = _peer(client)[1]
     if uid not in (0, os.geteuid(), path.parent.stat().st_uid):
         raise PermissionError(f"user {uid} listens there, who has no business in {path.parent}")
 
 
 def _line(client: socket.socket, until_s: float) -> bytes:
-    """Up to the line's end and not further: what follows a capture's answer is no text."""
+    """Read up to the line's end and not further: what follows a capture's answer is no text."""
     line = bytearray()
     while True:
         client.settimeout(max(until_s - time.monotonic(), 0.001))

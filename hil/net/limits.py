@@ -1,15 +1,15 @@
-"""A limit that is reached is said once, and then counted: a flood must not fill the log."""
+"""Limits that are logged once when they are reached, and then counted: a flood must not fill the log."""
 
 import asyncio
 from collections.abc import Callable
 
 AGAIN_S = 60.0
-"""At most once in this time, one limit is spoken of."""
+"""Minimum time between two log lines on one limit."""
 
 
 class Limit:
-    """``count`` is how often it was reached. ``say`` gets a line for the log at once and, if it was reached
-    again, one with the number after ``AGAIN_S``."""
+    """Limit. ``count`` is how often it was reached. ``say`` gets a line for the log at once and, if it was
+    reached again, one with the number after ``AGAIN_S``."""
 
     def __init__(self, say: Callable[[str], object], loop: asyncio.AbstractEventLoop) -> None:
         self.count = 0
@@ -20,7 +20,7 @@ class Limit:
         self._text = ""
 
     def reached(self, text: str) -> None:
-        """It stopped something: ``text`` says which limit, and what to do."""
+        """Count that it stopped something: ``text`` says which limit, and what to do."""
         self.count += 1
         self._text = text
         if self._timer is None:

@@ -1,4 +1,4 @@
-"""Opening a port by its address, as any client does."""
+"""Client of a port by its address, as any other client."""
 
 import os
 import socket
@@ -14,7 +14,7 @@ class PortUnreachable(Exception):
 
 @contextmanager
 def opened_port(address: str) -> Iterator[int]:
-    """A port's file descriptor, of a terminal in raw mode or of a socket.
+    """Open a port: its file descriptor, of a terminal in raw mode or of a socket.
 
     Raises:
         PortUnreachable: the address cannot be opened.

@@ -1,5 +1,4 @@
-"""A port behind a TCP listener: its clients share it as terminals share one line. What a client's bytes are
-wrapped in is the kind's own."""
+"""Port behind a TCP listener: clients share it as terminals share a line. Each kind wraps bytes its way."""
 
 import asyncio
 import errno
@@ -20,18 +19,18 @@ _READ_BYTES = 65536
 _BACKLOG = 128
 _LOOK_EVERY_S = 5.0
 RESERVED_FDS = 32
-"""No client gets one of the last file descriptors: the boards' memories and the control socket need some."""
+"""Last file descriptors, which no client gets: the boards' memories and the control socket need some."""
 KEEP_ALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
-"""Silence and time between probes in seconds, number of probes: who answers none has vanished, after 25 s."""
+"""Silence and time between probes in seconds, number of probes: a client has vanished after 25 s."""
 _TRIES = 7
-"""The same for one that data waits for: sent again after 0.2 s, 0.4 s and so on, 25 s in all."""
+"""Number of tries for a client that data waits for: sent again after 0.2 s, 0.4 s and so on, 25 s in all."""
 _TCP_INFO_BYTES = 4  # state, ca_state, retransmits, probes: the begin of struct tcp_info, linux/tcp.h
 
 log = logging.getLogger("hil")
 
 
 class TcpOptions(BaseModel):
-    """Where to listen, and for how many."""
+    """Address to listen at, and maximum number of clients."""
 
     model_config = ConfigDict(strict=True, extra="forbid")
 
@@ -49,19 +48,19 @@ class TcpOptions(BaseModel):
 
 
 class Codec(Protocol):
-    """What a client's bytes are wrapped in."""
+    """Codec of a client's bytes."""
 
     baud: int | None
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Bytes of the line, never more than came, and what to answer the client."""
+        """Decode bytes of the line, never more than came, and what to answer the client."""
 
     def encode(self, data: bytes) -> bytes:
-        """What the client gets for bytes of the line."""
+        """Encode bytes of the line for the client."""
 
 
 class Plain:
-    """Nothing."""
+    """Codec that changes nothing."""
 
     baud: int | None = None
 
@@ -73,7 +72,7 @@ class Plain:
 
 
 class Client:
-    """``out`` is what is sent to it; ``drained`` and ``traffic`` as there.
+    """Client of a listener. ``out`` is what is sent to it; ``drained`` and ``traffic`` as ``Outgoing``.
 
     The owner reads ``connection`` and calls ``close`` when it ends, or when ``died`` is called, from the
     event loop: what such a client has sent and was not read yet is void.
@@ -113,10 +112,11 @@ class Client:
 
 
 class TcpPort:
-    """A ``Port``. What a client sends is merged in order of arrival; what the device sends goes to all.
+    """``Port`` behind a TCP listener. What a client sends is merged in order of arrival; what the device
+    sends goes to all.
 
-    ``tx_bytes`` and ``dropped_bytes`` count each client's copy: a byte sent to two clients counts twice.
-    A client that shuts down its sending side has left.
+    ``tx_bytes`` and ``dropped_bytes`` count each client's copy: a byte sent to two clients counts twice. A
+    client that shuts down its sending side has left.
     """
 
     def __init__(
@@ -217,7 +217,7 @@ class TcpPort:
             self._look_timer = self._loop.call_later(_LOOK_EVERY_S, self._look)
 
     def _look(self) -> None:
-        """Let go of clients whose computer has vanished."""
+        """Drop clients whose computer has vanished."""
         for client in list(self._clients.values()):
             if client.has_vanished():
                 self._forget(client)
@@ -278,11 +278,11 @@ class TcpPort:
                 self._last_codec = None
 
     def backlog(self) -> int:
-        """Of the fastest client: one that does not read must not hold up the device for the others."""
+        """Backlog of the fastest client: one that does not read must not hold up the others."""
         return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
 
     def client_baud(self) -> int | None:
-        """Of the client that sent last, where its codec has one."""
+        """Baud of the client that sent last, where its codec has one."""
         return self._last_codec.baud if self._last_codec else None
 
     def stats(self) -> PortStats:

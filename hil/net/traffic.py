@@ -1,4 +1,4 @@
-"""A port's counters, and the queue of what its clients have not taken yet."""
+"""Counters of a port, and the queue of what its clients have not taken yet."""
 
 import asyncio
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class Traffic:
 
 @dataclass(eq=False)
 class Outgoing:
-    """Bytes for a file descriptor: sent at once, or queued while its reader is slow.
+    """Queue of bytes for a file descriptor: sent at once, or queued while its reader is slow.
 
     ``traffic`` counts each byte as sent or dropped, once. ``drained`` is called each time ``backlog_bytes``
     goes back to 0, perhaps in the middle of a ``write``; ``died`` once, when ``send`` has failed: from then
@@ -44,7 +44,7 @@ class Outgoing:
         return len(self._queue)
 
     def write(self, data: bytes) -> None:
-        """Never blocks; what finds no room in the queue is dropped."""
+        """Send or queue bytes. Never blocks; what finds no room in the queue is dropped."""
         sent = 0 if self._queue else self._send(data)
         if sent == len(data):
             return

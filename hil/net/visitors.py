@@ -13,22 +13,22 @@ _GONE_AFTER_S = 0.002  # a client that was let go has closed its file
 
 @dataclass(eq=False)
 class Visit:
-    """A client's stay. Whoever serves it says what it is doing."""
+    """Stay of a client. Its server notes in it what the client is doing."""
 
     since_s: float
-    """When it came, or was answered last: of the event loop's clock."""
+    """Time at which it came, or was answered last, on the event loop's clock."""
     is_busy: bool = False
-    """It waits for an answer, or has something running: it is not let go."""
+    """Whether it waits for an answer, or has something running: it is not let go."""
     has_asked: bool = False
     has_begun: bool = False
-    """Its task has the connection."""
+    """Whether its task has the connection."""
     task: asyncio.Task[None] | None = None
 
 
 @dataclass(eq=False)
 class Visitors:
-    """``stay`` serves each one and closes its connection; it is cancelled where it waits when its client has
-    to go. ``name`` begins the lines of the log."""
+    """Clients of listening sockets. ``stay`` serves each one and closes its connection; it is cancelled where
+    it waits when its client has to go. ``name`` begins the lines of the log."""
 
     name: str
     most: int
@@ -36,7 +36,7 @@ class Visitors:
     stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]]
     say: Callable[[str], object]
     turned_away: int = field(default=0, init=False)
-    """How many were let go, or not let in."""
+    """Number of clients that were let go, or not let in."""
     visits: set[Visit] = field(default_factory=set, init=False)
     _acceptors: list[Acceptor] = field(default_factory=list, init=False)
 
@@ -44,11 +44,11 @@ class Visitors:
         self._full, self._no_file = Limit(self.say, self.loop), Limit(self.say, self.loop)
 
     def listen(self, listener: socket.socket) -> None:
-        """Let those in who come here, too."""
+        """Let clients in at this socket, too."""
         self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait))
 
     def take(self, connection: socket.socket) -> None:
-        """Serve it, or hang up."""
+        """Serve a client, or hang up."""
         if not self._make_room():
             self.turned_away += 1
             connection.close()
@@ -81,7 +81,7 @@ class Visitors:
         return self.let_go()
 
     def let_go(self) -> bool:
-        """One who is not waiting for anything, if there is one: of those who never asked, the first."""
+        """Drop a client that waits for nothing, if there is one: of those who never asked, the first."""
         idle = [visit for visit in self.visits if not visit.is_busy]
         if not idle:
             return False
@@ -93,14 +93,14 @@ class Visitors:
         return True
 
     def send_away(self) -> list[asyncio.Task[None]]:
-        """All who are inside. Answers what ends now."""
+        """Drop all clients. Answers the tasks that end now."""
         tasks = [visit.task for visit in self.visits if visit.task]
         for task in tasks:
             task.cancel()
         return tasks
 
     def close(self) -> None:
-        """Let nobody in any more; those who are inside stay."""
+        """Let nobody in any more; clients that are inside stay."""
         for acceptor in self._acceptors:
             acceptor.close()
         self._full.close()
