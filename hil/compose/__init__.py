@@ -1,4 +1,4 @@
-"""Builds a bench from a configuration, for the daemon and for the test kit alike.
+"""Builds a bench from a configuration, for the daemon and the test kit alike, and replays a log.
 
 Finds profiles, ports and bridges by their folder's name, which a configuration gives, and imports them by
 that name alone.

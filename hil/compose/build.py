@@ -1,4 +1,4 @@
-"""Devices, axes and firmware for a validated configuration."""
+"""Builder of devices, axes and firmware for a validated configuration."""
 
 from array import array
 from collections.abc import Callable, Iterable, Mapping
@@ -20,9 +20,9 @@ from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 LEAST_AXES = 8
 TABLE_LEN = 16384
 TABLE_FILE_BYTES = TABLE_LEN * 64
-"""Of a table's file at most: a number has some ten characters."""
+"""Maximum length of a table's file: a number has some ten characters."""
 LOOKUP_SECTION = "lookup"
-"""The section of a board's memory that holds the encoder's look-up table."""
+"""Section of a board's memory that holds the encoder's look-up table."""
 
 
 class TableFileError(Exception):
@@ -30,13 +30,13 @@ class TableFileError(Exception):
 
 
 def identity_table() -> bytes:
-    """The table of a perfect encoder: angle = count * 360 / 16384, as float32."""
+    """Make the table of a perfect encoder: angle = count * 360 / 16384, as float32."""
     return array("f", [i * 360 / TABLE_LEN for i in range(TABLE_LEN)]).tobytes()
 
 
 def table_from_file(path: Path) -> bytes:
-    """A table from a file: 16,384 numbers in degrees separated by white space or commas, as ``q``
-    prints them, or 65,536 bytes of little-endian float32.
+    """Read a table from a file: 16,384 numbers in degrees separated by white space or commas, as ``q`` prints
+    them, or 65,536 bytes of little-endian float32.
 
     Raises:
         TableFileError: it cannot be read, or is neither.
@@ -57,8 +57,8 @@ def table_from_file(path: Path) -> bytes:
 
 
 def start_sections(config: DeviceConfig, stored: Mapping[str, bytes], folder: Path) -> dict[str, bytes]:
-    """A device's memory at the start: what the configuration asks for, over what is stored. A table's
-    file is looked up from ``folder``. What version 1 of the memory files had was the table, without a name.
+    """Make a device's memory at the start: what the configuration asks for, over what is stored. A table's
+    file is looked up from ``folder``. Version 1 of the memory files had the table alone, without a name.
 
     Raises:
         TableFileError: the configured table's file cannot be used.
@@ -74,7 +74,7 @@ def start_sections(config: DeviceConfig, stored: Mapping[str, bytes], folder: Pa
 
 
 def load_firmware(profile: ProfileInfo) -> Callable[[Board], Firmware]:
-    """The class that a profile names as its firmware."""
+    """Load the class that a profile names as its firmware."""
     module, name = profile.firmware.split(":")
     made: Callable[[Board], Firmware] = getattr(import_module(f"{PROFILES}.{profile.name}.{module}"), name)
     return made
@@ -89,8 +89,7 @@ def make_device(
     seed: int,
     group: Group,
 ) -> Device:
-    """Open an axis and make the device, which ``bench.add`` puts into its group. ``seed``: where the axis's
-    randomness starts."""
+    """Open an axis and make the device, which ``bench.add`` puts into its group. ``seed``: the axis's."""
     verbs = load_verbs(profile.name)
     time_out = None
     if (stream := config.setpoints) and verbs.starve:
@@ -113,12 +112,12 @@ def make_device(
 
 
 def axis_seed(config: BenchConfig, index: int) -> int:
-    """Of the device of this number; far apart, so that bench 0's second is not bench 1's first."""
+    """Seed of the device of this number; far apart, so that bench 0's second is not bench 1's first."""
     return config.seed + (index << 32)
 
 
 def partners(devices: Iterable[str], joints: Iterable[Iterable[str]]) -> dict[str, str]:
-    """For each device that ``joints`` join with others, over whatever way, the first of them."""
+    """Map each device that ``joints`` join to earlier ones, over whatever way, to the first of them."""
     first = {name: name for name in devices}
     order = {name: place for place, name in enumerate(first)}
     for joint in filter(None, map(tuple, joints)):
@@ -135,7 +134,7 @@ def bench_runtime(
     store: Store,
     around: Around = VIRTUAL,
 ) -> BenchRuntime:
-    """All twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
+    """Make all twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
     device's non-volatile sections; ``store`` keeps what they write."""
     bench, joined = empty_bench(config, store, around), joined_devices(config)
     for index, (name, device) in enumerate(config.twins.items()):
@@ -148,19 +147,19 @@ def bench_runtime(
 
 
 def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> BenchRuntime:
-    """A bench without devices. The core has room for twice those of the configuration, and for
+    """Make a bench without devices. The core has room for twice those of the configuration, and for
     ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations."""
     room = max(2 * len(config.devices), LEAST_AXES)
     return BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
 
 
 def joined_devices(config: BenchConfig) -> dict[str, str]:
-    """For each twin that shares the time of others, the first of them."""
+    """Map each twin that shares the time of earlier ones to the first of them."""
     return partners(config.twins, config.joints())
 
 
 def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
-    """Wires and segments between devices that are in the bench, and in one group where they are joined."""
+    """Join devices of the bench by wires and segments; those that are joined are in one group."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.ends()
         axes = {name: bench.devices[name].axis for name in (source, target)}

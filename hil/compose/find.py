@@ -1,4 +1,4 @@
-"""What exists: profiles and kinds of ports, found by scanning the folders of their packages."""
+"""Profiles and kinds of ports that exist, found by scanning the folders of their packages."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
@@ -57,7 +57,7 @@ class _Kinds(Mapping[str, type[BaseModel]]):
 
 
 def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> Catalogue:
-    """All profiles and kinds of ports of this installation; ``extra_ports`` are the caller's own.
+    """Find all profiles and kinds of ports of this installation; ``extra_ports`` are the caller's own.
 
     Raises:
         ConfigError: a ``profile.yaml`` is wrong.
@@ -71,7 +71,7 @@ def find_catalogue(extra_ports: Mapping[str, type[BaseModel]] | None = None) -> 
 
 
 def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
-    """Tried in a core of their own: how stiff a motor may be is the integrator's to say."""
+    """Try motors in a core of their own: how stiff one may be is the integrator's to say."""
     core, refused = Core(len(plans) or 1), {}
     for name, plan in plans.items():
         try:
@@ -82,50 +82,50 @@ def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
 
 
 def make_bridge(kind: str, options: BaseModel, desk: Desk) -> Bridge:
-    """The bridge that a configuration describes, not yet open."""
+    """Make the bridge that a configuration describes, not yet open."""
     bridge: Bridge = import_module(f"{BRIDGES}.{kind}.bridge").make(options, desk)
     return bridge
 
 
 def make_port(config: PortConfig, context: PortContext) -> Port:
-    """The port that a configuration describes, not yet open."""
+    """Make the port that a configuration describes, not yet open."""
     port: Port = import_module(f"{PORTS}.{config.kind}.port").make(config.options, context)
     return port
 
 
 def serial_port_config(device: DeviceConfig) -> PortConfig:
-    """The port that a real board is at."""
+    """Configuration of the port that a real board is at."""
     options = import_module(f"{PORTS}.serial.port").Options
     return PortConfig(kind="serial", options=options(url=device.at, baud=device.baud))
 
 
 def bridge_reference(kind: str) -> str:
-    """The part of the reference that a bridge writes, Markdown."""
+    """Part of the reference that a bridge writes, Markdown."""
     text: str = import_module(f"{BRIDGES}.{kind}.bridge").reference()
     return text
 
 
 def _module_of(profile: str, name: str) -> Any:
-    """A module that a profile may have, or None."""
+    """Load a module that a profile may have, or None."""
     path = f"{PROFILES}.{profile}.{name}"
     return import_module(path) if find_spec(path) else None
 
 
 def load_dialogues(profile: str) -> Mapping[str, Callable[[], Dialogue[Any]]]:
-    """What can be done with a real board of this kind over its terminal, by the names of control verbs."""
+    """Load the dialogues with a real board of this kind over its terminal, by the names of control verbs."""
     module = _module_of(profile, "dialogues")
     return dict(module.DIALOGUES) if module else {}
 
 
 def load_terminal_axis(profile: str) -> Callable[[], TerminalAxis] | None:
-    """What makes a real board of this kind an axis of runs; None: nothing does."""
+    """Load what makes a real board of this kind an axis of runs; None: nothing does."""
     made: Callable[[], TerminalAxis] | None = getattr(_module_of(profile, "dialogues"), "AXIS", None)
     return made
 
 
 class BoardVerbs(NamedTuple):
-    """What can be asked of a twin, by name; what it does when its set-points stay away, and with a path of
-    set-points (``starve`` and ``follow`` of its ``verbs.py``), None: nothing."""
+    """Verbs of a twin, by name; and its functions for missing set-points and for a path of set-points
+    (``starve`` and ``follow`` of its ``verbs.py``), None: it has none."""
 
     table: Mapping[str, Verb]
     starve: Callable[..., None] | None = None
@@ -133,13 +133,13 @@ class BoardVerbs(NamedTuple):
 
 
 def load_verbs(profile: str) -> BoardVerbs:
-    """Of a kind of board."""
+    """Load the verbs of a kind of board."""
     module = _module_of(profile, "verbs")
     table = table_of(module.VERBS if module else ())
     return BoardVerbs(table, getattr(module, "starve", None), getattr(module, "follow", None))
 
 
 def make_segment(clock: Clock) -> Segment:
-    """A wire without stations, on which things happen at times of ``clock``."""
+    """Make a wire without stations, on which things happen at times of ``clock``."""
     segment: Segment = import_module(f"{PORTS}.rs485.segment").Segment(clock)
     return segment

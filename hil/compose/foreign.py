@@ -1,4 +1,4 @@
-"""Whether a bench can take an input that a log has: what another program wrote, or nobody, has names that are
+"""Check of a logged input against a bench: an input that another program wrote, or nobody, has names that are
 not here, and values that cannot be."""
 
 from hil.core.fields import FIELDS, OF_KIND
@@ -13,16 +13,16 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
 
 BAUDS = range(1, 1 << 32)
-"""What a client can have chosen."""
+"""Bauds that a client can have chosen."""
 MAX_VALUE = 1e9
-"""Of a field."""
+"""Maximum value of a field."""
 SCRIPT_LIMIT = 1 << 61
 LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
 
 
 def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
-    """Why the bench cannot take it now, or None."""
+    """Reason why the bench cannot take it now, or None."""
     if isinstance(given, inputs.Inject | inputs.Clear):
         return _fault_problem(bench, target, given)
     if target in bench.taps:

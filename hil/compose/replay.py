@@ -24,10 +24,10 @@ from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
 LONGEST_LINE_BYTES = 64 * 1024 * 1024
-"""The header of the largest bench, 512 boards with their tables, has two thirds of it."""
+"""Maximum length of a line: the longest header, of 512 boards with their tables, has two thirds."""
 
 LONGEST_PROBLEM = 1000
-"""Characters; names in a forged log may be of any length."""
+"""Maximum characters of a problem; names in a forged log may be of any length."""
 
 
 class MemoryOptions(StrictModel):
@@ -36,17 +36,17 @@ class MemoryOptions(StrictModel):
 
 @dataclass
 class Replayed:
-    """A run again: what was logged, and what the devices sent this time."""
+    """Replay of a log: the logged output, and what the devices sent this time."""
 
     logged: InputLog
     runtime: BenchRuntime
     sent: dict[str, list[Sent]]
     stops: LoggedStops
-    """Of devices that a daemon's guard stopped."""
+    """Stops of devices by a daemon's guard."""
 
     def difference(self) -> str | None:
-        """The first thing that a device did otherwise than logged, or None: identical bytes, times and
-        states. What a device sent after the log's last input counts too, unless the log was cut."""
+        """First difference from the log, or None: identical bytes, times and states. What a device sent after
+        the log's last input counts too, unless the log was cut."""
         for name in self.sent:
             then = [sent for sent in self.logged.sent if sent.device == name]
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
@@ -66,7 +66,7 @@ class Replayed:
 
 
 def _shown(sent: Sent | None, other: Sent | None) -> str:
-    """A piece with its bytes around the first that differs from the other's."""
+    """Format a piece with its bytes around the first that differs from the other's."""
     if sent is None:
         return "nothing"
     pairs = zip(sent.data, other.data if other else b"", strict=False)
@@ -76,7 +76,7 @@ def _shown(sent: Sent | None, other: Sent | None) -> str:
 
 
 class _LoggedStore:
-    """Answers nothing by itself: the log has the answers."""
+    """Store that answers nothing by itself: the log has the answers."""
 
     def commit(
         self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
@@ -109,7 +109,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def replay_log(read: InputLog) -> Replayed:
-    """The same of a log that was read.
+    """Run a log again that was read.
 
     Raises:
         InputLogError, ConfigError: as ``replay``.
