@@ -14,11 +14,11 @@ from hil.net.control_client import ControlError, ask, listener
 
 POLL_S = 1.0
 _ANSWER_S = 1.0
-"""A daemon answers within milliseconds; a stopped or overloaded one must not hold up the others."""
+"""Maximum wait for a daemon: a stopped or overloaded one must not hold up the others."""
 
 
 class Benches:
-    """The ports of the benches below ``bases``: the user's own, and those of services. ``is_named``: the user
+    """Ports of the benches below ``bases``: the user's own, and those of services. ``is_named``: the user
     said where they are."""
 
     def __init__(self, bases: Sequence[Path], is_named: bool = False) -> None:
@@ -26,7 +26,7 @@ class Benches:
         self._last: dict[Path, list[Message]] = {}
 
     def ports(self) -> list[Message]:
-        """The ports that exist now. A daemon that does not answer keeps the ports it had."""
+        """List the ports that exist now. A daemon that does not answer keeps the ports it had."""
         now: dict[Path, list[Message]] = {}
         for here in find_in(self._bases, self._is_named).benches:
             path = here.socket

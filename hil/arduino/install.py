@@ -1,4 +1,4 @@
-"""The hardware folder that tells the Arduino IDE of hil: ``hardware/hil/virtual`` in the sketchbook.
+"""Hardware folder that tells the Arduino IDE of hil: ``hardware/hil/virtual`` in the sketchbook.
 
 Each file's first line has a checksum of the rest, so that a file which somebody else wrote or changed is
 neither overwritten nor removed.
@@ -28,8 +28,8 @@ class InstallError(Exception):
 
 
 def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> Path:
-    """The option, ``$ARDUINO_DIRECTORIES_USER``, ``directories.user`` of the IDE's or arduino-cli's own
-    configuration, or ``~/Arduino``, which is their default."""
+    """Find the sketchbook: the option, ``$ARDUINO_DIRECTORIES_USER``, ``directories.user`` of the IDE's or
+    arduino-cli's own configuration, or ``~/Arduino``, which is their default."""
     if option or env.get("ARDUINO_DIRECTORIES_USER"):
         return (option or Path(env["ARDUINO_DIRECTORIES_USER"])).absolute()
     for name in _CONFIG_FILES:
@@ -39,7 +39,7 @@ def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> 
 
 
 def platform_txt(command: Path, arguments: Iterable[str]) -> str:
-    """``command`` is the program ``hil``; ``arguments`` go to both of its commands.
+    """Make ``platform.txt``. ``command`` is the program ``hil``; ``arguments`` go to both of its commands.
 
     Raises:
         InstallError: a path has what the file's format cannot quote.
@@ -62,8 +62,8 @@ def platform_txt(command: Path, arguments: Iterable[str]) -> str:
 
 
 def boards_txt(profiles: Iterable[ProfileInfo]) -> str:
-    """A board for each profile, recognised by the property ``profile`` of its port. Nothing is built or
-    uploaded for it, so that it has no core and no tool."""
+    """Make ``boards.txt``: a board for each profile, recognised by the property ``profile`` of its port.
+    Nothing is built or uploaded for it, so that it has no core and no tool."""
     lines = []
     for profile in profiles:
         lines += [
@@ -75,7 +75,7 @@ def boards_txt(profiles: Iterable[ProfileInfo]) -> str:
 
 
 def install(sketchbook: Path, files: Mapping[str, str]) -> list[Path]:
-    """Write the files, by name; answers those that were not there already, just so.
+    """Write the files, by name; answers those that were new or have changed.
 
     Raises:
         InstallError: a file of that name is somebody else's, or cannot be written.

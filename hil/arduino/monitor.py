@@ -25,7 +25,7 @@ class LinkLost(Exception):
 
 
 class Link:
-    """A ``MonitorLink``: two file descriptors, and what waits on the way between them."""
+    """``MonitorLink`` by two file descriptors, with what waits on the way between them."""
 
     def __init__(self) -> None:
         self._resources = ExitStack()
@@ -66,7 +66,7 @@ class Link:
         self._waiting = {}
 
     def wants(self) -> tuple[list[int], list[int]]:
-        """The file descriptors to wait for, to read and to write."""
+        """File descriptors to wait for, to read and to write."""
         pairs = [(self._port, self._client), (self._client, self._port)] if self._waiting else []
         reads = [source for source, sink in pairs if len(self._waiting[sink]) < _WAITING_BYTES]
         return reads, [fd for fd, data in self._waiting.items() if data]

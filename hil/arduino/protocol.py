@@ -13,21 +13,21 @@ Message = dict[str, Any]
 
 PROTOCOL_VERSION = 1
 PROTOCOL = "hil"
-"""The ports' protocol. Not ``serial``: for that one the IDE takes its own monitor, which refuses a pty."""
+"""Protocol of the ports. Not ``serial``: for that one the IDE takes its own monitor, which refuses a pty."""
 PROTOCOL_LABEL = "Virtual board (hil)"
 BAUDS = (
     *(300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800),
     *(500000, 921600, 1000000, 2000000),
 )
 DEFAULT_BAUD = 115200
-"""The default of ``hil serve`` too. A device without ``baud:`` takes any."""
+"""Default baud, as of ``hil serve``. A device without ``baud:`` takes any."""
 _HELLO = re.compile(r'(\d{1,9}) "([^"]+)"')
 _OPEN = re.compile(r"(\S+):(\d{1,5}) (\S.*)")
 
 
 def board_port(address: str, bench: str, device: str, **more: str) -> Message:
-    """A device's port as the IDE shows it. Its properties are what ``boards.txt`` recognises a board by; its
-    id is the same wherever the device's port is."""
+    """Describe a device's port as the IDE shows it. Its properties are what ``boards.txt`` recognises a board
+    by; its id is the same wherever the device's port is."""
     return {
         "address": address,
         "label": f"{bench}/{device}",
@@ -55,12 +55,12 @@ class _Dialogue:
 
     def __init__(self) -> None:
         self.dead = False
-        """True after QUIT: nothing more is answered."""
+        """Whether QUIT has come: nothing more is answered."""
         self._greeted = False
         self._commands: dict[str, Callable[[str], list[Message]]] = {"HELLO": self._hello, "QUIT": self._quit}
 
     def command(self, line: str) -> list[Message]:
-        """Answers one line of the client, without its end."""
+        """Answer one line of the client, without its end."""
         if self.dead:
             return []
         word, _, rest = line.strip().partition(" ")
@@ -92,7 +92,7 @@ class _Mode(Enum):
 
 
 class Discovery(_Dialogue):
-    """``find`` answers the ports there are now; an OSError of it is reported to the client."""
+    """Discovery protocol. ``find`` answers the present ports; its OSError is reported to the client."""
 
     def __init__(self, find: Callable[[], Sequence[Message]]) -> None:
         super().__init__()
@@ -112,7 +112,7 @@ class Discovery(_Dialogue):
         return self._mode is _Mode.SYNCING and not self.dead
 
     def found(self, ports: Sequence[Message]) -> list[Message]:
-        """The events that lead from what the client knows to ``ports``. A port whose description has
+        """Make the events that lead from what the client knows to ``ports``. A port whose description has
         changed is added anew, which replaces it."""
         if not self.syncing:
             return []
@@ -159,10 +159,10 @@ class Discovery(_Dialogue):
 
 
 class MonitorLink(Protocol):
-    """A monitor's way to the port and the client. Every method may raise OSError: ``str(error)`` says why."""
+    """Monitor's way to port and client. Every method may raise OSError: ``str(error)`` says why."""
 
     def open(self, client: tuple[str, int], address: str, baud: int) -> None:
-        """Open the board's port and connect to the client, who listens; then copy both ways."""
+        """Open the board's port and connect to the client, which listens; then copy both ways."""
 
     def set_baud(self, baud: int) -> None:
         """Set the baud of the open port."""
@@ -172,7 +172,7 @@ class MonitorLink(Protocol):
 
 
 class Monitor(_Dialogue):
-    """The pluggable monitor of one port at a time. ``lost``: the port or the client has gone by itself."""
+    """Monitor protocol of one port at a time. ``lost``: the port or the client has gone by itself."""
 
     def __init__(self, link: MonitorLink) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The client's side of both programs: lines on standard input, JSON on standard output."""
+"""Client's side of both programs: lines on standard input, JSON on standard output."""
 
 import json
 import os
@@ -10,7 +10,7 @@ _READ_BYTES = 65536
 
 
 class Commands:
-    """The lines that come from a file descriptor. Read it when it is readable, and ``ended`` is false."""
+    """Lines from a file descriptor. Read when it is readable, and ``ended`` is false."""
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
@@ -18,7 +18,7 @@ class Commands:
         self._pending = b""
 
     def read(self) -> list[str]:
-        """The lines that are complete now."""
+        """Read the lines that are complete now."""
         data = os.read(self.fd, _READ_BYTES)
         self.ended = not data
         *lines, self._pending = (self._pending + data).split(b"\n")
@@ -26,7 +26,7 @@ class Commands:
 
 
 def send(messages: list[Message], out: TextIO) -> None:
-    """One line of JSON for each message."""
+    """Write one line of JSON for each message."""
     for message in messages:
         out.write(json.dumps(message) + "\n")
     out.flush()
