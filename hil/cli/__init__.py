@@ -1,4 +1,4 @@
-"""The command ``hil``: each command, what it draws, its completion, its man page and the reference.
+"""The command ``hil``: its commands, their drawings, its completion, its man page and the reference.
 
 Belongs here: what a user types and reads. ``entry.py`` is where the program begins, ``cli.py`` has the
 commands or says where they are, ``ask.py`` what those share that ask a running bench. A command imports other

@@ -1,4 +1,4 @@
-"""``hil arduino`` and the two programs that the IDE starts by what it installs."""
+"""``hil arduino``, and the two programs that the IDE starts."""
 
 import os
 import shutil
@@ -117,6 +117,6 @@ def _sketchbook(option: Path | None) -> Path:
 
 
 def _program() -> Path:
-    """The ``hil`` of this installation: beside its Python, or else the one that was typed."""
+    """Path of this installation's ``hil``: beside its Python, or else the one that was typed."""
     beside = Path(sys.executable).with_name("hil")
     return beside if beside.exists() else Path(shutil.which(sys.argv[0]) or sys.argv[0]).absolute()

@@ -1,4 +1,4 @@
-"""Asking a running bench: what the commands that do so share."""
+"""Parts of commands that ask a running bench."""
 
 import sys
 from pathlib import Path
@@ -33,7 +33,7 @@ DeviceName = Annotated[
 
 
 def fail(message: str, code: int = 1) -> typer.Exit:
-    """What a command raises after it has said why."""
+    """Print why a command fails, and answer the exception for it to raise."""
     import logging
     import os
 
@@ -45,7 +45,7 @@ def fail(message: str, code: int = 1) -> typer.Exit:
 
 
 def found(runtime_dir: Path | None) -> "Found":
-    """The benches that run here; says which folders are not looked into."""
+    """Find the benches that run here; says which folders are not looked into."""
     import os
 
     from hil.host.journal import say
@@ -61,7 +61,7 @@ def found(runtime_dir: Path | None) -> "Found":
 
 
 def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
-    """The bench that is meant; says what is wrong and ends the command."""
+    """Find the bench that is meant, or say what is wrong and end the command."""
     here = found(runtime_dir)
     meant = here.meant(bench)
     if len(meant) == 1:
@@ -77,7 +77,7 @@ def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
 
 
 def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
-    """A port's address as the bench that is meant said it; ends the command if it is none of its own."""
+    """Port's address as the bench that is meant said it; ends the command if it is none of its own."""
     from hil.host.trust import refuse_address
 
     if why := refuse_address(address, bench_meant(bench, runtime_dir).owner):
@@ -86,7 +86,7 @@ def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
 
 
 def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
-    """One request to a bench; says what is wrong and ends the command where it fails."""
+    """Send one request to a bench, or say what is wrong and end the command."""
     from hil.net.control_client import ControlError, ask
 
     path = bench_meant(bench, runtime_dir).socket

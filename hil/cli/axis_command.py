@@ -1,4 +1,4 @@
-"""``hil axis``: what can be asked of a device, from the shell."""
+"""``hil axis``: verbs of a device, from the shell."""
 
 from typing import Annotated, Any
 
@@ -7,7 +7,7 @@ import typer
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
 
 TIMEOUT_S = 30
-"""A real board's terminal takes its time."""
+"""Maximum wait for an answer: a real board's terminal takes its time."""
 
 
 def axis(
@@ -47,7 +47,7 @@ def _list(table: dict[str, dict[str, Any]]) -> None:
 
 
 def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, Any]:
-    """Values by the names of parameters; those without a name in their order."""
+    """Map parameters' names to values; values without a name are in order."""
     given: dict[str, Any] = {}
     left = iter(names)
     for value in values:

@@ -1,4 +1,4 @@
-"""Commands of profiles that talk to a board: where the board is, and the serial port in between.
+"""Commands of profiles that talk to a board: the choice of the board, and the serial port in between.
 
 A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that answer a ``Task``; they become
 ``hil <profile> <command>`` with the options that say which board.
@@ -33,7 +33,7 @@ OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default:
 PROFILES = "device_profiles"
 BRIDGES = "bridges"
 GONE = "it was disconnected"
-"""Replaces pyserial's longer sentence."""
+"""Text in place of pyserial's longer sentence."""
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
 
 
@@ -76,7 +76,7 @@ def _broken(profile: str, error: Exception) -> Callable[[], None]:
 
 
 def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Callable[..., None]:
-    """The function with the options that say which board."""
+    """Add the options that say which board to a function."""
 
     def run(**arguments: Any) -> None:
         target = {name: arguments.pop(name) for name in _TARGET}
@@ -154,11 +154,11 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
 
 
 class Interrupted(Exception):
-    """Ctrl-C or SIGTERM: ``str(error)`` says what the dialogue has to say of it."""
+    """Ctrl-C or SIGTERM came: ``str(error)`` is what the dialogue says of it."""
 
 
 class SerialTalk:
-    """A serial port that dialogues run over, on this computer's clock times ``speed``.
+    """Runner of dialogues over a serial port, on this computer's clock times ``speed``.
 
     Raises:
         DialogueError: it cannot be opened; or, into a dialogue, it has gone.
@@ -183,7 +183,7 @@ class SerialTalk:
             self._port.close()
 
     def run(self, dialogue: Dialogue[Result]) -> Result:
-        """The dialogue's result; progress goes to standard error.
+        """Run a dialogue; answers its result. Progress goes to standard error.
 
         Raises:
             DialogueError: as the dialogue says.
@@ -225,7 +225,7 @@ class SerialTalk:
 
 
 class _Bar:
-    """A bar on a terminal, a line for each tenth elsewhere."""
+    """Progress bar on a terminal, a line for each tenth elsewhere."""
 
     def __enter__(self) -> "_Bar":
         self._bar: Any = None

@@ -36,13 +36,13 @@ TAKES = {
     "sac oneshot number": "",
     "shell": "shells",
 }
-"""What a parameter's value is, by the parameter's name, or by the command's and its: a file, a folder, or one
+"""Kinds of parameters' values, by the parameter's name, or by the command's and its: a file, a folder, or one
 of ``completion_names.KINDS``. All others have no names that could be listed."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An argument, or an option: then it has ``flags``, as in --bench and -b."""
+    """Argument, or an option: then it has ``flags``, as in --bench and -b."""
 
     name: str
     flags: tuple[str, ...]
@@ -51,14 +51,14 @@ class Parameter:
     is_required: bool
     is_repeated: bool
     default: str
-    """The default as it is typed; empty: none, or one that ``about`` tells."""
+    """Default as it is typed; empty: none, or one that ``about`` tells."""
     takes: str
-    """A value of ``TAKES``, or empty."""
+    """Kind of value, one of ``TAKES``, or empty."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """``path``: ("fault", "inject"); of ``hil`` itself (). ``about``: paragraphs, the first is one line."""
+    """Command. ``path``: ("fault", "inject"); of ``hil`` itself (). ``about``: paragraphs, first a line."""
 
     path: tuple[str, ...]
     about: str
@@ -75,7 +75,7 @@ class Command:
         return " ".join(self.about.partition("\n\n")[0].split())
 
     def all(self) -> Iterator["Command"]:
-        """This and all below."""
+        """Iterate over this command and all below it."""
         yield self
         for command in self.commands:
             yield from command.all()
@@ -85,7 +85,7 @@ HELP = Parameter("help", ("--help",), "Show a summary and exit.", False, False, 
 
 
 def commands(app: typer.Typer) -> Command:
-    """``hil`` with all that is not hidden."""
+    """Read ``hil`` with all that is not hidden."""
     return _command(typer.main.get_command(app), ())
 
 

@@ -123,7 +123,7 @@ complete -c hil -f
 
 
 def bash(root: Command) -> str:
-    """Tables for the function above."""
+    """Write the script for bash: tables for the function above."""
     tables: dict[str, list[str]] = {"commands": [], "options": [], "takes": [], "arguments": []}
     for command in root.all():
         path = " ".join(("hil", *command.path))
@@ -145,7 +145,7 @@ def bash(root: Command) -> str:
 
 
 def zsh(root: Command) -> str:
-    """A function for each command."""
+    """Write the script for zsh: a function for each command."""
     return "\n".join(["#compdef hil\n", *(_zsh_function(each) for each in root.all())]) + ZSH
 
 
@@ -195,7 +195,7 @@ def _zsh_text(text: str) -> str:
 
 
 def fish(root: Command) -> str:
-    """A line for each command, option and argument."""
+    """Write the script for fish: a line for each command, option and argument."""
     every = list(root.all())
     valued = [
         _quoted(f"{command.name} {flag}")
@@ -250,4 +250,4 @@ def _fish_quoted(text: str) -> str:
 
 
 SHELLS = {"bash": bash, "zsh": zsh, "fish": fish}
-"""A script for each, from the tree of commands."""
+"""Writers of scripts by shell, from the tree of commands."""

@@ -19,7 +19,7 @@ _TIMEOUT_S = 0.5
 
 @dataclass(frozen=True)
 class Line:
-    """The command line so far: the bench that it means, and its words that are no options."""
+    """Command line so far: the bench that it means, and its words that are no options."""
 
     runtime_dir: Path | None
     bench: str | None
@@ -29,7 +29,7 @@ class Line:
         return find(self.runtime_dir, os.environ)
 
     def ask(self, verb: str, **arguments: Any) -> Any:
-        """The answer of the bench that the command would ask.
+        """Ask the bench that the command would ask.
 
         Raises:
             ControlError: there is none, or it refuses.
@@ -124,8 +124,8 @@ def print_names(arguments: list[str]) -> None:
 
 
 def _parsed(words: list[str]) -> Line:
-    """A shell may have split ``--bench=a`` at the equals sign. Of other options only those with = are known
-    to take no word, which does for the commands that ask for names by their words."""
+    """Parse words; a shell may have split ``--bench=a`` at the equals sign. Of other options only those with
+    = are known to take no word, which does for the commands that ask for names by their words."""
     given: dict[str, str] = {}
     plain: list[str] = []
     left = iter([part for word in words for part in _split(word)])

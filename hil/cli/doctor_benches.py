@@ -17,13 +17,13 @@ from hil.net.control_client import ControlError, ask, listener
 
 PATIENCE_S = 3.0
 START_S = 60.0
-"""Nobody is served before a bench has started. A real board that cannot be reached takes 5 s of it."""
+"""Maximum time of a start, when nobody is served. A real board that cannot be reached takes 5 s of it."""
 
 
 def judge_benches(runtime_dir: Path, is_named: bool = False) -> Iterator[Finding]:
-    """Findings about the benches below the user's runtime directory, which he has named or not, and about the
-    services': one for each that is well, else one for each thing that is wrong with it; before them one for
-    each folder that commands do not look into."""
+    """Make findings about the benches below the user's runtime directory, which he has named or not, and
+    about the services': one for each that is well, else one for each thing that is wrong with it; before them
+    one for each folder that commands do not look into."""
     found = find_in((runtime_dir, SERVICES), is_named)
     cost = "commands do not look into it, and `hil serve` refuses it"
     remedy = "name a folder of yours with --runtime-dir, or set XDG_RUNTIME_DIR"
@@ -62,7 +62,7 @@ def _judge(name: str, folder: Path) -> Iterator[Finding]:
 
 
 def _starting_s(socket: Path) -> float | None:
-    """For how long a bench has been starting; None: it has served, or hangs."""
+    """Time for which a bench has been starting; None: it has served, or hangs."""
     with suppress(OSError):
         found = socket.stat()
         age_s = max(time.time() - found.st_mtime, 0.0)
@@ -90,7 +90,7 @@ def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Find
 
 
 def judge_memories(state_dir: Path) -> list[Finding]:
-    """The boards' memories that a start would not take as they are."""
+    """Make findings about boards' memories that a start would not take as they are."""
     findings = []
     for path in sorted(state_dir.glob("*/*.nvm")):
         name = f"memory {path.parent.name}/{path.stem}"

@@ -1,4 +1,4 @@
-"""``hil plot``, ``hil step`` and ``hil drive``: what an axis does, drawn."""
+"""``hil plot``, ``hil step`` and ``hil drive``: drawings of an axis."""
 
 import shutil
 import sys
@@ -203,7 +203,7 @@ def _recorded(signals: tuple[str, ...]) -> Any:
 def _watching(
     bench: str | None, runtime_dir: Path | None, device: str, signals: tuple[str, ...], interval_ms: float
 ) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
-    """The watched signals and pieces of them, for ever; the watch ends with the block."""
+    """Watch signals: their names, and pieces of samples for ever; the watch ends with the block."""
     import time
 
     opened = ask_bench(

@@ -1,4 +1,4 @@
-"""The program ``hil``: the command line, or names for a shell's completion, which has no time for it."""
+"""Entry of the program ``hil``: the command line, or names for a shell's completion, which must be quick."""
 
 import gc
 import signal

@@ -1,4 +1,4 @@
-"""``hil fault`` and ``hil capture``: what happens on lines."""
+"""``hil fault`` and ``hil capture``: faults, and traffic on lines."""
 
 import sys
 from contextlib import suppress
@@ -122,7 +122,7 @@ def _hang_up(client: Any) -> None:
 
 
 def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
-    """Whole blocks, each file with the header at its beginning."""
+    """Copy whole blocks, each file with the header at its beginning."""
     from hil.host.new_file import begin_file
     from hil.wire.pcapng import header_length, whole_blocks
 

@@ -32,7 +32,7 @@ _SIGNS = {"\\": "\\e", "-": "\\-", "'": "\\(aq", "^": "\\(ha", "~": "\\(ti"}
 
 
 def man_page(app: typer.Typer) -> str:
-    """The page in the language of man(7)."""
+    """Write the page in the language of man(7)."""
     root = commands(app)
     parts = [HEAD.format(version=__version__), "\n.PP\n".join(map(_text, ABOUT)), "\n"]
     parts += [_options(root), ".SH COMMANDS\n"]
@@ -85,7 +85,7 @@ def _table(title: str, rows: Mapping[str, str]) -> str:
 
 
 def _text(text: str) -> str:
-    """One line of roff; what stands in backquotes is bold."""
+    """Format one line of roff; what stands in backquotes is bold."""
     plain = "".join(_SIGNS.get(sign, sign) for sign in text)
     bold = re.sub("`([^`]*)`", r"\\fB\1\\fR", plain).replace("`", "\\(ga")
     return f"\\&{bold}" if bold.startswith((".", "'")) else bold

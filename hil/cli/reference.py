@@ -20,7 +20,7 @@ from hil.vocab.verbs import CODES, COMMON, Verb
 
 
 def reference(app: typer.Typer) -> str:
-    """Markdown: configuration, commands, control socket, fields of an axis."""
+    """Write Markdown: configuration, commands, control socket, fields of an axis."""
     parts = [
         "# Reference\n\nWritten by `hil reference` from the tables in the code; do not edit.\n",
         re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
@@ -62,7 +62,7 @@ def _surroundings() -> str:
 
 
 def _cell(text: str) -> str:
-    """Text of a table: one line, and no column's end."""
+    """Format the text of a table's cell: one line, and no column's end."""
     return " ".join(text.split()).replace("|", r"\|")
 
 

@@ -13,7 +13,7 @@ from hil.cli.interrupts import noted
 POLL_S = 0.1
 BAD_DOCUMENT = 2
 SUBMIT_S = 60.0
-"""A run of a megabyte is read for some ten seconds, on a busy computer for longer."""
+"""Maximum wait for a submission: reading a run of a megabyte takes some ten seconds."""
 _END_WORDS = {
     None: "at",
     "stands": "stands at",
@@ -75,7 +75,7 @@ def run(
 
 
 def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, Any]) -> dict[str, Any]:
-    """The bench's answer to a run; its problems end the command."""
+    """Submit a run; its problems end the command."""
     answer: dict[str, Any] = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
     if problems := answer.get("problems"):
         raise fail(problems, BAD_DOCUMENT)

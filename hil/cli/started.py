@@ -1,4 +1,4 @@
-"""What ``hil serve`` says when everything serves."""
+"""Message of ``hil serve`` when everything serves."""
 
 import os
 import sys
@@ -10,7 +10,7 @@ from hil.host.log_writer import LogWriter
 
 
 def started(serving: Serving, writer: LogWriter) -> None:
-    """Say it, after what is in the log already. Without a standard output nobody is told."""
+    """Write the message, after what is in the log already. Without a standard output nobody is told."""
     try:
         fd = sys.stdout.fileno()
     except (OSError, ValueError):

@@ -93,14 +93,14 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
 
 
 def _mode(shot: dict[str, Any]) -> str:
-    """The state of an axis: a servo's mode and loop, a stepper's state."""
+    """State of an axis: a servo's mode and loop, a stepper's state."""
     if "motion_state" in shot:
         return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
 
 
 def doctor_view(findings: list["Finding"]) -> RenderableType:
-    """All of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
     table = Table(box=None)
     for column in ("verdict", "what", "found"):
         table.add_column(column, no_wrap=column != "found", overflow="fold")
@@ -120,7 +120,7 @@ def doctor_view(findings: list["Finding"]) -> RenderableType:
 
 
 def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
-    """Whole sentences, which a column would break up."""
+    """Whole sentences about devices, which a column would break up."""
     return [Text(f"{device}: {said}", style="red") for device, texts in devices for said in texts]
 
 
@@ -134,7 +134,7 @@ def _state(row: dict[str, Any]) -> list[str]:
 
 
 def _histogram(buckets: list[int]) -> str:
-    """Counts by powers of two of nanoseconds, with the median, the 99th percentile and the largest."""
+    """Format counts by powers of two of nanoseconds, with the median, the 99th percentile and the largest."""
     total = sum(buckets)
     if not total:
         return "-"
