@@ -1,4 +1,4 @@
-"""The client for asyncio: the same as the other, each exchange in a thread."""
+"""Client for asyncio: the same as the synchronous one, each exchange in a thread."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine
@@ -12,7 +12,7 @@ from hil.client.synchronous import Axis, Bench, connect_sync
 from hil.client.verbs import AxisVerbs
 
 QUEUED = 10_000
-"""States that wait; the oldest of more are dropped."""
+"""Maximum number of states that wait; the oldest of more are dropped."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 def _awaited(
     method: Callable[Concatenate[Any, Given], Result],
 ) -> Callable[Concatenate[Any, Given], Coroutine[Any, Any, Result]]:
-    """The method of the client that blocks, in a thread."""
+    """Wrap a method of the client that blocks, to run in a thread."""
 
     @wraps(method)
     async def ask(self: Any, /, *given: Given.args, **named: Given.kwargs) -> Result:
@@ -30,7 +30,7 @@ def _awaited(
 
 
 class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
-    """As ``Axis``, to be awaited; ``put`` is at once."""
+    """``Axis`` whose methods are awaited; ``put`` is at once."""
 
     def __init__(self, blocking: Axis) -> None:
         self.name = blocking.name
@@ -45,7 +45,7 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
     clear_fault = _awaited(Axis.clear_fault)
 
     async def states(self) -> AsyncIterator[State]:
-        """States as they come."""
+        """Iterate over states as they come."""
         loop = asyncio.get_running_loop()
         came: asyncio.Queue[bytes] = asyncio.Queue()
 
@@ -60,7 +60,7 @@ class AsyncAxis(AxisVerbs[Coroutine[Any, Any, Ack]]):
 
 
 class AsyncBench:
-    """As ``Bench``, to be awaited; ``async with connect(...)`` opens it."""
+    """``Bench`` whose methods are awaited; ``async with connect(...)`` opens it."""
 
     def __init__(self, bench: str, connect: Callable[[], Bench]) -> None:
         self.name = bench
@@ -81,7 +81,7 @@ class AsyncBench:
         return self._bench
 
     def axis(self, name: str) -> AsyncAxis:
-        """A device."""
+        """Axis of a device."""
         return AsyncAxis(self._blocking.axis(name))
 
     submit = _awaited(Bench.submit)
@@ -102,7 +102,7 @@ def connect(
     config: Path | str | None = None,
     timeout_s: float = TIMEOUT_S,
 ) -> AsyncBench:
-    """A bench at a zenoh endpoint, opened by ``async with``; the rest as of ``connect_sync``.
+    """Connect to a bench at a zenoh endpoint, opened by ``async with``; the rest as of ``connect_sync``.
 
     Raises:
         ClientError: nobody lets us in there.

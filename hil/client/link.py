@@ -1,4 +1,4 @@
-"""The session, and the exchanges that both kinds of client make over it. Everything here blocks."""
+"""Session with a bench, and the exchanges that both kinds of client make over it. Everything here blocks."""
 
 import json
 import re
@@ -17,12 +17,12 @@ from hil.net.signature import signed
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
 MESSAGE_BYTES = 1_000_000
-"""Maximum that a daemon takes."""
+"""Maximum length of a message that a daemon takes."""
 _LOOK_AGAIN_S = 0.05
 _BENCH = re.compile("[a-z][a-z0-9_-]*")
-"""Zenoh would take others for patterns, and commands would go to all that fit."""
+"""Names of benches: Zenoh would take others for patterns, and commands would go to all that fit."""
 _LATEST = 10_000
-"""States that wait for a subscriber; the oldest of more are dropped."""
+"""Maximum number of states that wait for a subscriber; the oldest of more are dropped."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Credentials:
 
 
 def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> zenoh.Config:
-    """Zenoh's configuration of a client that knows one door and looks for no others."""
+    """Make zenoh's configuration of a client that knows one door and looks for no others."""
     config = zenoh.Config()
     entries: dict[str, Any] = {
         "mode": "client",
@@ -53,7 +53,7 @@ def session_config(endpoint: str, credentials: Credentials | None, timeout_s: fl
 
 
 def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credentials | None]:
-    """Zenoh's configuration from a user's file, as `hil zenoh keys` makes it.
+    """Read zenoh's configuration from a user's file, as `hil zenoh keys` makes it.
 
     Raises:
         ClientError: it cannot be used.
@@ -70,7 +70,7 @@ def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credenti
 
 
 class Link:
-    """An open session with one bench.
+    """Session with one bench, which is open.
 
     Raises:
         ClientError: nobody lets it in there, or the bench is not behind that door.
@@ -107,7 +107,7 @@ class Link:
             raise
 
     def _find(self, door: str) -> None:
-        """Whether the bench is there; a router needs a moment to hear of it."""
+        """Check that the bench is there; a router needs a moment to hear of it."""
         deadline_s = time.monotonic() + self._timeout_s
         while not self._tokens(self.key("@live/daemon")):
             if time.monotonic() > deadline_s:
@@ -118,7 +118,7 @@ class Link:
             time.sleep(_LOOK_AGAIN_S)
 
     def _tokens(self, key: str) -> list[str]:
-        """The liveliness tokens that are there now and that we may see."""
+        """Liveliness tokens that are there now and that we may see."""
         replies = self._session.liveliness().get(key, timeout=self._timeout_s)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok]
 
@@ -127,11 +127,11 @@ class Link:
         session.close()
 
     def key(self, rest: str) -> str:
-        """The full key of this bench for ``rest``."""
+        """Full key of this bench for ``rest``."""
         return f"hil/{self.bench}/{rest}"
 
     def ask(self, rest: str, payload: object = None, *, timeout_s: float | None = None) -> list[bytes]:
-        """A query's replies.
+        """Send a query; answers its replies.
 
         Raises:
             CommandError: it was refused.
@@ -141,7 +141,7 @@ class Link:
         return self.ask_text(rest, text, timeout_s=timeout_s)
 
     def ask_text(self, rest: str, payload: str, *, timeout_s: float | None = None) -> list[bytes]:
-        """A query's replies; the payload is sent as it is."""
+        """Send a query with the payload as it is; answers its replies."""
         key, text = self.key(rest), payload.encode()
         if len(text) > MESSAGE_BYTES:
             raise ClientError(f"{key}: {len(text)} bytes; a message has at most {MESSAGE_BYTES}")
@@ -195,8 +195,7 @@ class Link:
         return read(self.ask(rest)[0])
 
     def subscribe(self, rest: str, call: Callable[[bytes], object] | None = None) -> Any:
-        """Subscribe to a key: a subscriber whose ``recv`` blocks, or one that calls from a thread of its
-        own."""
+        """Subscribe to a key: a subscriber whose ``recv`` blocks, or one that calls from its own thread."""
         if call is None:
             return self._session.declare_subscriber(self.key(rest), zenoh.handlers.RingChannel(_LATEST))
         return self._session.declare_subscriber(
@@ -204,7 +203,7 @@ class Link:
         )
 
     def alive(self) -> list[str]:
-        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        """Names of what is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
         head = self.key("@live/")
         return sorted(key.removeprefix(head) for key in self._tokens(f"{head}**"))
 

@@ -24,8 +24,8 @@ class CommandError(ClientError):
 
 @dataclass(frozen=True)
 class Ack:
-    """A command was validated and has taken effect at ``effective_at_ns`` (simulated; None for what has no
-    time). ``sim_ns`` and ``wall_ns``: when the answer was written. ``answer``: the verb's own."""
+    """Acknowledgement of a command that has taken effect at ``effective_at_ns`` (simulated; None for what has
+    no time). ``sim_ns`` and ``wall_ns``: when the answer was written. ``answer``: the verb's own."""
 
     effective_at_ns: int | None
     sim_ns: int
@@ -35,7 +35,7 @@ class Ack:
 
 @dataclass(frozen=True)
 class State:
-    """An axis at simulated time ``at_ns``: its fields as attributes (``state.position_deg``) and in
+    """State of an axis at simulated time ``at_ns``: its fields as attributes (``state.position_deg``) and in
     ``fields``. The units are in the names; a value that is no number is None."""
 
     at_ns: int
@@ -50,7 +50,7 @@ class State:
 
 
 def read(text: bytes) -> dict[str, Any]:
-    """A message of the version that is known here.
+    """Read a message of the version that is known here.
 
     Raises:
         ClientError: it is none.

@@ -1,4 +1,4 @@
-"""The client for programs without asyncio."""
+"""Client for programs without asyncio."""
 
 import json
 import time
@@ -12,7 +12,7 @@ from hil.client.verbs import MOTION_S, AxisVerbs
 
 
 class Axis(AxisVerbs[Ack]):
-    """One device. Its verbs are methods; ``do`` takes any by name.
+    """Axis of one device. Its verbs are methods; ``do`` takes any by name.
 
     Raises:
         CommandError: the bench refused.
@@ -35,7 +35,7 @@ class Axis(AxisVerbs[Ack]):
         return state_of(self._link.ask(f"axis/{self.name}/state")[0])
 
     def states(self) -> Iterator[State]:
-        """States as they come, until the iterator is closed."""
+        """Iterate over states as they come, until the iterator is closed."""
         with self.subscribe() as subscriber:
             while True:
                 yield state_of(subscriber.recv().payload.to_bytes())
@@ -45,7 +45,7 @@ class Axis(AxisVerbs[Ack]):
         return self._link.subscribe(f"axis/{self.name}/state", call)
 
     def parameter(self, name: str) -> float:
-        """A settable field."""
+        """Value of a settable field."""
         return float(self._link.read(f"axis/{self.name}/param/{name}")[name])
 
     def set_parameter(self, name: str, value: float) -> Ack:
@@ -53,7 +53,7 @@ class Axis(AxisVerbs[Ack]):
         return ack_of(self._link.ask(f"axis/{self.name}/param/{name}", value)[0])
 
     def fault(self, /, fault: str, **parameters: object) -> int:
-        """Begin a fault; its number."""
+        """Begin a fault; answers its number."""
         answer = self._link.ask(f"axis/{self.name}/fault", {"fault": fault, **parameters})
         return int(ack_of(answer[0]).answer["number"])
 
@@ -63,18 +63,18 @@ class Axis(AxisVerbs[Ack]):
 
 
 class Bench:
-    """A bench; ``connect_sync`` makes it."""
+    """Bench that was connected to; ``connect_sync`` makes it."""
 
     def __init__(self, link: Link) -> None:
         self.name = link.bench
         self.link = link
 
     def axis(self, name: str) -> Axis:
-        """A device."""
+        """Axis of a device."""
         return Axis(self.link, name)
 
     def submit(self, run: Mapping[str, object] | str) -> dict[str, Any]:
-        """Submit a multi-axis run, as data or as YAML; its progress.
+        """Submit a multi-axis run, as data or as YAML; answers its progress.
 
         Raises:
             CommandError: with all problems, if it cannot be done.
@@ -83,7 +83,7 @@ class Bench:
         return read(self.link.ask_text("run/submit", text)[0])
 
     def run_state(self, name: str) -> dict[str, Any]:
-        """The progress of a run."""
+        """Progress of a run."""
         return self.link.read(f"run/{name}/state")
 
     def cancel(self, name: str, how: Literal["grace", "prejudice"] = "grace") -> dict[str, Any]:
@@ -93,7 +93,7 @@ class Bench:
     def perform(
         self, run: Mapping[str, object] | str, *, timeout_s: float = MOTION_S, poll_s: float = 0.05
     ) -> dict[str, Any]:
-        """Submit a run and wait for its end; its last progress. Raises ClientError: it does not end."""
+        """Submit a run and wait for its end; answers its progress. Raises ClientError: it does not end."""
         progress = self.submit(run)
         deadline_s = time.monotonic() + timeout_s
         while progress["state"] in ("queued", "running"):
@@ -106,7 +106,7 @@ class Bench:
         return progress
 
     def alive(self) -> list[str]:
-        """What is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
+        """Names of what is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""
         return self.link.alive()
 
     def clock(self) -> tuple[int, int]:
@@ -115,7 +115,7 @@ class Bench:
         return int(clock["sim_ns"]), int(clock["wall_ns"])
 
     def read(self, key: str) -> dict[str, Any]:
-        """The document under a key of the bench, as in ``sim/health`` or ``segment/bus0/stats``."""
+        """Read the document under a key of the bench, as in ``sim/health`` or ``segment/bus0/stats``."""
         return self.link.read(key)
 
     def close(self) -> None:
@@ -137,8 +137,8 @@ def connect_sync(
     config: Path | str | None = None,
     timeout_s: float = TIMEOUT_S,
 ) -> Bench:
-    """A bench at a zenoh endpoint; where it has users, as one of them. ``config``: the file of a user that
-    `hil zenoh keys` made, which says all that, instead.
+    """Connect to a bench at a zenoh endpoint; where it has users, as one of them. ``config``: the file of a
+    user that `hil zenoh keys` made, which says all that, instead.
 
     Raises:
         ClientError: nobody lets us in there.

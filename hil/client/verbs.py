@@ -7,7 +7,7 @@ from functools import wraps
 from typing import Any, Generic, Literal, TypeVar
 
 MOTION_S = 600.0
-"""How long ``wait=True`` waits."""
+"""Maximum wait of ``wait=True``."""
 Answer_co = TypeVar("Answer_co", covariant=True)
 Stop = Literal["grace", "prejudice"]
 Direction = Literal["cw", "ccw"]
@@ -15,7 +15,7 @@ Verbs = TypeVar("Verbs")
 
 
 def _verb(method: Callable[..., Any]) -> Callable[..., Any]:
-    """The method asks for the verb of its name with what it was given; None stands for what was not."""
+    """Make a method that asks for the verb of its name with what was given; None stands for the rest."""
     signature = inspect.signature(method)
     more = [name for name, each in signature.parameters.items() if each.kind is each.VAR_KEYWORD]
 
@@ -41,7 +41,7 @@ def _asking(cls: type[Verbs]) -> type[Verbs]:
 
 @_asking
 class AxisVerbs(Generic[Answer_co]):
-    """What a board can do is in its table; a method that a board has no verb for is refused there."""
+    """Verbs as methods. A board refuses those that its table does not have."""
 
     def do(self, verb: str, *, wait: bool = False, timeout_s: float = MOTION_S, **given: object) -> Answer_co:
         """Carry out a verb by its name; ``wait``: until the motion that it begins has ended."""
@@ -66,7 +66,8 @@ class AxisVerbs(Generic[Answer_co]):
         deceleration: float | None = None,
         wait: bool = False,
     ) -> Answer_co:
-        """``acceleration_rpm_per_s`` is a Mechaduino's, ``acceleration`` and ``deceleration`` are a SAC's."""
+        """Move to a position: ``acceleration_rpm_per_s`` is a Mechaduino's, ``acceleration`` and
+        ``deceleration`` are a SAC's."""
 
     def move_rel(
         self,
@@ -78,7 +79,7 @@ class AxisVerbs(Generic[Answer_co]):
         deceleration: float | None = None,
         wait: bool = False,
     ) -> Answer_co:
-        """As ``move_abs``."""
+        """Move by an angle, as ``move_abs``."""
 
     def stop(self, how: Stop = "grace", *, wait: bool = False) -> Answer_co: ...
     def pulses(self, count: int, rate_Hz: float | None = None, direction: str | None = None) -> Answer_co: ...
@@ -92,6 +93,6 @@ class AxisVerbs(Generic[Answer_co]):
     def pin(self, pin: str, level: int) -> Answer_co: ...
 
     def type(self, text: str) -> Answer_co:
-        r"""At the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
+        r"""Type at the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
 
     def reset(self) -> Answer_co: ...
