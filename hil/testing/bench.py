@@ -19,13 +19,13 @@ from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 RUN_LEAD_NS = 1_000_000
-"""Between a run's phrases: in virtual time nothing needs longer."""
+"""Time between a run's phrases: in virtual time nothing needs longer."""
 LISTEN_SLICE_NS = 10 * NS_PER_MS
-"""How far a dialogue that listens lets time pass between two looks at the port."""
+"""Time that a dialogue that listens lets pass between two looks at the port."""
 
 
 class MemoryStore:
-    """Memory that is written at once: flash takes no time in the reference data."""
+    """Store that writes at once: flash takes no time in the reference data."""
 
     def commit(
         self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
@@ -37,7 +37,8 @@ MEMORY_STORE = MemoryStore()
 
 
 class Bench:
-    """All devices of a configuration, on the virtual clock, with memory in place of ports and files.
+    """Bench with all devices of a configuration, on the virtual clock, with memory in place of ports and
+    files.
 
     ``config`` is a path, YAML text or a dict. Whatever kind of port it names, the kit's own stands in.
     ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them.
@@ -94,11 +95,11 @@ class Bench:
         self._advance(SimTimeNs(round(ms * NS_PER_MS)))
 
     def port(self, name: str, uart: str = MAIN) -> PortFace:
-        """The port of a device: at its first serial interface, or at ``"network"``."""
+        """Port of a device: at its first serial interface, or at ``"network"``."""
         return self._ports[name, uart]
 
     def tap(self, name: str) -> TapFace:
-        """A tap, as in ``bus0.master``."""
+        """Tap by its name, as in ``bus0.master``."""
         return self._taps[name]
 
     def fault(self, kind: str, target: str, **parameters: float | str) -> FaultFace:
@@ -111,7 +112,7 @@ class Bench:
         return FaultFace(number, self._runtime)
 
     def segment(self, name: str) -> SegmentView:
-        """A segment, to look at."""
+        """Segment by its name, read-only."""
         return self._runtime.segments[name]
 
     def axis(self, name: str) -> AxisFace:
@@ -121,7 +122,7 @@ class Bench:
         return self._devices[name]
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
-        """A multi-axis run (``hil.runs``), checked and planned now; drive it with ``perform``.
+        """Check and plan a multi-axis run (``hil.runs``) now; drive it with ``perform``.
 
         Raises:
             ConfigError: it cannot be done, with all problems.
@@ -143,7 +144,7 @@ class Bench:
         return execution.progress
 
     def talk(self, name: str, dialogue: Dialogue[Result], uart: str = MAIN) -> Result:
-        """Carry out a dialogue at a device's port, in simulated time; its result."""
+        """Carry out a dialogue at a device's port, in simulated time; answers its result."""
         port = self.port(name, uart)
         heard: list[tuple[SimTimeNs, bytes]] = []
         answer: Heard | None = None
@@ -196,7 +197,8 @@ class Bench:
 
 
 def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Path]:
-    """A configuration from a path, YAML text or a dict, and the folder its files are looked up from.
+    """Read a configuration from a path, YAML text or a dict; answers it with the folder its files are looked
+    up from.
 
     Raises:
         ConfigError: with every problem.

@@ -43,13 +43,13 @@ def replay_control(
     gains: Mapping[str, float],
     gain_changes: Iterable[tuple[int, str, float]] = (),
 ) -> "dict[str, np.ndarray[Any, Any]]":
-    """One row for each control step, from zeroed state: the law's inputs and everything it computes.
+    """Run a law from zeroed state, one row for each control step: its inputs and everything it computes.
 
-    ``raw`` encoder counts, ``r`` set-points and ``mode`` (letters, or their codes; 0 none) have one
-    entry a step; ``table`` is the look-up table, 16,384 angles in degrees; ``gains`` has any of pKp pKi
-    pKd pLPF vKp vKi vKd vLPF PA uMAX; ``gain_changes`` are (step, name, value), in force from that step on.
-    Answers numpy columns: raw, r, mode, y_meas, y_excite (with the phase advance), yw, e, ITerm, DTerm, v,
-    u, U, vref1, vref2, in1 to in4, wrap_count, led; float32 exact.
+    ``raw`` encoder counts, ``r`` set-points and ``mode`` (letters, or their codes; 0 none) have one entry a
+    step; ``table`` is the look-up table, 16,384 angles in degrees; ``gains`` has any of pKp pKi pKd pLPF vKp
+    vKi vKd vLPF PA uMAX; ``gain_changes`` are (step, name, value), in force from that step on. Answers numpy
+    columns: raw, r, mode, y_meas, y_excite (with the phase advance), yw, e, ITerm, DTerm, v, u, U, vref1,
+    vref2, in1 to in4, wrap_count, led; float32 exact.
 
     Raises:
         ValueError: an unknown law, or columns of different lengths.

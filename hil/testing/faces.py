@@ -1,4 +1,4 @@
-"""What a test holds of a bench: ports, taps, axes, pins, boards and faults."""
+"""Faces of a bench for tests: ports, taps, axes, pins, boards and faults."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -23,12 +23,12 @@ Record = Callable[[Device, tuple[str, ...], int], Recording]
 """Begins a recording of a device's signals at every multiple of an interval in nanoseconds."""
 
 TX_ENABLE = "TxEn"
-"""The output that switches a board's RS485 driver on, high while any of its ports sends; boards with two
-serial interfaces have it."""
+"""Output that switches a board's RS485 driver on, high while any of its ports sends; boards with two serial
+interfaces have it."""
 
 
 class PortFace:
-    """A device's port, seen by a client that reads everything at once."""
+    """Port of a device, seen by a client that reads everything at once."""
 
     def __init__(self, runtime: BenchRuntime, device: Device, uart: str) -> None:
         self._runtime = runtime
@@ -45,13 +45,13 @@ class PortFace:
         self._runtime.give(self._device, Bytes(bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
-        """Everything the device has sent since the last call."""
+        """Read everything the device has sent since the last call."""
         data = b"".join(data for _, data in self._unread)
         self._unread.clear()
         return data
 
     def read_timed(self) -> list[tuple[SimTimeNs, bytes]]:
-        """As ``read``, with the time of each piece; pieces of one time are joined."""
+        """Read as ``read``, with the time of each piece; pieces of one time are joined."""
         joined: list[tuple[SimTimeNs, bytes]] = []
         for at_ns, data in self._unread:
             if joined and joined[-1][0] == at_ns:
@@ -62,7 +62,7 @@ class PortFace:
         return joined
 
     def read_complete(self) -> list[tuple[SimTimeNs, bytes]]:
-        """As ``read_timed``, with the times at which the last bit of each piece has come."""
+        """Read as ``read_timed``, with the times at which the last bit of each piece has come."""
         baud = self._device.uarts[self._uart].baud
         return [
             (SimTimeNs(at_ns + (character_ns(len(data), baud) if baud else 0)), data)
@@ -71,7 +71,7 @@ class PortFace:
 
     @property
     def line_free_ns(self) -> SimTimeNs:
-        """When the last byte that the device has sent so far is on the line; without a baud 0."""
+        """Time at which the last byte that the device has sent so far is on the line; without a baud 0."""
         return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
@@ -80,7 +80,7 @@ class PortFace:
 
 
 class TapFace:
-    """A tap on a segment, seen by the program that has it open."""
+    """Tap on a segment, seen by the program that has it open."""
 
     def __init__(self, runtime: BenchRuntime, tap: Tap) -> None:
         self._runtime = runtime
@@ -91,18 +91,18 @@ class TapFace:
         self._runtime.give(self._tap, Bytes(bytes(data)))
 
     def read(self) -> bytes:
-        """What was complete on the wire since the last call."""
+        """Read what was complete on the wire since the last call."""
         return self._tap.take(self._runtime.now_ns)
 
     def read_timed(self) -> list[tuple[SimTimeNs, int]]:
-        """As ``read``: when each character was complete, and the character."""
+        """Read as ``read``: the time at which each character was complete, and the character."""
         heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._runtime.now_ns]
         self.read()
         return heard
 
 
 class FaultFace:
-    """A fault that was injected; as a context it is cleared at the end."""
+    """Fault that was injected; as a context it is cleared at the end."""
 
     def __init__(self, number: int, runtime: BenchRuntime) -> None:
         self.number = number
@@ -114,7 +114,7 @@ class FaultFace:
         return self.number in self._runtime.faults.active
 
     def clear(self) -> None:
-        """Take it away; nothing if it has ended."""
+        """End it; nothing if it has ended."""
         if self.is_active:
             self._runtime.clear_fault(self.number)
 
@@ -126,7 +126,7 @@ class FaultFace:
 
 
 class AxisFace:
-    """A device's axis: its state, and the world around its shaft."""
+    """Axis of a device: its state, and the world around its shaft."""
 
     def __init__(self, runtime: BenchRuntime, device: Device, record: Record) -> None:
         self._runtime = runtime
@@ -134,7 +134,7 @@ class AxisFace:
         self._record = record
 
     def snapshot(self) -> Snapshot:
-        """The state now; its fields are ``hil.core.FIELDS``."""
+        """State now; its fields are ``hil.core.FIELDS``."""
         return self._device.axis.snapshot()
 
     def record(self, *signals: str, interval_ms: float = 1.0) -> Recording:
@@ -149,7 +149,7 @@ class AxisFace:
         return self._record(self._device, names, ms(interval_ms))
 
     def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
-        """Carry out a verb of the board's table (``hil axis NAME`` lists it), now: what it answers, and
+        """Carry out a verb of the board's table (``hil axis NAME`` lists it), now; answers its result, and
         ``effective_at_ns``. Typing, power and pins have faces of their own.
 
         Raises:
@@ -213,7 +213,7 @@ class Outputs:
                 uart.listeners.append(partial(self._sends, uart))
 
     def edges(self, output: str) -> list[tuple[SimTimeNs, int]]:
-        """All so far: (simulated time, level)."""
+        """All edges so far: (simulated time, level)."""
         if output == TX_ENABLE:
             return self._transmissions()
         if self._motion:
@@ -235,8 +235,7 @@ class Outputs:
 
 
 class PinFace:
-    """One pin of a board: an input that can be driven, or an output whose edges are kept from the bench's
-    start."""
+    """Pin of a board: an input that can be driven, or an output, whose edges are all kept."""
 
     def __init__(self, runtime: BenchRuntime, device: Device, outputs: Outputs, name: str) -> None:
         self._runtime = runtime
@@ -259,7 +258,7 @@ class PinFace:
 
 
 class DeviceFace:
-    """The board itself, from outside: what an operator's hand or a fault can do to it."""
+    """Board from outside: what an operator's hand or a fault can do to it."""
 
     def __init__(self, runtime: BenchRuntime, device: Device) -> None:
         self._runtime = runtime
@@ -269,12 +268,12 @@ class DeviceFace:
 
     @property
     def failed(self) -> str | None:
-        """Why the device has stopped, or None."""
+        """Reason why the device has stopped, or None."""
         return self._device.failed
 
     @property
     def notes(self) -> Mapping[str, str]:
-        """What its firmware has an operator know, by what it is about; ``hil status`` shows it."""
+        """Operator notes of its firmware, keyed by topic; ``hil status`` shows them."""
         return self._device.notes
 
     @property
@@ -295,7 +294,7 @@ class DeviceFace:
         self._runtime.give(self._device, SetField(name, value))
 
     def pin(self, name: str, level: int | None = None) -> "PinFace":
-        """A pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
+        """Pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
         (enable, active low), D3; of a SAC sync, Estop, RST (active low), EnA, EnB.
 
         Raises:

@@ -1,4 +1,4 @@
-"""The pytest plugin: the fixtures ``bench``, ``segment`` and ``fault``."""
+"""Pytest plugin: the fixtures ``bench``, ``segment`` and ``fault``."""
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -16,7 +16,7 @@ COLD_START_MS = 1100
 
 @pytest.fixture
 def bench() -> "Iterator[Callable[..., Bench]]":
-    """Makes benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``."""
+    """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``."""
     from hil.testing.bench import Bench
 
     made: list[Bench] = []
@@ -32,7 +32,7 @@ def bench() -> "Iterator[Callable[..., Bench]]":
 
 @pytest.fixture
 def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
-    """Makes a bench of SACs on one segment, past their cold start: ``segment(32)`` has ``s4`` to ``s35`` with
+    """Make a bench of SACs on one segment, past their cold start: ``segment(32)`` has ``s4`` to ``s35`` with
     those addresses on ``bus0``, and a tap ``bus0.master``. ``baud`` is the line's, ``first`` the first
     address, 4 to 255."""
 
@@ -58,7 +58,7 @@ def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
 
 @pytest.fixture
 def fault() -> "Iterator[Callable[..., FaultFace]]":
-    """Makes things go wrong until the test's end: ``fault(b, "packet_no_ack", "s4.network", rate=0.5)``."""
+    """Make things go wrong until the test's end: ``fault(b, "packet_no_ack", "s4.network", rate=0.5)``."""
     made: list[FaultFace] = []
 
     def inject(bench: "Bench", kind: str, target: str, **parameters: float | str) -> "FaultFace":

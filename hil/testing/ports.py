@@ -1,4 +1,4 @@
-"""For tests of kinds of ports: a host that records, and clients that read without blocking."""
+"""Kit for tests of kinds of ports: a host that records, and clients that read without blocking."""
 
 import asyncio
 import gc
@@ -13,7 +13,7 @@ DEADLINE_S = 20.0
 
 
 class RecordingHost:
-    """A ``PortHost`` that keeps what it gets, has as much room as it is told, and may answer."""
+    """``PortHost`` that keeps what it gets, has as much room as it is told, and may answer."""
 
     def __init__(self, port: Port) -> None:
         self.port = port
@@ -23,7 +23,7 @@ class RecordingHost:
         self.failures: list[str] = []
         self.drains = 0
         self.left: list[int | None] = []
-        """The bauds of last clients, as they left."""
+        """Bauds of last clients, as they left."""
         self.answer: Callable[[bytes], bytes] = lambda data: b""
 
     def received(self, data: bytes) -> None:
@@ -75,7 +75,7 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 def read_now(fd: int) -> bytes:
-    """What a file descriptor has to read at this moment."""
+    """Read what a file descriptor has at this moment."""
     data = b""
     while select.select([fd], [], [], 0)[0] and (chunk := os.read(fd, 65536)):
         data += chunk
@@ -95,12 +95,12 @@ async def read_exactly(fd: int, size: int) -> bytes:
 
 
 def open_fds() -> list[str]:
-    """This process's file descriptors, those that only garbage holds closed first."""
+    """List this process's file descriptors, after garbage that held some is collected."""
     gc.collect()
     return sorted(os.listdir("/proc/self/fd"))
 
 
 def accounted(port: Port) -> int:
-    """Bytes of the device whose fate is known."""
+    """Number of bytes of the device whose fate is known."""
     stats = port.stats()
     return stats.tx_bytes + stats.dropped_bytes + stats.unheard_bytes
