@@ -1,4 +1,5 @@
 """Metrics over HTTP, in the text format that Prometheus scrapes.
 
-``exposition.py`` writes the format; ``bridge.py`` serves it, ``GET /metrics`` and nothing else.
+``exposition.py`` writes the format; ``bridge.py`` serves ``GET /metrics`` and nothing else; ``endpoint.py``
+reads the addresses.
 """

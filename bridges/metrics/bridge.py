@@ -1,4 +1,4 @@
-"""Serves the metrics. A scrape is written in slices, so that a large bench's boards do not wait for it."""
+"""Server of the metrics. A scrape is written in slices, so that a large bench's boards do not wait for it."""
 
 import asyncio
 import errno
@@ -24,14 +24,14 @@ log = logging.getLogger("hil")
 
 SCRAPER = Source("metrics", Role.VIEWER)
 SLICE = 50
-"""Values between two turns of the others: some 0.2 ms; a scrape of 200 devices takes 10."""
+"""Values between two turns of others: some 0.2 ms; a scrape of 200 devices takes 10."""
 CONNECTIONS = 16
 REQUEST_S = 10.0
-"""A client that has not asked by then, or has not read its answer, is sent away."""
+"""Maximum time for a client to ask, or to read its answer; then it is sent away."""
 REQUEST_BYTES = 16 * 1024
 _BACKLOG = 128
 _AUTHORITY = re.compile(rb"https?://[^/?]*", re.I)
-"""Of a target in absolute form, as proxies get it and each server has to take it (RFC 9112, 3.2.2)."""
+"""Start of a target in absolute form, as proxies get it and each server has to take it (RFC 9112, 3.2.2)."""
 
 
 class Options(BaseModel):
@@ -78,7 +78,7 @@ class Options(BaseModel):
 
 
 def reference() -> str:
-    """The table of metrics is the daemon's; what is served is said here."""
+    """Part of the reference about what is served; the table of metrics is the daemon's."""
     return (
         "## The metrics bridge\n\n"
         "`GET /metrics` answers all of the above in the text format 0.0.4 of Prometheus, `GET /` says so."
@@ -119,7 +119,7 @@ class MetricsBridge:
             self._visitors.listen(listener)
 
     async def _listeners(self) -> list[socket.socket]:
-        """At each address that a name stands for, as ::1 and 127.0.0.1 for localhost. Raises OSError."""
+        """Listen at each address of a name, as ::1 and 127.0.0.1 for localhost. Raises OSError."""
         host, number = endpoint(self._options.listen)
         loop = asyncio.get_running_loop()
         found = await loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
@@ -146,7 +146,7 @@ class MetricsBridge:
             await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        """Each scrape asks which there are."""
+        """Ignored: each scrape asks which there are."""
 
     def status(self) -> Mapping[str, Any]:
         inside, turned_away = 0, 0

@@ -1,4 +1,4 @@
-"""Address and port to listen at, as they are written. Nothing is asked of the network."""
+"""Address and port to listen at, as a user writes them. Nothing is asked of the network."""
 
 import ipaddress
 import re
@@ -11,7 +11,7 @@ MAX_PORT = 65535
 
 
 def endpoint(text: str) -> tuple[str, int]:
-    """The host, without brackets, and the port's number.
+    """Parse the host, without brackets, and the port's number.
 
     Raises:
         ValueError: they are not; the text says why.
@@ -25,7 +25,7 @@ def endpoint(text: str) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Only programs of this computer reach it."""
+    """Whether only programs of this computer reach a host."""
     address = _address(host)
     if address is None:
         return host.lower() == "localhost"
@@ -33,7 +33,7 @@ def is_loopback(host: str) -> bool:
 
 
 def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """Also one that inet_aton(3) takes, as 127.1."""
+    """Parse an address, also one that inet_aton(3) takes, as 127.1."""
     with suppress(ValueError):
         return ipaddress.ip_address(host)
     with suppress(OSError, ValueError):
@@ -42,7 +42,7 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def _is_name(host: str) -> bool:
-    """As the resolver can be asked for it; there need be no such computer."""
+    """Whether the resolver can be asked for a name; there need be no such computer."""
     try:
         name = host.encode("idna")
     except UnicodeError:  # an empty or too long label

@@ -11,7 +11,7 @@ CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 
 
 def lines(readings: Iterable[Reading]) -> Iterator[str]:
-    """Each metric's help and type, then its values, written as they are asked for."""
+    """Format each metric's help and type, then its values, as they are asked for."""
     for metric, values in readings:
         yield f"# HELP {metric.name} {_help(metric.about)}\n# TYPE {metric.name} {metric.kind}\n"
         for labels, value in values:

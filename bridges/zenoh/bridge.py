@@ -1,5 +1,4 @@
-"""The session of a bench: opens it, declares its keys, and puts it away. Zenoh's threads only fill an inbox;
-all else is in the loop."""
+"""Session of a bench: opened, its keys declared, put away. Zenoh's threads only fill an inbox."""
 
 import asyncio
 import logging
@@ -32,7 +31,7 @@ _NOBODY_THERE = "Unable to connect"
 
 
 class _Joined:
-    """All that there is while a session is open."""
+    """Parts of the bridge while a session is open."""
 
     def __init__(
         self,
@@ -110,7 +109,7 @@ class ZenohBridge:
         return await loop.run_in_executor(None, open_session, self._options, self._bench)
 
     async def _join(self, sender: Sender) -> None:
-        """The router that was away at the start."""
+        """Join the router that was away at the start."""
         while self._joined is None:
             try:
                 opened = await self._open_session()
@@ -177,12 +176,13 @@ make = ZenohBridge
 
 
 def first_line(error: Exception) -> str:
-    """Of zenoh's errors, which end in a path of its sources."""
+    """First line of a zenoh error, which ends in a path of its sources."""
     return str(error).partition(" at /")[0].partition("\n")[0]
 
 
 def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | None]:
-    """A daemon's session, and what checks its commands; None: there are no users, everybody may do all.
+    """Open a daemon's session; answers it with the gate that checks its commands, None where there are no
+    users and everybody may do all.
 
     Raises:
         SecurityError: strangers could reach the bench, or the users' file is wrong.

@@ -1,4 +1,4 @@
-"""``hil zenoh``."""
+"""Commands ``hil zenoh``."""
 
 from pathlib import Path
 from typing import Annotated

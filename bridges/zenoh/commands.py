@@ -1,4 +1,4 @@
-"""Commands: what a key and a payload ask of the desk, and the replies."""
+"""Commands: requests to the desk by key and payload, and the replies."""
 
 import asyncio
 import time
@@ -23,7 +23,7 @@ ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
 
 
 class Command(NamedTuple):
-    """What is asked of the desk."""
+    """Request to the desk, as a key and a payload give it."""
 
     operation: str
     target: str
@@ -31,11 +31,11 @@ class Command(NamedTuple):
 
 
 Reader = Callable[[bytes | None], Command]
-"""Reads a payload. Raises VerbRefused."""
+"""Reader of a payload. Raises VerbRefused."""
 
 
 class Commands:
-    """Of one bench. ``gate``: knows its users, where it has some."""
+    """Commands to one bench. ``gate``: knows its users, where it has some."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class Commands:
         self.carried_out = 0
 
     def handle(self, request: Request) -> None:
-        """Carry a command out and answer it, or answer what is read."""
+        """Carry out a command and answer it, or answer a reading."""
         key, query = request.key, request.query
         try:
             reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
@@ -69,7 +69,7 @@ class Commands:
             self._refuse(key, query, refusal)
 
     def _source(self, request: Request) -> Source:
-        """Who sent it. Raises VerbRefused: nobody known."""
+        """Source of a request. Raises VerbRefused: nobody known sent it."""
         if self._gate is None:
             return OURS
         return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())
@@ -84,7 +84,7 @@ class Commands:
             self._answer(query, key, answer)
 
     def _answer_verb(self, source: Source, key: str, device: str, done: Done, query: zenoh.Query) -> None:
-        """At once, and on demand with the state then and when its motion has ended."""
+        """Reply to a verb at once, and on demand again when its motion has ended, with the state then."""
         self.carried_out += 1
         self._reply(query, key, done.answer, done.effective_at_ns)
         is_seen = not self._here.devices[device].is_real  # nobody sees its axis, or knows when it stands
@@ -125,7 +125,7 @@ class Commands:
         self._answer(query, key, answer)
 
     def _answer(self, query: zenoh.Query | None, key: str, answer: Any) -> None:
-        """That something was carried out."""
+        """Reply that something was carried out."""
         self.carried_out += 1
         if query is not None:
             if isinstance(answer, Done):
@@ -150,7 +150,7 @@ class Commands:
 
 
 def command_at(rest: str, has_payload: bool) -> Reader | None:
-    """What reads the command under a key below the bench's; None: it is no command.
+    """Reader for the command under a key below the bench's; None: it is no command.
 
     Raises:
         VerbRefused: a command for many devices.
@@ -180,7 +180,7 @@ def command_at(rest: str, has_payload: bool) -> Reader | None:
 
 
 def _fault(key_target: str, given: dict[str, object]) -> Command:
-    """Begin a fault on what the key names or on something of it, or end it."""
+    """Read a command that begins a fault on what the key names or on something of it, or ends it."""
     if "clear" in given:
         which = given.pop("clear")
         if given:

@@ -1,4 +1,4 @@
-"""The JSON that goes out and comes in."""
+"""JSON documents that go out and come in."""
 
 import json
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from hil.vocab.verbs import Role, VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 OURS = Source("zenoh", Role.ADMIN)
-"""Who asks where no user does: the bridge for its own keys, and commands where the bench has no users."""
+"""Source of requests without a user: the bridge's own, and commands where the bench has no users."""
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024
-"""Longer ones are no command."""
+"""Maximum length of a command's payload."""
 
 
 def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest: int = PAYLOAD_BYTES) -> Any:
-    """A command's payload: an object, or a value of the ``wanted`` types; nothing stands for {}.
+    """Read a command's payload: an object, or a value of the ``wanted`` types; nothing stands for {}.
 
     Raises:
         VerbRefused: it is none.
@@ -37,7 +37,7 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest
 
 
 def read_text(payload: bytes | None) -> str:
-    """A run's payload, which its own reader checks. Raises VerbRefused: it is too long, or no text."""
+    """Read a run's payload, which its own reader checks. Raises VerbRefused: it is too long, or no text."""
     if len(payload or b"") > RUN_BYTES:
         raise VerbRefused("bad_request", f"{len(payload or b'')} bytes; a run has at most {RUN_BYTES}")
     try:
@@ -47,6 +47,6 @@ def read_text(payload: bytes | None) -> str:
 
 
 def dumped(content: Mapping[str, Any], clock: BenchClock) -> bytes:
-    """Whatever is told or answered, with the times."""
+    """Encode what is published or answered, with the times."""
     sim_ns, wall_ns = clock.times_ns()
     return json.dumps({"v": VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()

@@ -1,4 +1,4 @@
-"""Checks the signature on a command (``hil.net.signature``): zenoh tells nothing about who sent a message."""
+"""Gate for commands, which checks signatures (``hil.net.signature``): zenoh tells nothing about senders."""
 
 import heapq
 import hmac
@@ -13,7 +13,7 @@ from hil.wire.json_text import JsonError, read_json
 FRESH_NS = 30_000_000_000
 """Maximum difference between a signature's time and the daemon's: clocks of a site differ by seconds."""
 REMEMBERED = 65_536
-"""Nonces of one user: 2000 commands a second for as long as a signature is fresh."""
+"""Maximum number of nonces kept of one user: 2000 commands a second for as long as a signature is fresh."""
 ATTACHMENT_BYTES = 1024
 _NONCE = re.compile(r"[0-9a-f]{16,64}")
 _MAC = re.compile(r"[0-9a-f]{64}")
@@ -46,8 +46,7 @@ class _Seen:
 
 
 class Gate:
-    """Checks who sent a command. ``since_ns``: what was signed before is refused, for nonces from then are
-    not remembered."""
+    """Checks the senders of commands. ``since_ns``: older signatures are refused, as nonces are forgotten."""
 
     def __init__(self, users: Sequence[User], since_ns: int = 0) -> None:
         self._since_ns = since_ns
@@ -55,11 +54,11 @@ class Gate:
         self._seen = {user.name: _Seen() for user in users}
 
     def secret_of(self, name: str) -> str | None:
-        """A user's secret, to sign with; None: there is no such user."""
+        """Secret of a user, to sign with; None: there is no such user."""
         return self._users[name].secret if name in self._users else None
 
     def check(self, attachment: bytes | None, key: str, payload: bytes, now_ns: int) -> User:
-        """The user who signed a command. ``now_ns`` is wall time.
+        """Check a signature; answers the user who signed the command. ``now_ns`` is wall time.
 
         Raises:
             Rejected: nobody known did, or not just now, or it was here before.

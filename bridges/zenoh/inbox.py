@@ -1,4 +1,4 @@
-"""What zenoh's threads bring, for the event loop: they only fill a queue."""
+"""Inbox for requests from zenoh's threads, which only fill a queue; the event loop handles them."""
 
 import asyncio
 import logging
@@ -15,13 +15,13 @@ from bridges.zenoh.sender import Sender
 log = logging.getLogger("hil")
 
 WAITING = 10_000
-"""Requests in the queue; later puts are dropped and counted, queries when there are twice as many."""
+"""Maximum number of requests in the queue; later puts are dropped and counted, queries from twice as many."""
 SLICE = 32
-"""Requests that are handled before others have their turn: some milliseconds."""
+"""Number of requests that are handled before others have their turn: some milliseconds."""
 
 
 class Request(NamedTuple):
-    """A put, or a query that can be answered."""
+    """Put, or query that can be answered."""
 
     key: str
     payload: bytes | None
@@ -39,7 +39,7 @@ class Inbox:
         self._queue: deque[Request] = deque()
         self._lock = threading.Lock()
         self._is_awake = False
-        """``_drain`` will come."""
+        """Whether ``_drain`` is scheduled."""
         self._is_closed = False
         self.dropped = 0
 
@@ -73,7 +73,7 @@ class Inbox:
     # ---- in the loop ----
 
     def _drain(self) -> None:
-        """A few; the ports have their turn in between."""
+        """Handle a few requests; the ports have their turn in between."""
         for _ in range(SLICE):
             with self._lock:
                 if not self._queue or self._is_closed:  # what would answer is being put away
@@ -89,6 +89,6 @@ class Inbox:
         self._loop.call_soon(self._drain)
 
     def close(self) -> None:
-        """Nothing is handled any more."""
+        """Handle nothing any more."""
         self._is_closed = True
         self._queue.clear()

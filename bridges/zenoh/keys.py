@@ -1,18 +1,18 @@
-"""The keys, in one table: what is under each, who may use it, an example. The reference is made from it."""
+"""Keys in one table: the content of each, who may use it, an example. The reference is made from it."""
 
 from dataclasses import dataclass
 
 from hil.vocab.verbs import Role
 
 VERSION = 1
-"""Of all JSON here: it stands in ``v`` and in the encoding's schema."""
+"""Version of all JSON here: it stands in ``v`` and in the encoding's schema."""
 JSON, PACKED, BYTES = "JSON", "binary", "bytes"
 
 
 @dataclass(frozen=True)
 class Key:
-    """One kind of key below ``hil/<bench>/``. ``way``: publish (the daemon tells), query (it answers),
-    command (a put is carried out, a query too and is answered)."""
+    """Kind of key below ``hil/<bench>/``. ``way``: publish (the daemon tells), query (it answers), command (a
+    put is carried out, a query too and is answered)."""
 
     pattern: str
     way: tuple[str, ...]
@@ -90,12 +90,12 @@ SCHEMAS = {key.pattern: key.schema for key in KEYS}
 
 
 def prefix(bench: str) -> str:
-    """Of all the keys of a bench."""
+    """Prefix of all the keys of a bench."""
     return f"hil/{bench}"
 
 
 def reference() -> str:
-    """The part of the reference about keys, as Markdown."""
+    """Part of the reference about keys, as Markdown."""
     lines = [
         "## Keys of the zenoh bridge\n",
         "Below `hil/<bench>/`. JSON carries its version in `v`, its schema in the encoding, and the times at"

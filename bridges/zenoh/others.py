@@ -1,4 +1,4 @@
-"""Other benches that are reached over the same session: what is asked of them, and which there are."""
+"""Other benches that are reached over the same session: questions to them, and a list of them."""
 
 import asyncio
 import json
@@ -22,11 +22,11 @@ from hil.wire.json_text import JsonError, read_json
 _LIVE_S = 1.0
 _ATTACHMENT_ROOM = 2048
 _REFUSED = b"{"
-"""How a refusal begins; what zenoh itself says of a query that had no answer does not."""
+"""Start of a refusal; zenoh's own words on a query without an answer do not begin so."""
 
 
 class Others:
-    """``hil.vocab.bridges.BenchDoor`` of a session."""
+    """Other benches of a session, as ``hil.vocab.bridges.BenchDoor``."""
 
     def __init__(self, session: zenoh.Session, here: Description, gate: Gate | None) -> None:
         self._session = session
@@ -36,7 +36,7 @@ class Others:
     async def ask(
         self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
     ) -> Answered:
-        """As ``BenchDoor.ask_bench``."""
+        """Ask a bench, as ``BenchDoor.ask_bench``."""
         key, payload = f"{prefix(bench)}/{rest}", json.dumps(given).encode()
         if len(payload) > RUN_BYTES - _ATTACHMENT_ROOM:
             longest = RUN_BYTES - _ATTACHMENT_ROOM
@@ -76,7 +76,7 @@ class Others:
         return Answered(_content(reply, gone), asked_ns, heard_ns)
 
     async def benches(self) -> Sequence[str]:
-        """Those whose daemons are there."""
+        """Names of the benches whose daemons are there."""
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(None, self._alive)
 
@@ -86,7 +86,7 @@ class Others:
         return sorted(names - {self._here.bench})
 
     def _signature(self, source: Source, key: str, payload: bytes) -> bytes | None:
-        """By who asks, and for who asks at this computer by the user of the bench's own name."""
+        """Sign as the asker, or for an asker at this computer as the user of the bench's own name."""
         if self._gate is None:
             return None
         for name in (source.name, self._here.bench):
@@ -109,7 +109,7 @@ def _content(reply: zenoh.Reply | None, gone: BenchGone) -> Mapping[str, Any]:
 
 
 def _object(text: bytes, gone: BenchGone) -> Mapping[str, Any]:
-    """Whatever answers for another bench is not this program."""
+    """Parse an answer as an object: whatever answers for another bench is not this program."""
     try:
         content = read_json(text)
     except JsonError:

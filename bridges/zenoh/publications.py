@@ -1,4 +1,4 @@
-"""What the bridge tells without being asked, while somebody listens."""
+"""Publications of the bridge, made while somebody listens."""
 
 import asyncio
 import json
@@ -22,11 +22,11 @@ from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
 
 LOOK_S = 0.5
-"""How often it is looked whether somebody listens."""
+"""Interval of looks whether somebody listens."""
 SLOW_S = 1.0
-"""Between two of clock, health and stats."""
+"""Interval of clock, health and stats."""
 TAKES_PER_S = 4000
-"""Of samples from the core; with many axes each take brings several."""
+"""Maximum rate of takes of samples from the core; with many axes each take brings several."""
 SHORTEST_S = 0.005
 _BINARY = {key.schema for key in KEYS if key.payload in (PACKED, BYTES)}
 _CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
@@ -36,30 +36,30 @@ log = logging.getLogger("hil")
 
 @cache
 def encoding(schema: str) -> zenoh.Encoding:
-    """Of what is told or answered."""
+    """Encoding of what is published or answered."""
     is_binary = schema in _BINARY
     kind = zenoh.Encoding.APPLICATION_OCTET_STREAM if is_binary else zenoh.Encoding.APPLICATION_JSON
     return kind.with_schema(schema)
 
 
 def _interval_ns(rate_hz: float) -> Fraction:
-    """Exact: at 30 Hz sample k is at k * 10^9 / 30 ns, rounded down."""
+    """Exact interval: at 30 Hz sample k is at k * 10^9 / 30 ns, rounded down."""
     return NS_PER_S / Fraction(str(rate_hz)).limit_denominator(10**6)
 
 
 def is_heard(publisher: Any) -> bool:
-    """Whether somebody has subscribed to what it publishes."""
+    """Whether somebody has subscribed to a publisher's key."""
     return bool(publisher.matching_status.matching)
 
 
 def undeclare(entity: Any) -> None:
-    """Whose end zenoh's own types leave out."""
+    """Undeclare an entity; zenoh's own types leave this out."""
     entity.undeclare()
 
 
 def short_state(desk: Desk, devices: Mapping[str, DeviceInfo], device: str) -> dict[str, float | None]:
-    """What is told of an axis, now; None for what is no number that JSON has. Nothing of a device that a
-    reload has taken away."""
+    """State of an axis as it is published, now; None for what is no number that JSON has. Empty for a device
+    that a reload has taken away."""
     if device not in devices:
         return {}
     fields = devices[device].fields
@@ -69,8 +69,8 @@ def short_state(desk: Desk, devices: Mapping[str, DeviceInfo], device: str) -> d
 
 
 class StateText:
-    """The JSON of a state from the binary layout. Written by a format, for it is made thousands of times a
-    second; ``json`` comes in where a value is no number that JSON has."""
+    """Encoder of states to JSON from the binary layout. By a format, for it runs thousands of times a second;
+    ``json`` comes in where a value is no number that JSON has."""
 
     def __init__(self, fields: Sequence[AxisField]) -> None:
         ordered = sorted(fields, key=lambda field: field.offset)
@@ -84,7 +84,7 @@ class StateText:
         self._format = f'{{"v":{VERSION},"wall_ns":%d,' + ",".join(f'"{n}":%r' for n in self._names) + "}"
 
     def of(self, packed: bytes, wall_ns: int) -> bytes:
-        """Of one sample."""
+        """Encode one sample."""
         values = self._unpack(packed)
         text = self._format % (wall_ns, *values)
         if "nan" in text or "inf" in text:
@@ -95,7 +95,7 @@ class StateText:
 
 
 class _Told:
-    """Something that is told while somebody listens to one of the keys."""
+    """Publication that runs while somebody listens to one of the keys."""
 
     def __init__(self, publishers: Sequence[zenoh.Publisher], begin: Callable[[], Watch]) -> None:
         self._publishers = publishers
@@ -103,10 +103,10 @@ class _Told:
         self._watch: Watch | None = None
         self._is_refused = False
         self.lost = 0
-        """Samples that found no room in the core's ring, in watches that have ended."""
+        """Number of samples that found no room in the core's ring, in watches that have ended."""
 
     def look(self) -> None:
-        """Begin, or end."""
+        """Begin or end, as there are listeners."""
         is_wanted = any(is_heard(publisher) for publisher in self._publishers)
         if is_wanted and self._watch is None:
             self._try()
@@ -115,7 +115,7 @@ class _Told:
             self._end()
 
     def _try(self) -> None:
-        """Try again: other watchers may have gone since."""
+        """Try again to begin: other watchers may have gone since."""
         try:
             self._watch = self._begin()
         except VerbRefused as refusal:
@@ -144,7 +144,7 @@ class _Told:
 
 
 class Publications:
-    """All of a bench's."""
+    """Publications of a bench."""
 
     def __init__(self, session: zenoh.Session, desk: Desk, options: Options) -> None:
         self._session = session
@@ -168,7 +168,7 @@ class Publications:
         self._rejected = self._publisher("sim/rejected")
 
     def _begin(self, devices: Collection[str]) -> None:
-        """Whatever these devices tell: their axes and their ports; at the first time the taps' ports too."""
+        """Begin the publications of devices: their axes and ports; at the first time the taps' ports too."""
         there = self._here.devices
         for name in devices:
             if name in there and not there[name].is_real:
@@ -178,7 +178,7 @@ class Publications:
         self._ports |= {name: self._bytes(name) for name in ports if name not in self._ports}
 
     def devices_changed(self, names: Collection[str]) -> None:
-        """These were added, taken away or exchanged."""
+        """Begin anew for devices that were added, removed or exchanged."""
         for name in names:
             for stream in (self._states.pop(name, None), self._packed.pop(name, None)):
                 if stream:
@@ -194,7 +194,7 @@ class Publications:
 
     @property
     def dropped(self) -> int:
-        """Samples that found no room in the core's ring."""
+        """Number of samples that found no room in the core's ring."""
         streams = (*self._states.values(), *self._packed.values())
         return self._lost_before + sum(stream.lost for stream in streams)
 
@@ -222,7 +222,7 @@ class Publications:
         undeclare(self._rejected)
 
     def rejected(self, text: bytes) -> None:
-        """A command was refused."""
+        """Publish that a command was refused."""
         self.rejections += 1
         self._rejected.put(text)
 
@@ -245,7 +245,7 @@ class Publications:
     # ---- who tells ----
 
     def _publisher(self, pattern: str, name: str = "") -> zenoh.Publisher:
-        """Of a key of the table, with this name in it."""
+        """Publisher of a key of the table, with this name in it."""
         return self._session.declare_publisher(
             f"{self._prefix}/{re.sub('<[a-z]+>', name, pattern)}",
             encoding=encoding(SCHEMAS[pattern]),

@@ -1,4 +1,4 @@
-"""What can be read under keys, and the answers to queries of one key or of many."""
+"""Readings under keys, and the answers to queries of one key or of many."""
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
@@ -16,14 +16,14 @@ from hil.vocab.bridges import Desk
 from hil.vocab.verbs import VerbRefused
 
 WIDE = 100
-"""Queries of more keys than a slice that wait for each other."""
+"""Maximum number of queries of more keys than a slice that wait for each other."""
 WIDE_ANSWERS = 200
-"""Of them the next wait while so many have not gone out: other clients' answers come in between."""
+"""Maximum number of answers not gone out before the next one waits: others come in between."""
 _LAYOUT = ("name", "type", "offset", "unit", "meaning")
 
 
 class Readings:
-    """Of one bench. ``work`` carries out what takes its time."""
+    """Readings of one bench. ``work`` carries out what takes its time."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Readings:
         self.refresh()
 
     def refresh(self) -> None:
-        """The bench's devices are others."""
+        """Renew the readers, as the bench's devices are others."""
         desk, here, told = self._desk, self._here, self._publications
         readers: dict[str, tuple[str, Callable[[], bytes]]] = {
             "sim/clock": (SCHEMAS["sim/clock"], told.clock),
@@ -64,7 +64,7 @@ class Readings:
                     key = f"axis/{name}/param/{field.name}"
                     readers[key] = ("hil.param.v1", partial(self._parameter, name, field.name))
         self._readers = {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
-        """Schema and content by key."""
+        """Readers of schema and content, by key."""
 
     def read(self, key: str, query: zenoh.Query) -> None:
         """Answer a query; one of very many keys in its turn. Raises VerbRefused: too many such wait."""
@@ -82,7 +82,7 @@ class Readings:
         self._sender.end(query)
 
     async def _read_many(self, found: Sequence[str], query: zenoh.Query) -> None:
-        """One such query after the other, and no faster than it is read."""
+        """Answer such queries one after the other, no faster than they are read."""
         try:
             async with self._wide:
                 for number, name in enumerate(found):
@@ -116,7 +116,7 @@ class Readings:
         return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
 
     def _runs(self, name: str) -> Sequence[Mapping[str, Any]]:
-        """The progress of one, none if there is none; of all with an empty name."""
+        """Progress of one run, none if there is none; of all with an empty name."""
         try:
             found: Sequence[Mapping[str, Any]] = self._desk.ask(OURS, "runs", name, {})
         except VerbRefused:

@@ -1,5 +1,5 @@
-"""Answers queries from a thread of its own: zenoh keeps who answers waiting for a client that does not
-read, and that must not be the event loop."""
+"""Sender of answers to queries, in a thread of its own: zenoh keeps who answers waiting for a client that
+does not read, and that must not be the event loop."""
 
 import logging
 import threading
@@ -11,12 +11,12 @@ import zenoh
 log = logging.getLogger("hil")
 
 WAITING = 20_000
-"""Answers; later ones are dropped and counted. Their askers wait for their time-out."""
+"""Maximum number of answers that wait; later ones are dropped and counted, and their askers time out."""
 END_S = 2.0
 
 
 class Sender:
-    """Replies in the order in which they were given."""
+    """Sends replies in the order in which they were given."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[tuple[zenoh.Query, str | None, bytes | None, Any] | None] = SimpleQueue()
@@ -26,15 +26,15 @@ class Sender:
 
     @property
     def waiting(self) -> int:
-        """Answers that have not gone out."""
+        """Number of answers that have not gone out."""
         return self._queue.qsize()
 
     def end(self, query: zenoh.Query) -> None:
-        """Nothing more is answered; else the asker waits for its time-out."""
+        """End a query after its last answer; else the asker waits for its time-out."""
         self._queue.put((query, None, None, None))
 
     def reply(self, query: zenoh.Query, key: str | None, content: bytes, encoding: zenoh.Encoding) -> None:
-        """Without a key it is a refusal."""
+        """Reply to a query; without a key it is a refusal."""
         if self._queue.qsize() >= WAITING:
             self.dropped += 1
         else:

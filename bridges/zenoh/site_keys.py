@@ -1,4 +1,4 @@
-"""A small site's certificates: an authority, a daemon's certificate, and for each user certificate, password
+"""Certificates of a small site: an authority, a daemon's certificate, and for each user certificate, password
 and configuration. ``cli.py`` is their command."""
 
 import base64
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 _BENCH = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?")
 SKEW = timedelta(hours=1)
-"""Certificates are valid from so long before: clocks of a site differ."""
+"""Time before now from which certificates are valid: clocks of a site differ."""
 
 
 @dataclass(frozen=True)
 class Site:
-    """The site to make. ``hosts``: names and addresses of the daemon's computer; clients connect to the
-    first. ``now`` has a time zone."""
+    """Site to make. ``hosts``: names and addresses of the daemon's computer; clients connect to the first.
+    ``now`` has a time zone."""
 
     bench: str
     hosts: Sequence[str]
@@ -212,7 +212,7 @@ def _signed(
 
 
 def _client(site: Site, user: str, password: str, authority: _Pair, own: _Pair) -> dict[str, Any]:
-    """A zenoh configuration that needs no other file. The password is what commands are signed with."""
+    """Make a zenoh configuration that needs no other file. The password is what commands are signed with."""
 
     def text(pem: bytes) -> str:
         return base64.b64encode(pem).decode()

@@ -1,4 +1,4 @@
-"""The users' file: names, roles and passwords."""
+"""Users' file: names, roles and passwords."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ from hil.vocab.bridges import Source
 from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12
-"""Minimum. Whoever hears the wire without TLS can try passwords on what was heard."""
+"""Minimum length of a secret. Whoever hears the wire without TLS can try passwords on what was heard."""
 _FILE_CHARACTERS = 1 << 20
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
@@ -22,13 +22,13 @@ class SecurityError(Exception):
 
 @dataclass(frozen=True)
 class User(Source):
-    """A user of the users' file. The secret is the password at zenoh's door and the key of signatures."""
+    """User of the users' file. The secret is the password at zenoh's door and the key of signatures."""
 
     secret: str = field(repr=False)
 
 
 def read_users(path: Path) -> list[User]:
-    """The users of a file: a line ``name:role:password`` for each; ``#`` begins a line that is skipped.
+    """Read the users of a file: a line ``name:role:password`` for each; ``#`` begins a line that is skipped.
 
     Raises:
         SecurityError: it cannot be read, others can read it, or lines are wrong; with all of them.
@@ -49,7 +49,7 @@ def read_users(path: Path) -> list[User]:
 
 
 def refuse_endless(path: Path) -> None:
-    """A FIFO, a device and what is below /proc may have no end, or none soon.
+    """Refuse a FIFO, a device and what is below /proc: they may have no end, or none soon.
 
     Raises:
         OSError: it is one of those, or not there.
@@ -59,7 +59,7 @@ def refuse_endless(path: Path) -> None:
 
 
 def parse_users(lines: Sequence[str], where: str) -> list[User]:
-    """The users of such lines. ``where`` stands before a line's number in errors."""
+    """Parse the users of such lines. ``where`` stands before a line's number in errors."""
     users: list[User] = []
     problems = []
     for number, line in enumerate(lines, 1):

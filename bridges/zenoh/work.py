@@ -1,4 +1,4 @@
-"""Answers that take their time."""
+"""Work on answers that take their time."""
 
 import asyncio
 import logging
@@ -8,7 +8,7 @@ from typing import Any
 log = logging.getLogger("hil")
 
 LATER = 1_000
-"""Queries that wait for a motion's end."""
+"""Maximum number of queries that wait for a motion's end."""
 
 
 class Work:
@@ -17,11 +17,11 @@ class Work:
     def __init__(self) -> None:
         self._working: set[asyncio.Task[None]] = set()
         self._waiting: dict[asyncio.Task[None], None] = {}
-        """For a motion's end, the oldest first."""
+        """Tasks that wait for a motion's end, the oldest first."""
 
     @property
     def waiting(self) -> int:
-        """How many wait for a motion's end."""
+        """Number of tasks that wait for a motion's end."""
         return len(self._waiting)
 
     def begin(self, working: Coroutine[Any, Any, None]) -> None:
@@ -36,7 +36,7 @@ class Work:
             log.error("zenoh: an answer could not be made", exc_info=error)
 
     def await_end(self, waiting: Coroutine[Any, Any, None]) -> None:
-        """Of too many that wait the one that has waited longest gives way: its asker may long be gone."""
+        """Await a motion's end. Of too many the longest waiting gives way: its asker may be gone."""
         if len(self._waiting) >= LATER:
             oldest = next(iter(self._waiting))
             del self._waiting[oldest]

@@ -18,22 +18,22 @@ from bridges.zenoh.users import SecurityError, User
 from hil.vocab.verbs import Role
 
 MESSAGE_BYTES = 1 << 20
-"""Maximum that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
+"""Maximum length that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
 ACCEPT_MS = 2000
-"""Time for a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with its own
-10 s, 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
+"""Maximum time for a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with
+its own 10 s, 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
 CONNECT_MS = 1000
 """Time of one attempt to reach the router; the bridge makes the next."""
 CLOSE_US = 500_000
-"""A client that reads nothing of its answers for so long loses its link: others wait for theirs meanwhile."""
+"""Silence after which a client that reads no answers loses its link: others wait for theirs meanwhile."""
 
 
 def access_control(
     users: Sequence[User], bench: str, by: Literal["usrpwd", "tls"] = "usrpwd"
 ) -> dict[str, Any]:
-    """Zenoh's ``access_control`` for a daemon. Ingress is what clients send, egress what they are sent.
+    """Make zenoh's ``access_control`` for a daemon. Ingress is what clients send, egress what they are sent.
 
-    With "tls" somebody is a user whose certificate and password both have the user's name.
+    With "tls" certificate and password both have to have the user's name.
     """
     ours = prefix(bench)
 
@@ -124,7 +124,7 @@ def _tls(tls: TlsOptions) -> dict[str, Any]:
 
 
 def session_config(options: Options, bench: str, users: Sequence[User], dictionary: str) -> dict[str, Any]:
-    """Zenoh's configuration of a daemon: path in it to value. ``users`` are those of ``options.users``;
+    """Make zenoh's configuration of a daemon: path in it to value. ``users`` are those of ``options.users``;
     ``dictionary`` is the path of a file with their ``name:password`` lines, which zenoh reads while it opens.
 
     Raises:
@@ -178,8 +178,8 @@ def _refuse_open_doors(options: Options) -> None:
 
 
 def router_config(listen: Sequence[str], tls: TlsOptions | None, is_insecure: bool) -> dict[str, Any]:
-    """Zenoh's configuration of a router that only joins others. With ``tls`` who has no certificate of the
-    site stays out; what each may do its bench decides by signatures.
+    """Make zenoh's configuration of a router that only joins others. With ``tls`` only certificates of the
+    site are let in; permissions are each bench's, by signatures.
 
     Raises:
         SecurityError: strangers could reach it.
@@ -198,7 +198,7 @@ def router_config(listen: Sequence[str], tls: TlsOptions | None, is_insecure: bo
 
 
 def made(entries: Mapping[str, Any]) -> zenoh.Config:
-    """Zenoh's own form of a configuration."""
+    """Convert a configuration to zenoh's own form."""
     config = zenoh.Config()
     for path, value in entries.items():
         config.insert_json5(path, json.dumps(value))
@@ -208,8 +208,7 @@ def made(entries: Mapping[str, Any]) -> zenoh.Config:
 def client_config(
     connect: Sequence[str], user: str | None = None, secret: str | None = None, tls: TlsOptions | None = None
 ) -> dict[str, Any]:
-    """Zenoh's configuration of a client; with ``tls`` the user's certificate is needed beside the
-    password."""
+    """Make zenoh's configuration of a client; with ``tls`` it needs the user's certificate and password."""
     config: dict[str, Any] = {**_CLOSED, "mode": "client", "connect/endpoints": list(connect)}
     if tls:
         config["transport/link/tls"] = _tls(tls)
