@@ -1,4 +1,4 @@
-"""Where bytes enter: one folder for each kind of port, found by its name when a configuration names it.
+"""Ports, where bytes enter: one folder for each kind, found by its name when a configuration names it.
 
 Each folder has a ``port.py`` with ``Options`` (a strict pydantic model) and
 ``make(options, context) -> Port``; ``rs485``, a wire for many stations, has a ``segment.py`` instead. A port

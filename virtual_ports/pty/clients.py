@@ -1,4 +1,4 @@
-"""The clients of a pty: counted by inotify's events, and checked where those may be wrong."""
+"""Clients of a pty: counted by inotify's events, and checked where those may be wrong."""
 
 import asyncio
 from collections.abc import Callable
@@ -12,12 +12,12 @@ _AUDIT_AGAIN_S = 0.2
 
 
 class Clients:
-    """``came`` is called for each client that opens; ``left(baud)`` when the last one has closed, with its
-    baud, after the line was cleared of what it left. Both perhaps in the middle of a call.
+    """Clients of a pty. ``came`` is called for each that opens; ``left(baud)`` when the last one has closed,
+    with its baud, after the line was cleared of what it left. Both perhaps in the middle of a call.
 
     When two clients open or close within the same microsecond the kernel can merge the two (see
-    ``inotify.py``): one ``came`` is missing then, and ``count`` is wrong until a byte or a close that
-    does not fit makes ``_audit`` look, 20 ms later.
+    ``inotify.py``): one ``came`` is missing then, and ``count`` is wrong until a byte or a close that does
+    not fit makes ``_audit`` look, 20 ms later.
 
     Raises:
         OSError: no inotify instance or watch is left for this user.
@@ -43,7 +43,7 @@ class Clients:
         self._watch = ClientWatch(pair.pts, self._changed)
 
     def notice(self) -> None:
-        """Count those that have come and gone until now."""
+        """Count clients that have come and gone until now."""
         if not self._is_closed:
             self._watch.drain()
 
@@ -52,7 +52,7 @@ class Clients:
         self._audit_in(_AUDIT_AFTER_S)
 
     def baud(self) -> int | None:
-        """The client's; while nobody is there but bytes of one that has left wait to be read: its baud."""
+        """Baud of the client, or of the last one while bytes of it wait to be read."""
         return terminal_settings.baud(self._pair.master) if self.count else self._baud_of_departed
 
     def input_was_read(self) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path
 from weakref import WeakKeyDictionary
 
 Listener = Callable[[list[int], bool], None]
-"""Gets +1 for each open and -1 for each close, in order, and whether events were lost. It must not drain."""
+"""Called with +1 for each open, -1 for each close, in order, and whether any were lost. Must not drain."""
 
 _IN_CLOSE = 0x08 | 0x10  # IN_CLOSE_WRITE | IN_CLOSE_NOWRITE, linux/inotify.h
 _IN_OPEN = 0x20
@@ -97,7 +97,7 @@ _of_loop: WeakKeyDictionary[asyncio.AbstractEventLoop, _Inotify] = WeakKeyDictio
 
 
 class ClientWatch:
-    """The opens and closes of one pts, from now on, told to ``listener`` on the running loop.
+    """Watch on the opens and closes of one pts, from now on, told to ``listener`` on the running loop.
 
     Raises:
         OSError: no inotify instance or watch is left for this user.

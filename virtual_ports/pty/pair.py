@@ -1,4 +1,4 @@
-"""A pty's two ends. The daemon keeps the slave open too, so that clients may come and go."""
+"""Both ends of a pty. The daemon keeps the slave open too, so that clients may come and go."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ from virtual_ports.pty import terminal_settings
 
 
 class PtyPair:
-    """An open pty, its line at rest. ``died`` is told once that it is dead, as after root's vhangup.
+    """A pty that is open, its line at rest. ``died`` is told once that it is dead, as after root's vhangup.
 
     Raises:
         OSError: the system has no pty left.
@@ -61,8 +61,7 @@ class PtyPair:
 
     @contextmanager
     def failing_loudly(self) -> Iterator[None]:
-        """Treat an error as the pty's death: it must not stop the other ports, whose turn comes after this
-        one."""
+        """Treat an error as the pty's death: it must not stop the other ports, which come after this one."""
         try:
             yield
         except OSError as error:

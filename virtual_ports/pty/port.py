@@ -52,7 +52,8 @@ class _Open(NamedTuple):
 
 
 class PtyPort:
-    """A ``Port``. Clients compete for what the device sends, as on any terminal; use one reader at a time.
+    """``Port`` of a pty. Clients compete for what the device sends, as on any terminal; use one reader at a
+    time.
 
     ``connects`` may be too low, and ``clients`` wrong for 20 ms (see ``Clients``). The counters of bytes are
     exact always.
@@ -181,7 +182,7 @@ class PtyPort:
         return self._pty.out.backlog_bytes if self._pty else 0
 
     def client_baud(self) -> int | None:
-        """While nobody is there but bytes of a client that has left wait to be read: its baud."""
+        """Baud of the client, or of the last one while bytes of it wait to be read."""
         return self._pty.clients.baud() if self._pty else None
 
     def stats(self) -> PortStats:
@@ -201,7 +202,7 @@ class PtyPort:
             self._host.client_left(baud)
 
     def _died(self, error: OSError) -> None:
-        """The terminal is dead, as after root's vhangup: soon another is behind the name."""
+        """Replace the terminal, which is dead, as after root's vhangup: soon another is behind the name."""
         if self._pty:
             self._stop_reading(self._pty)
             self._pty.out.stop()

@@ -1,4 +1,4 @@
-"""The symlink by which users know a pts, whose own number changes from start to start."""
+"""Symlink by which users know a pts, whose own number changes from start to start."""
 
 import os
 import stat

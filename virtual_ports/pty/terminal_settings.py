@@ -1,7 +1,7 @@
-"""The terminal settings of a pty, read and set through either end of it.
+"""Terminal settings of a pty, read and set through either end of it.
 
-The structs and numbers are those of asm-generic/termbits.h and ioctls.h (x86, Arm, RISC-V); the
-termios module has no custom rates.
+The structs and numbers are those of asm-generic/termbits.h and ioctls.h (x86, Arm, RISC-V); the termios
+module has no custom rates.
 """
 
 import fcntl
@@ -19,10 +19,10 @@ _CBAUD = 0o010017
 
 
 def resting(fd: int) -> bytes:
-    """The settings between two clients, for ``apply``: raw, at 50 baud.
+    """Settings between two clients, for ``apply``: raw, at 50 baud.
 
-    50 baud stands for "no client has chosen". It is also what makes a second open with parity work:
-    the kernel drops the parity bit, and glibc reports EINVAL when a request has changed nothing.
+    50 baud stands for "no client has chosen". It is also what makes a second open with parity work: the
+    kernel drops the parity bit, and glibc reports EINVAL when a request has changed nothing.
     """
     *_, line, cc, _, _ = _TERMIOS2.unpack(fcntl.ioctl(fd, _TCGETS2, bytes(_TERMIOS2.size)))
     chars = bytearray(cc)
@@ -37,7 +37,7 @@ def apply(fd: int, settings: bytes) -> None:
 
 
 def baud(fd: int) -> int | None:
-    """The client's rate, custom ones too; None for 50 (see ``resting``) and for 0 (hang up)."""
+    """Rate of the client, custom ones too; None for 50 (see ``resting``) and for 0 (hang up)."""
     fields = _TERMIOS2.unpack(fcntl.ioctl(fd, _TCGETS2, bytes(_TERMIOS2.size)))
     if fields[2] & _CBAUD == termios.B50:
         return None
@@ -72,5 +72,5 @@ def is_exclusive(slave: int) -> bool:
 
 
 def end_exclusive(slave: int) -> None:
-    """The kernel keeps TIOCEXCL while any fd is open, and ours always is."""
+    """End TIOCEXCL: the kernel keeps it while any fd is open, and ours always is."""
     fcntl.ioctl(slave, termios.TIOCNXCL)

@@ -1,4 +1,4 @@
-"""The server's side of RFC 2217 (Telnet Com Port Control Option) for one client. Pure: bytes in, bytes out.
+"""Server's side of RFC 2217 (Telnet Com Port Control Option) for one client. Pure: bytes in, bytes out.
 
 Sources: RFC 854 (Telnet), RFC 856 (binary), RFC 858 (suppress go ahead), RFC 2217. What a client sets is
 answered with what is in force then: the baud as asked; data bits, parity and stop bits always 8, none, 1.
@@ -14,14 +14,14 @@ NOTIFY_MODEM_STATE, SET_LINE_MASK, SET_MODEM_MASK, PURGE = 7, 10, 11, 12
 FROM_SERVER = 100
 """Offset of the numbers of a server's answers."""
 MODEM_LINES = 0x10 | 0x20 | 0x80
-"""CTS, DSR and carrier are on: a board is there and ready."""
+"""Modem lines that are on, CTS, DSR and carrier: a board is there and ready."""
 _SUB_MAX = 64
-"""A longer request is none."""
+"""Maximum length of a request."""
 _FIXED = {SET_DATA_SIZE: 8, SET_PARITY: 1, SET_STOP_SIZE: 1}
 _BREAK_ON, _BREAK_OFF = 5, 6
 _DTR_ON, _DTR_OFF, _RTS_ON, _RTS_OFF = 8, 9, 11, 12
 _REQUESTS = {0: 1, 4: _BREAK_OFF, 13: 14}
-"""Questions about flow control (none) and break."""
+"""Answers to questions about flow control (none) and break."""
 _BAUD_BYTES = 4
 _MAX_BAUD = 4_000_000
 
@@ -35,7 +35,7 @@ class _State(Enum):
 
 
 class Telnet:
-    """One client's state. ``baud`` is what it asked for, None before it has."""
+    """State of one client. ``baud`` is what it asked for, None before it has."""
 
     def __init__(self, signature: str) -> None:
         self.baud: int | None = None
@@ -47,7 +47,7 @@ class Telnet:
         self._said: dict[tuple[int, int], bool] = {}
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Bytes of the line, and what to answer. A break is a 0, as a UART reads it."""
+        """Decode bytes of the line, and what to answer. A break is a 0, as a UART reads it."""
         line, reply = bytearray(), bytearray()
         for byte in data:
             match self._state:

@@ -1,6 +1,7 @@
-"""RS485 segments: a wire that stations share, in simulated time.
+"""RS485 segments: wires that stations share, in simulated time.
 
-``segment.py`` is the wire, ``stations.py`` who is on it, ``disturbance.py`` what bursts that overlap read as.
+``segment.py`` is the wire, ``stations.py`` its stations, ``disturbance.py`` the reading of bursts that
+overlap.
 
 May import: hil.vocab, hil.wire, the pure standard library.
 """

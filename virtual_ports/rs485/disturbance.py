@@ -1,4 +1,4 @@
-"""A stretch in which a segment is disturbed: what receivers and watchers make of it, told as it comes."""
+"""Disturbances of a segment: stretches of time, and what receivers and watchers make of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -13,15 +13,15 @@ from virtual_ports.rs485.stats import SegmentStats
 from virtual_ports.rs485.waveform import Character, Drive
 
 MONITOR = ""
-"""The name of the listener that the statistics come from."""
+"""Name of the listener that the statistics come from."""
 WINDOW_CHARACTERS = 64
-"""Characters that a disturbed line is read ahead at a time, at the speed of its fastest sender."""
+"""Number of characters that a disturbed line is read ahead at a time, at the speed of its fastest sender."""
 PIECE_BYTES = 256
-"""Minimum that watchers are shown of a disturbed line at a time, or the rest when it ends."""
+"""Minimum number of bytes that watchers are shown of a disturbed line at a time, or the rest when it ends."""
 
 
 class Burst(NamedTuple):
-    """The bytes that a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+    """Bytes that a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
     start_ns: int
@@ -32,7 +32,7 @@ class Burst(NamedTuple):
 
 
 class Disturbance:
-    """Lasts from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
+    """Disturbance from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
 
     ``before`` is what is on the line already, and was taken for undisturbed; ``decoder`` is the monitor's, as
     it was before all of them.
@@ -58,7 +58,7 @@ class Disturbance:
         self._told: dict[str, tuple[Character, ...]] = {}
         """Characters that were read last, by station."""
         self._told_ns: int = FOREVER
-        """Receivers know what they hear up to then. What they knew of later was taken back."""
+        """Time up to which receivers know what they hear. What they knew of later was taken back."""
         self._tell_ns: int = FOREVER
         """Time at which they are told more."""
         self._piece: list[int] = []
@@ -80,8 +80,8 @@ class Disturbance:
         self._begin(burst, is_surprise=False)
 
     def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
-        """Take back what everybody hears from the burst's start on. They are told before the next character
-        can be complete, and not sooner: of all that begins about then at once."""
+        """Begin a burst: take back what everybody hears from its start on. They are told before the next
+        character can be complete, and not sooner: of all that begins about then at once."""
         now_ns = SimTimeNs(burst.start_ns)
         self._drive(burst)
         if self._told_ns < self._tell_ns < FOREVER:
@@ -120,8 +120,7 @@ class Disturbance:
                 self._show_piece(now_ns)
 
     def _read(self, now_ns: int, until_ns: int) -> None:
-        """Tell receivers what they do not know yet and hear up to a time; keep what is decided of what the
-        monitor does."""
+        """Tell receivers what is new for them up to a time; keep what the monitor has decided."""
         told_ns = self._told_ns
         members = [each for each in self._stations.values() if not each.is_cut and told_ns < FOREVER]
         ears = [Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo) for each in members]
@@ -141,7 +140,7 @@ class Disturbance:
         self._tell_at(until_ns)
 
     def end(self, now_ns: int) -> None:
-        """The last driver has let go: what is under way reads an idle line."""
+        """End it, as the last driver has let go: what is under way reads an idle line."""
         self._read(now_ns, FOREVER)
         self._piece += [each.byte for each in self._told[MONITOR] if each.at_ns > now_ns]
         self._show_piece(now_ns)

@@ -1,4 +1,4 @@
-"""A line while it is disturbed, read as it comes: how far, by whom, and no further back than matters.
+"""A line while it is disturbed, read as it comes, and kept no further back than matters.
 
 It is disturbed from the first burst of a stretch in which bursts overlap, or in which a driver is wrong, to
 the end of the last. What was before ``now`` is decided, because bursts begin in the order of time. Of that
@@ -13,7 +13,7 @@ from virtual_ports.rs485.waveform import Character, Drive, Lows, inverted, joine
 
 
 class Ear(NamedTuple):
-    """A receiver: whose, and how it hears."""
+    """Receiver: its name, and how it hears."""
 
     name: str
     baud: int
@@ -22,7 +22,7 @@ class Ear(NamedTuple):
 
 
 class DisturbedLine:
-    """Begins at ``from_ns``. Times that are given never go back; bursts are added when they begin."""
+    """Disturbed line from ``from_ns``. Times never go back; bursts are added when they begin."""
 
     def __init__(self, from_ns: int) -> None:
         self.from_ns = from_ns
@@ -33,7 +33,7 @@ class DisturbedLine:
         self._lows: dict[bool, Lows] = {False: [], True: []}
         """Lows that are decided and still matter; True: as seen with swapped wires."""
         self._again_ns: dict[Ear, int] = {}
-        """Time at which the reading of each goes on."""
+        """Time at which each receiver's reading goes on."""
         self._own: dict[str, list[tuple[int, int]]] = {}
         """Spans in which the driver of a station was on, as far as they matter."""
 
@@ -44,15 +44,15 @@ class DisturbedLine:
 
     @property
     def fastest_baud(self) -> int:
-        """The highest baud of those that drive the line now."""
+        """Maximum baud of those that drive the line now."""
         return max(drive.baud for drive in self._drives)
 
     def read(
         self, ears: Iterable[Ear], now_ns: int, until_ns: int, *, is_held: bool
     ) -> dict[str, tuple[Character, ...]]:
-        """The characters that each ear has heard since the last call's ``now_ns``, and will by ``until_ns``
-        if nobody else begins to send. All that listen have to be asked each time. ``is_held``: a driver that
-        is stuck holds the line high."""
+        """Read the characters that each ear has heard since the last call's ``now_ns``, and will by
+        ``until_ns`` if nobody else begins to send. All that listen have to be asked each time. ``is_held``: a
+        driver that is stuck holds the line high."""
         first_ns, ahead_ns = self._known_ns, min(until_ns, self.off_ns)
         self._go_on(self._lines(first_ns, now_ns, is_held))
         self._known_ns = now_ns
@@ -78,8 +78,8 @@ class DisturbedLine:
         return heard
 
     def _lines(self, from_ns: int, to_ns: int, is_held: bool) -> dict[bool, Lows]:
-        """The lows between two times, as they are and as seen with swapped wires. There is always somebody
-        who drives it. A driver that is stuck and swapped holds it low, which changes nothing for what others
+        """Lows between two times, as they are and as seen with swapped wires. There is always somebody who
+        drives it. A driver that is stuck and swapped holds it low, which changes nothing for what others
         send."""
         if from_ns >= to_ns:
             return {False: [], True: []}

@@ -1,4 +1,4 @@
-"""Faulty packets of a station that does not do its part. Pure and seeded."""
+"""Packet faults of a station that does not do its part. Pure and seeded."""
 
 from collections.abc import Callable
 
@@ -7,11 +7,11 @@ from hil.wire.packet import Packet, PacketDecoder, crc8, frame
 
 ACK, NAK = b"\x06", b"\x15"
 Transform = Callable[[bytes], bytes]
-"""A burst in, what goes on the wire out; nothing: the station is silent."""
+"""Change of a burst: its bytes in, those that go on the wire out; nothing: the station is silent."""
 
 
 def packet_fault(kind: str, rate: float, seed: int) -> Transform:
-    """The transformation of ``packet_bad_crc``, ``packet_no_ack`` or ``packet_nak``."""
+    """Transformation of ``packet_bad_crc``, ``packet_no_ack`` or ``packet_nak``."""
     chance = Chance(seed)
 
     def one(packet: Packet) -> bytes:
@@ -41,8 +41,8 @@ def packet_fault(kind: str, rate: float, seed: int) -> Transform:
 
 
 class Phantom:
-    """Another node with somebody's address: it acknowledges all that is sent there. ``answer(at_ns, raw)``
-    sends for it, at that time."""
+    """Phantom: another node with somebody's address, which acknowledges all that is sent there.
+    ``answer(at_ns, raw)`` sends for it, at that time."""
 
     def __init__(self, address: int, baud: int, answer: Callable[[int, bytes], None]) -> None:
         self.baud_now = baud
@@ -60,4 +60,4 @@ class Phantom:
         """Ignored: in a collision it understands nothing."""
 
     def retract(self, after_ns: int) -> None:
-        """Ignored: what it has begun to answer it answers."""
+        """Ignored: it finishes an answer that it has begun."""

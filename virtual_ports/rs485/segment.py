@@ -1,4 +1,4 @@
-"""An RS485 wire with stations: half duplex, driver enable, collisions, and what can be wrong with it.
+"""An RS485 wire with stations: half duplex, driver enable, collisions, and faults.
 
 Pure: integer nanoseconds of simulated time come in as arguments. A burst, the bytes that a station sends in
 one go, is the unit of work: one that nothing disturbs costs the same for two stations and for 252, because it
@@ -25,7 +25,7 @@ from virtual_ports.rs485.stats import SegmentStats, StationStats, fault_of
 
 
 class _Clean(NamedTuple):
-    """A burst that nothing has disturbed yet, and the decoder as it was before it."""
+    """Burst that nothing has disturbed yet, and the decoder as it was before it."""
 
     burst: Burst
     items: list[Packet | Malformed]
@@ -33,8 +33,8 @@ class _Clean(NamedTuple):
 
 
 class Segment:
-    """Stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends: two that
-    send at once collide.
+    """Segment: stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends:
+    two that send at once collide.
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
     told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
@@ -162,8 +162,7 @@ class Segment:
         self._clock.at(burst.off_ns, self._settle)
 
     def _wait(self, station: str, end_ns: int, data: bytes, baud: int) -> None:
-        """A station that still sends is to send more, as by a fault. It has one UART, where one burst can
-        wait; more is lost."""
+        """Keep the next burst of a station that still sends, as by a fault. One can wait; more is lost."""
 
         def begin(now_ns: SimTimeNs) -> None:
             self._waiting.discard(station)
@@ -188,7 +187,7 @@ class Segment:
             self._disturbance = None
 
     def _bring(self, burst: Burst) -> None:
-        """A burst that nothing disturbs, so far."""
+        """Deliver a burst that nothing disturbs, so far."""
         before = self._decoder.copy()
         items = self._decoder.feed(burst.data)
         self._clean.append(_Clean(burst, items, before))
@@ -201,8 +200,8 @@ class Segment:
                 station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, burst.baud)
 
     def _disturb(self, burst: Burst) -> None:
-        """A burst that another overlaps, or on a line that is not right: what is on the line is not what it
-        was taken for."""
+        """Disturb the line by a burst that another overlaps, or on a line that is not right: what is on the
+        line is not what it was taken for."""
         if self._disturbance:
             self._disturbance.add(burst)
             return

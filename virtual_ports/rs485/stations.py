@@ -1,4 +1,4 @@
-"""The stations of a segment: what is wrong with each, and whom a packet concerns."""
+"""Stations of a segment: the faults of each, and those whom a packet concerns."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,22 +13,22 @@ BROADCAST = 0
 
 @dataclass
 class Station:
-    """A transceiver on the wire, and what is wrong with it."""
+    """Transceiver on the wire, and its faults."""
 
     name: str
     receiver: Receiver
     address: int | None = None
-    """Only packets to this address and to all concern the station; None: everything does."""
+    """Address that limits its packets to those to it and to all; None: everything concerns the station."""
     has_echo: bool = False
-    """Its receiver stays on while it drives."""
+    """Whether its receiver stays on while it drives."""
     release_ns: int = 0
     """Time that its driver stays on after the last stop bit."""
     is_stuck: bool = False
-    """Its driver is always on."""
+    """Whether its driver is always on."""
     is_swapped: bool = False
-    """Its two wires are swapped."""
+    """Whether its two wires are swapped."""
     is_cut: bool = False
-    """The wire to it is cut, or it was taken off."""
+    """Whether the wire to it is cut, or it was taken off."""
     is_taken_off: bool = False
     wire_faults: dict[int, Fault] = field(default_factory=dict)
     """Faults by number, the oldest first; the fields above follow from them and ``is_taken_off``."""
@@ -40,7 +40,7 @@ class Station:
         return (self.is_stuck or self.is_swapped) and not self.is_cut
 
     def rewire(self) -> None:
-        """Its wire is what all that is wrong with it says; of two late drivers the later fault's."""
+        """Derive its wire from all its faults; of two late drivers the later fault's counts."""
         faults = self.wire_faults.values()
         kinds = {fault.kind for fault in faults}
         self.is_cut = self.is_taken_off or "wire_cut" in kinds
@@ -51,15 +51,15 @@ class Station:
 
 
 class Stations(dict[str, Station]):
-    """The stations by name, and by address too."""
+    """Stations by name, and by address too."""
 
     def __init__(self) -> None:
         super().__init__()
         self.by_address: dict[int | None, dict[str, Station]] = {None: {}}
         self.busy: set[str] = set()
-        """Those whose firmware does not take bytes as they come: each counts for their buffers."""
+        """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self.is_odd = False
-        """The wire of one of them is wrong."""
+        """Whether the wire of one of them is wrong."""
 
     def join(self, station: Station) -> None:
         self[station.name] = self.by_address[None][station.name] = station
@@ -83,7 +83,7 @@ class Stations(dict[str, Station]):
         self.is_odd = any(station.is_odd for station in self.values())
 
     def concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
-        """Those that have to hear these packets: addressed ones, listeners to everything, and the busy."""
+        """Stations that have to hear these packets: addressed ones, listeners to everything, and the busy."""
         told: set[str] = set()
         addresses: dict[int | None, None] = {None: None}
         for item in items:

@@ -19,7 +19,7 @@ class StationStats:
 
 @dataclass(slots=True)
 class _Sender:
-    """A station whose driver is on."""
+    """Station whose driver is on."""
 
     collisions_before: int
     bursts: int = 0
@@ -39,11 +39,11 @@ class SegmentStats:
     senders: dict[str, _Sender] = field(default_factory=dict)
     """Stations whose driver is on now."""
     _ends: list[tuple[int, str]] = field(default_factory=list)
-    """A heap of when drivers let go."""
+    """Heap of times at which drivers let go."""
     _free_ns: int = 0
 
     def begin(self, station: str, size: int, start_ns: int, end_ns: int, off_ns: int) -> bool:
-        """A burst begins; answers whether no other driver is on."""
+        """Begin a burst; answers whether no other driver is on."""
         sender = self.senders.get(station)
         is_alone = len(self.senders) == (1 if sender else 0)
         if not sender:
@@ -63,7 +63,7 @@ class SegmentStats:
         return sender.end_ns if sender else 0
 
     def settle(self, now_ns: int) -> None:
-        """Drivers have let go by now."""
+        """Let go of the drivers that are off by now."""
         while self._ends and self._ends[0][0] <= now_ns:
             station = heappop(self._ends)[1]
             sender = self.senders[station]
@@ -79,7 +79,7 @@ class SegmentStats:
                 self.errors[fault] = self.errors.get(fault, 0) + 1
 
     def load(self, elapsed_ns: int) -> float:
-        """Part of the time that somebody drove the line."""
+        """Share of the time in which somebody drove the line."""
         return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class SegmentStats:
 
 
 def fault_of(item: Packet | Malformed) -> str:
-    """The fault of an item, "" for none."""
+    """Fault of an item, "" for none."""
     if isinstance(item, Malformed):
         return item.fault
     return "" if item.is_good else "CRC"

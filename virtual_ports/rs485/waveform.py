@@ -1,4 +1,4 @@
-"""The waveform of a line that several drive, or one drives wrongly, and its reading. Exact, in ns.
+"""Waveform of a line that several drive, or one drives wrongly, and its reading. Exact, in ns.
 
 Decision: where no driver is on, the bias holds the line idle (1). Drivers that agree make its level; where
 they do not, the difference is too small for a receiver, which then reads 1 (fail-safe). So the line is low
@@ -21,7 +21,7 @@ Lows = list[tuple[int, int]]
 
 
 class Drive(NamedTuple):
-    """A driver that is on from ``on_ns`` to ``off_ns``, and sends ``data`` from ``start_ns``."""
+    """Driver that is on from ``on_ns`` to ``off_ns``, and sends ``data`` from ``start_ns``."""
 
     start_ns: int
     data: bytes
@@ -29,11 +29,11 @@ class Drive(NamedTuple):
     on_ns: int
     off_ns: int
     is_inverted: bool = False
-    """Its two wires are swapped: it drives 0 for 1."""
+    """Whether its two wires are swapped: it drives 0 for 1."""
 
 
 class Character(NamedTuple):
-    """A character that a receiver read, when its stop bit was sampled to the end."""
+    """Character that a receiver read, when its stop bit was sampled to the end."""
 
     at_ns: int
     byte: int
@@ -70,7 +70,7 @@ def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
 
 
 def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int) -> Lows:
-    """When drivers that begin and end together, at one baud, all drive low, between two times."""
+    """Times at which drivers that begin and end together, at one baud, all drive low, between two times."""
     start_ns, data, baud, on_ns, off_ns, is_inverted = group[0]
     first = max((from_ns - start_ns) * baud // _NS_PER_S // _BITS, 0)
     end = max(min((to_ns - start_ns) * baud // _NS_PER_S // _BITS + 1, len(data)), first)
@@ -105,20 +105,20 @@ def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int) -> Lows:
 
 
 def inverted(lows: Sequence[tuple[int, int]], from_ns: int, to_ns: int) -> Lows:
-    """The lows between two times as a station with swapped wires sees them."""
+    """Lows between two times as a station with swapped wires sees them."""
     ends = [from_ns, *(at_ns for low in lows for at_ns in low), to_ns]
     return [(ends[i], ends[i + 1]) for i in range(0, len(ends), 2) if ends[i] < ends[i + 1]]
 
 
 def joined(lows: Lows, more: Lows) -> Lows:
-    """A line and how it goes on."""
+    """Join a line and how it goes on."""
     if lows and more and lows[-1][1] == more[0][0]:
         return [*lows[:-1], (lows[-1][0], more[0][1]), *more[1:]]
     return lows + more
 
 
 def without(lows: Lows, from_ns: int, to_ns: int) -> Lows:
-    """The line as a receiver sees it that is off between two times."""
+    """Lows of a line as a receiver sees it that is off between two times."""
     kept = []
     for low_ns, high_ns in lows:
         if low_ns < from_ns:
@@ -129,12 +129,12 @@ def without(lows: Lows, from_ns: int, to_ns: int) -> Lows:
 
 
 def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> tuple[list[Character], int]:
-    """The characters that a UART at ``baud`` reads of a line, for which it was ready for a start bit at
+    """Read the characters of a line as a UART at ``baud`` does that was ready for a start bit at
     ``ready_ns``: it waits for a falling edge, checks the start bit's middle, takes each bit in its middle,
     and looks for the next edge after the stop bit's middle.
 
-    Answers the characters that are complete by ``until_ns``; and from when on a later reading, of a line
-    that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.
+    Answers the characters that are complete by ``until_ns``; and the time from which a later reading, of a
+    line that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.
     """
     characters: list[Character] = []
     again_ns = ready_ns
@@ -155,8 +155,8 @@ def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> 
 
 
 def _readings(lows: Lows, baud: int, ready_ns: int) -> Iterator[tuple[int, int, Character | None]]:
-    """Each falling edge that a UART tries as a start bit: when it was, when the UART looks for the next, and
-    what character it began, None if it was a glitch."""
+    """Iterate over each falling edge that a UART tries as a start bit: when it was, when the UART looks for
+    the next, and what character it began, None if it was a glitch."""
     samples_ns = [(2 * bit + 1) * _NS_PER_S // (2 * baud) for bit in range(_BITS)]
     one_ns = _BITS * _NS_PER_S // baud
     index, end = bisect_left(lows, (ready_ns,)), len(lows)

@@ -16,12 +16,12 @@ from hil.vocab.ports import PortHost
 
 READ_BYTES = 65536
 QUEUE_BYTES = 1024 * 1024
-"""Maximum that waits for a slow line, nearly five minutes at 38400 baud."""
+"""Maximum length that waits for a slow line, nearly five minutes at 38400 baud."""
 _THREAD_READ_S = 0.05
 
 
 Lost = Callable[[str], None]
-"""Is told once, in the event loop's thread, that the line is dead, and why."""
+"""Called once, in the event loop's thread, when the line is dead, with the reason."""
 
 
 def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
@@ -44,12 +44,12 @@ def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
 
 
 def why(error: Exception) -> str:
-    """An error of pyserial or the system in a few words."""
+    """Describe an error of pyserial or the system in a few words."""
     return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
 
 
 class FdLine:
-    """A device node or a socket. ``traffic`` counts what passes, and what is dropped."""
+    """Line of a device node or a socket. ``traffic`` counts what passes, and what is dropped."""
 
     def __init__(
         self, port: Any, host: PortHost, lost: Lost, traffic: Traffic, loop: asyncio.AbstractEventLoop
@@ -73,7 +73,7 @@ class FdLine:
         return self._out.backlog_bytes
 
     def write(self, data: bytes) -> None:
-        """Never blocks; what finds no room is dropped."""
+        """Send or queue bytes. Never blocks; what finds no room is dropped."""
         self._out.write(data)
 
     def _drained(self) -> None:
@@ -110,7 +110,7 @@ class FdLine:
             self._loop.call_soon(self._lost, reason)  # not in the middle of a write
 
     def close(self) -> None:
-        """Drops what was not sent."""
+        """Close it, and drop what was not sent."""
         if self._open:
             self._open = False
             self._out.stop()
@@ -120,7 +120,7 @@ class FdLine:
 
 
 class ThreadLine:
-    """A port without a file descriptor (RFC 2217): a thread that reads, and one that writes."""
+    """Line of a port without a file descriptor (RFC 2217): a thread that reads, and one that writes."""
 
     def __init__(
         self, port: Any, host: PortHost, lost: Lost, traffic: Traffic, loop: asyncio.AbstractEventLoop
@@ -185,7 +185,7 @@ class ThreadLine:
             self._may_read.set()
 
     def write(self, data: bytes) -> None:
-        """Never blocks; what finds no room is dropped."""
+        """Queue bytes. Never blocks; what finds no room is dropped."""
         taken = data[: QUEUE_BYTES - self._backlog] if self._open else b""
         self._traffic.dropped_bytes += len(data) - len(taken)
         self._backlog += len(taken)
@@ -216,7 +216,7 @@ class ThreadLine:
             self._lost(reason)
 
     def close(self) -> None:
-        """Ends both threads; what waits is not sent."""
+        """End both threads; what waits is not sent."""
         if self._open:
             self._open = False
             self._may_read.set()

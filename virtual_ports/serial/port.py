@@ -14,11 +14,11 @@ from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 log = logging.getLogger("hil")
 
 AGAIN_S = 1.0
-"""Time between two attempts to open a port that is not there."""
+"""Interval of attempts to open a port that is not there."""
 
 
 def usable_url(value: Any) -> Any:
-    """As pydantic wants it: the value, or why it is no serial port."""
+    """Check a URL for pydantic: answers the value, or raises why it is no serial port."""
     if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
@@ -47,7 +47,7 @@ def make(options: Options, context: PortContext) -> Port:
 
 
 class SerialPort:
-    """A ``Port`` whose one client is what hangs on the cable. While it is away, bytes for it are dropped and
+    """``Port`` whose one client is what hangs on the cable. While it is away, bytes for it are dropped and
     counted; it is tried again each second. ``away`` says why, None while it is open."""
 
     def __init__(self, options: Options, context: PortContext) -> None:
@@ -120,7 +120,7 @@ class SerialPort:
         return self._line.backlog if self._line is not None else 0
 
     def client_baud(self) -> int | None:
-        """None: the adapter's speed is fixed here."""
+        """Always None: the adapter's speed is fixed here."""
         return None
 
     def stats(self) -> PortStats:
