@@ -1,4 +1,4 @@
-"""The look-up table that ``c`` makes from the encoder's readings at 200 full steps. Pure.
+"""Calibration: the look-up table that ``c`` makes from the encoder's readings at 200 full steps. Pure.
 
 Source: firmware 0.1.5's behaviour, checked against tables that it wrote (float32 to the bit).
 """
@@ -17,7 +17,7 @@ _ROW_ANGLES = 64
 
 
 def average(readings: Sequence[int]) -> int:
-    """The mean of readings taken at one step, made whole across the encoder's zero."""
+    """Mean of readings taken at one step, made whole across the encoder's zero."""
     total = 0
     last = readings[0]
     for raw in readings:
@@ -42,7 +42,7 @@ def _ticks(means: Sequence[int], step: int) -> int:
 
 
 def _zero_crossing(means: Sequence[int]) -> tuple[int, int]:
-    """The step after which the encoder passes its zero, and how many counts after."""
+    """Step after which the encoder passes its zero, and the number of counts after it."""
     found = (0, 0)
     for step in range(STEPS_PER_REV):
         ticks = _ticks(means, step)
@@ -55,15 +55,15 @@ def _zero_crossing(means: Sequence[int]) -> tuple[int, int]:
 
 
 def _angle(step: int, part: int, ticks: int) -> float:
-    """The angle of a count, in the firmware's float32 and int arithmetic, degrees."""
+    """Angle of a count, in the firmware's float32 and int arithmetic, degrees."""
     fraction = float32(float32(_STEP_DEG * part) / ticks)
     thousandths = int(float32(1000 * float32(float32(_STEP_DEG * step) + fraction)))
     return 0.001 * (thousandths % 360000)
 
 
 def angles(means: Sequence[int]) -> "array[float]":
-    """The calibrated angle of each encoder count from 0 up, as many as the readings cover: 16,384 after
-    a turn that went well, none when the encoder did not move."""
+    """Calibrated angle of each encoder count from 0 up, as many as the readings cover: 16,384 after a turn
+    that went well, none when the encoder did not move."""
     first, first_count = _zero_crossing(means)
     out = array("f")
     for step in range(first, first + STEPS_PER_REV + 1):
@@ -78,15 +78,14 @@ def angles(means: Sequence[int]) -> "array[float]":
 
 
 def written(old: bytes, new: "array[float]") -> bytes:
-    """The table after ``new`` was written over ``old``: whole rows only, nothing past the table's end."""
+    """Write ``new`` over ``old``: whole rows only, nothing past the table's end."""
     whole = len(new) - len(new) % _ROW_ANGLES
     packed = new[: min(whole, COUNTS_PER_REV)].tobytes()
     return packed + old[len(packed) :]
 
 
 def progress(new: "array[float]", address: int) -> str:
-    """The text printed while rows are written from ``address``: a dot for each, the address instead at
-    each 4,096 bytes."""
+    """Text printed while rows are written from ``address``: dots, and the address at each 4,096 bytes."""
     text = []
     for row in range(len(new) // _ROW_ANGLES):
         at = address + 256 * row

@@ -18,18 +18,17 @@ _NUMBER = rb"(-?\d+\.\d\d)\r\n"
 _ENABLED = re.compile(rb"New setpoint " + _NUMBER)
 _TAKEN = re.compile(rb"Enter setpoint:\r\n" + _NUMBER)
 BOOT_NS = 6 * NS_PER_S
-"""The first command is handled 4 s after power-up."""
+"""Maximum wait after power-up: the first command is handled after 4 s."""
 ANSWER_NS = 500 * NS_PER_MS
-"""The board answers a set-point within a few milliseconds; a USB adapter may add 16."""
+"""Maximum wait for an answer: a set-point's comes within a few milliseconds; a USB adapter may add 16."""
 READINGS_NS, QUIET_NS = 150 * NS_PER_MS, 30 * NS_PER_MS
-"""After this time nothing more comes of what was typed before: ``y`` reads for 100 ms, a set-point does
-not."""
+"""Silence after which nothing more comes of typed text: ``y`` reads for 100 ms, a set-point does not."""
 RATE_NS = 20 * NS_PER_MS
-"""Time between two set-points of a stop."""
+"""Interval of the set-points of a stop."""
 
 
 class RunAxis:
-    """A board that follows a path by set-points that are typed."""
+    """Axis of runs: a board that follows a path by set-points that are typed."""
 
     kind: ClassVar[Literal["servo", "stepper"]] = "servo"
     taken_by: ClassVar[str] = "enable"
@@ -39,7 +38,7 @@ class RunAxis:
         self._typed_deg, self._rate_deg_per_s = 0.0, 0.0
 
     def take(self) -> Dialogue[None]:
-        """Position mode, and the loop on, in one write: no step of the law acts on another mode's number."""
+        """Switch to position mode and the loop on, in one write: no step acts on another mode's number."""
         self.commanded_deg = None
         yield from _drain(READINGS_NS)
         yield Send(b"xy")
@@ -59,7 +58,7 @@ class RunAxis:
             at_ns = yield from wait_until(min(at_ns + period_ns, end_ns))
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
-        """With grace the set-point comes to rest on a ramp; with prejudice it stays as it was typed last."""
+        """Stop: with grace the set-point comes to rest on a ramp; with prejudice it stays as typed last."""
         now_ns = yield from _drain(QUIET_NS)
         path: Path = (PathPiece(0, self._typed_deg),)
         if how == "grace":
@@ -79,12 +78,12 @@ class RunAxis:
 
 
 def enable() -> Dialogue[None]:
-    """The loop on, in position mode, where the shaft is."""
+    """Switch the loop on, in position mode, where the shaft is."""
     yield from RunAxis().take()
 
 
 def disable() -> Dialogue[None]:
-    """Loop and current off; the menu says nothing to it."""
+    """Switch loop and current off; the menu says nothing to it."""
     yield Send(b"n")
 
 

@@ -11,16 +11,16 @@ from hil.vocab.firmware import Axis, Request
 READ_ANGLE, READ_DIAAGC, READ_ERRFL, NOP = 0xFFFF, 0xFFFC, 0x4001, 0xC000
 """SPI frames: read bit 14, even parity bit 15, register (AS5047D data sheet)."""
 AVERAGED = 10
-"""Readings of a mean."""
+"""Number of readings of a mean."""
 
 
 def read_count(axis: Axis) -> int:
-    """One reading of the angle, 0 to 16,383."""
+    """Read the angle once, 0 to 16,383."""
     return axis.spi(READ_ANGLE) & 0x3FFF
 
 
 def read_mean(axis: Axis) -> Generator[Request, Any, int]:
-    """Stops the control loop; answers the mean of ten readings, wrong across the encoder's zero."""
+    """Stop the control loop and read the mean of ten readings, wrong across the encoder's zero."""
     axis.loop(False)
     total = 0
     for _ in range(AVERAGED):

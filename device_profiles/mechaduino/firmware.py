@@ -18,11 +18,11 @@ from hil.vocab.path import Path
 
 STEP_DEG = float32(1.8)
 DEFAULT_LOOKUP_ADDRESS = 0xB900
-"""The linker's address of the look-up table; it depends on the build."""
+"""Default address of the look-up table, which the linker sets; it depends on the build."""
 
 
 class Command(NamedTuple):
-    """A letter of the main loop. ``label`` stands in the menu; None: not listed."""
+    """Letter of the main loop. ``label`` stands in the menu; None: not listed."""
 
     letter: str
     label: str | None
@@ -40,10 +40,10 @@ class Mechaduino:
         self._step_number = 0
         self._dir = False
         self.path: Path = ()
-        """The path that the set-point follows, or followed last."""
+        """Path that the set-point follows, or followed last."""
         self.path_from_ns = 0
         self.is_busy = True
-        """True while it starts, runs a routine or asks for a number."""
+        """Whether it starts, runs a routine or asks for a number."""
 
     # ---- setup() and loop() ----
 

@@ -14,7 +14,7 @@ LOOKUP = "lookup"
 
 
 class LookupTable:
-    """``angles`` has degrees by encoder count; ``address`` is where the linker put the table."""
+    """Look-up table. ``angles``: degrees by encoder count; ``address``: where the linker put the table."""
 
     def __init__(self, axis: Axis, nvm: Mapping[str, bytes], address: int) -> None:
         self._axis = axis
@@ -24,7 +24,7 @@ class LookupTable:
         self.angles: array[float] = array("f")
 
     def load(self) -> None:
-        """Use what is in the flash, zeros before the first calibration."""
+        """Load what is in the flash, zeros before the first calibration."""
         self._use(self._nvm.get(LOOKUP, bytes(4 * calibration.COUNTS_PER_REV)))
 
     def store(self, new: "array[float]", serial: SerialUSB) -> Steps:
@@ -46,7 +46,7 @@ class LookupTable:
         return any(self.angles[i] for i in (0, 128, 1024))
 
     def angle_deg(self) -> float:
-        """The calibrated angle with turns, of a reading now, as the law's next step will count it."""
+        """Calibrated angle with turns, of a reading now, as the law's next step will count it."""
         angle_deg, turns = self.angles[int(self._axis.get("raw"))], self._axis.get("wrap_count")
         since_deg = angle_deg - (self._axis.get("yw") - 360.0 * turns)
         if abs(since_deg) > 180.0:

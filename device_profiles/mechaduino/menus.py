@@ -1,7 +1,7 @@
-"""The menus of ``k``: gains of the two loops and the phase advance, kept in RAM.
+"""Menus of ``k``: gains of the two loops and the phase advance, kept in RAM.
 
-Every choice is one byte. The main menu is left by any byte but its own; the loops' menus print
-themselves again until q; the third one takes one edit. Spellings are the board's.
+Every choice is one byte. The main menu is left by any byte but its own; the loops' menus print themselves
+again until q; the third one takes one edit. Spellings are the board's.
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from hil.vocab.firmware import Axis
 
 
 class Entry(NamedTuple):
-    """One editable gain. ``row`` is the menu's text before the value."""
+    """Editable gain. ``row`` is the menu's text before the value."""
 
     letter: str
     row: str
@@ -47,7 +47,7 @@ OTHER = Menu("Edit other parameters:", (Entry("p", "p ----- PA = ", "PA", False)
 
 
 def edit_parameters(axis: Axis, serial: SerialUSB) -> Steps:
-    """The main menu, once."""
+    """Run the main menu, once."""
     serial.println(*text.MAIN_EDIT_MENU)
     yield from serial.wait()
     match chr(serial.read()):

@@ -1,4 +1,4 @@
-"""The sketch's ``SerialUSB``: prints in the Arduino's formats, waits and parses."""
+"""Sketch's ``SerialUSB``: prints in the Arduino's formats, waits and parses."""
 
 from collections.abc import Generator
 from typing import Any
@@ -12,7 +12,7 @@ Steps = Generator[Request, Any, None]
 
 
 def delay_ms(duration: int) -> Delay:
-    """The board's delay()."""
+    """Make the board's delay()."""
     return Delay(duration * NS_PER_MS)
 
 
@@ -26,14 +26,14 @@ class SerialUSB:
         self._uart.write(text.encode("latin-1"))
 
     def println(self, *lines: str) -> None:
-        """Lines, each with CR LF."""
+        """Print lines, each with CR LF."""
         self._uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
 
     def print_float(self, value: float, digits: int = 2) -> None:
         self.print(print_float(value, digits))
 
     def wait(self) -> Steps:
-        """``while (SerialUSB.available() == 0) {}``"""
+        """Wait for input: ``while (SerialUSB.available() == 0) {}``"""
         yield _A_BYTE
 
     def read(self) -> int:

@@ -1,7 +1,7 @@
-"""The board's texts, apart from numbers. CR LF is added where a line is printed.
+"""Texts of the board, apart from numbers. CR LF is added where a line is printed.
 
-Titles, prompts, labels and everything else that a program could look for are the board's, letter for
-letter; lines of plain explanation are our own words, one for each of the board's.
+Titles, prompts, labels and everything else that a program could look for are the board's, letter for letter;
+lines of plain explanation are our own words, one for each of the board's.
 """
 
 BANNER = ("", "", "----- Mechaduino 0.X -----", "Firmware: 0.1.5", "Identifier: x", "", "Main menu", "")
@@ -9,7 +9,7 @@ SPI_START = "Beginning SPI communication with AS5047 encoder..."
 EMPTY_TABLE = "WARNING: Lookup table is empty! Run calibration"
 
 K_HINT = "kept in RAM only, so they are back at their defaults after the next power-up"
-"""The explanation behind the menu's entry for k."""
+"""Explanation behind the menu's entry for k."""
 
 MAIN_EDIT_MENU = (
     "",
@@ -65,7 +65,7 @@ DIAGNOSTICS_INTRO = (
 DIAAGC_HEAD = "Check DIAAGC register (0x3FFC) ...   "
 ERRFL_HEAD = "Check ERRFL register (0x0001) ...   "
 ERROR_BIT = 14
-"""EF in a frame: the encoder saw an error (AS5047D data sheet, SPI read frame)."""
+"""Bit EF in a frame: the encoder saw an error (AS5047D data sheet, SPI read frame)."""
 DIAAGC_LINES = {
     ERROR_BIT: "  Error occurred  ",
     11: "  MAGH - the magnet's field is too strong, the gain control is at 0x00; angles may be less linear",

@@ -1,5 +1,5 @@
-"""The verbs of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them,
-and motions that the firmware itself does not know: the core moves the set-point along a path."""
+"""Verbs of a Mechaduino: its set-points, modes and gains as the firmware's own memory has them, and motions
+that the firmware itself does not know: the core moves the set-point along a path."""
 
 from collections.abc import Callable, Mapping
 
@@ -29,7 +29,7 @@ def _at_the_menu(board: Mechaduino) -> None:
 
 
 def _may_move(board: Mechaduino, mode: str) -> None:
-    """The loop has to run, for nothing may move that was not switched on."""
+    """Refuse a motion while the loop is off, as nobody switched it on, or the look-up table is empty."""
     _at_the_menu(board)
     if not board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is off; enable it first")
@@ -72,7 +72,7 @@ def gains(board: Mechaduino, **given: float) -> Answer:
 
 
 def calibrate(board: Mechaduino) -> None:
-    """The letter ``c`` is typed, and begins at once."""
+    """Type the letter ``c``, which begins at once."""
     _at_the_menu(board)
     if board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is on, and would turn the shaft; disable it first")
@@ -97,7 +97,7 @@ def move_rel(
 
 
 def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
-    """``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
+    """Stop. ``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
     answer = _stop_set_point(board, how, acceleration_rpm_per_s)
     board.axis.drive(())  # pulses would move the set-point on
     return answer
@@ -119,13 +119,13 @@ def _stop_set_point(board: Mechaduino, how: str, acceleration_rpm_per_s: float) 
 
 
 def to_rest_value(r: float, per_s: float) -> tuple[PathPiece, ...]:
-    """A set-point that goes to 0 at this rate."""
+    """Path of a set-point to 0 at this rate."""
     duration_ns = round(abs(r) / per_s * NS_PER_S)
     return PathPiece(duration_ns, r, -per_s if r > 0 else per_s), PathPiece(0, 0.0)
 
 
 def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> None:
-    """No set-point came for the time-out."""
+    """Stop as the policy says: no set-point came for the time-out."""
     if policy == "torque_off":
         board.disable()
     elif policy == "decelerate":
@@ -159,7 +159,7 @@ def _is_on_the_way(board: Mechaduino) -> bool:
 
 
 def follow(board: Mechaduino, path: Path, start_ns: int) -> None:
-    """A run's motion: position mode, and the set-point along the path from then on."""
+    """Follow a run's path: position mode, and the set-point along the path from then on."""
     _may_move(board, "x")
     if _letter(board) != "x":
         board.axis.set("mode", ord("x"))
@@ -169,7 +169,7 @@ def follow(board: Mechaduino, path: Path, start_ns: int) -> None:
 
 
 def _where(board: Mechaduino) -> tuple[float, float]:
-    """Set-point and its rate in degrees; of the shaft, if the set-point is no angle."""
+    """Set-point and its rate in degrees; those of the shaft, if the set-point is no angle."""
     axis = board.axis
     if _is_on_the_way(board):
         return at(board.path, int(axis.get("at_ns")) - board.path_from_ns)

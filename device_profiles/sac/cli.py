@@ -1,4 +1,4 @@
-"""``hil sac ...``: the companion's files. Each function is a command; the caller adds where the board is."""
+"""``hil sac ...``: files of the companion. Each function is a command; the caller adds which board."""
 
 from pathlib import Path
 from typing import Annotated

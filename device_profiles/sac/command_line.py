@@ -1,4 +1,4 @@
-"""The SAC's command line: what a line of the terminal or a packet of the network has the board do.
+"""Command line of the SAC: execution of a terminal's line, or of a packet of the network.
 
 Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 """
@@ -20,7 +20,7 @@ from hil.vocab.time import SimTimeNs
 
 
 class Command(NamedTuple):
-    """An entry of the command table, by a line's first letters; ``run`` gets the rest of the line."""
+    """Entry of the command table, by a line's first letters; ``run`` gets the rest of the line."""
 
     letters: str
     about: str
@@ -29,7 +29,7 @@ class Command(NamedTuple):
 
 @dataclass(eq=False)
 class CommandLine:
-    """Executes lines; ``now`` tells the simulated time."""
+    """Executor of lines; ``now`` tells the simulated time."""
 
     motion: Motion
     session: Session
@@ -44,14 +44,14 @@ class CommandLine:
         self.moves = Moves(self.motion, self.session, self.queue)
 
     def single_pulse(self, byte: int) -> bool:
-        """``+`` and ``-`` need no line end (manual, communications)."""
+        """Make a single pulse by ``+`` or ``-``, which need no line end (manual, communications)."""
         if byte not in b"+-" or self.terminal.mode is not None:
             return False
         self.motion.pulse(byte == ord("-"))
         return True
 
     def execute(self, line: str) -> Steps | None:
-        """A line of the terminal: the network's if it begins with an address, else up to its first blank."""
+        """Execute a terminal's line: the network's if an address begins it, else up to its first blank."""
         text = Text(line.partition(" ")[0])
         if self.terminal.mode is not None:
             return self._in_mode(self.terminal.mode, text)
@@ -61,7 +61,7 @@ class CommandLine:
         return None if command is None else self._run(command, text)
 
     def from_network(self) -> Steps:
-        """Answer what has come and do what it says."""
+        """Answer packets that have come, and execute them."""
         for packet in self.network.received():
             yield from self.network.acknowledge(packet)
             if not packet.is_good:
@@ -97,7 +97,7 @@ class CommandLine:
             self.terminal.println([f"{(self.now() - self.terminal.line_began_ns) // 1000} us"])
 
     def _in_mode(self, mode: Callable[[Text], Steps | None], text: Text) -> Steps | None:
-        """A line of the configure screen or of a program mode."""
+        """Execute a line of the configure screen or of a program mode."""
         if text.takes("xX"):
             self.terminal.mode = None
             return None
@@ -106,7 +106,7 @@ class CommandLine:
     # ---- commands of several parts ----
 
     def velocity(self, text: Text) -> None:
-        """``vd`` shows the speed of now (decision: RPM, TAB, period); all else sets it."""
+        """Set the velocity; ``vd`` shows the speed of now (decision: RPM, TAB, period)."""
         if text.takes("dD"):
             shown = [f"{int(self.motion.get('speed_rpm'))}\t{int(self.motion.get('period_us'))}"]
             self.terminal.println(shown)
@@ -121,14 +121,14 @@ class CommandLine:
         self.motion.gap(self.session.is_gap_on)
 
     def show(self, text: Text) -> None:
-        """``cc`` and ``cf``."""
+        """Execute ``cc`` and ``cf``, which show."""
         if text.takes("cC"):
             self.system.show_configuration()
         elif text.takes("fF"):
             self.terminal.println(self.session.lines())
 
     def queue_command(self, text: Text) -> Steps | None:
-        """``q`` and what may follow it."""
+        """Execute ``q`` and what may follow it."""
         if not text.peek():
             self.terminal.println(self.queue.lines())
         elif text.is_digit():
@@ -146,7 +146,7 @@ class CommandLine:
         return None
 
     def xref(self, text: Text) -> None:
-        """``x`` and what may follow it."""
+        """Execute ``x`` and what may follow it."""
         if text.takes("dD"):
             self.terminal.println(self.queue.xref_lines())
         elif text.takes("pP"):

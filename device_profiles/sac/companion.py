@@ -1,4 +1,4 @@
-"""Dialogues with a SAC's terminal, twin or real: what its companion program does, with what any terminal can.
+"""Dialogues with a SAC's terminal, twin or real: the work of its companion program, by any terminal.
 
 Source: SAC user manual, companion app, Appendix C.
 """
@@ -18,18 +18,19 @@ from hil.vocab.time import NS_PER_MS, NS_PER_S
 _PROMPT = PROMPT.encode()
 _SIGNALS = DC1 + DC2
 START_UP_NS = 1300 * NS_PER_MS
-"""A board may start when its port is opened: a byte in its first second restores the factory's settings."""
+"""Time for a start: opening the port may start a board; a byte in its first second restores the factory's
+settings."""
 ANSWER_NS = 5 * NS_PER_S
-"""The longest answer is a queue of 30 rows, 1.3 kB: 0.4 s at 38400 baud, and 30 s at 488."""
+"""Maximum wait for an answer. The longest, 30 rows or 1.3 kB, takes 0.4 s at 38400 baud, 30 s at 488."""
 CALIBRATION_S = 60
 _ECHO_US = 200_000
-"""A start wait, so that the start signal does not queue behind echo and prompt."""
+"""Start wait of a calibration, so that the start signal does not queue behind echo and prompt."""
 STEPS_PER_REV = r"a sprf\s+(\d+)"
 _ROW = re.compile(r"(\d+)\t(\d+)\t([ +])(CW|CCW)\t(\d+)\t(\d+)\t([ *])([\d.]+)\t([\d.]+)\t(\d+)\t(s?) +(\d+)")
 
 
 class Terminal:
-    """A board's command line; each method is a dialogue."""
+    """Command line of a board; each method is a dialogue."""
 
     def __init__(self) -> None:
         self._unread = b""
@@ -50,7 +51,7 @@ class Terminal:
             raise DialogueError(f"what answers is no SAC at its prompt: {shown!r}") from None
 
     def ask(self, line: str, timeout_ns: int = ANSWER_NS) -> Dialogue[list[str]]:
-        """The answer to a line, up to the prompt, without the echo."""
+        """Type a line; answers the text up to the prompt, without the echo."""
         yield Send(f"{line}\r".encode("latin-1"))
         answer = yield from self._until_prompt(timeout_ns)
         echo, *lines = answer.decode("latin-1").split("\r\n")
@@ -71,7 +72,7 @@ class Terminal:
         return answer.removesuffix(_PROMPT)
 
     def quiet(self, for_ns: int) -> Generator[Step, Any, bytes]:
-        """The bytes that come until nothing has come for so long."""
+        """Collect the bytes that come until nothing has come for so long."""
         heard = b""
         while piece := (yield Listen(for_ns)).data:
             heard += piece
@@ -125,14 +126,14 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
 
 
 def save() -> Dialogue[list[Row]]:
-    """The queue of a board, all of it."""
+    """Read the queue of a board, all of it."""
     terminal = Terminal()
     yield from terminal.sync()
     return (yield from _listing(terminal))
 
 
 def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
-    """Send lines, each after the prompt of the one before; what the board says to them."""
+    """Send lines, each after the prompt of the one before; answers what the board says to them."""
     terminal = Terminal()
     yield from terminal.sync()
     said = []
@@ -148,7 +149,8 @@ def number_on(screen: str, pattern: str) -> int:
 
 
 def stands_still(terminal: Terminal, timeout_ns: int = ANSWER_NS) -> Dialogue[None]:
-    """
+    """Check that the motor stands.
+
     Raises:
         Refusal: the motor runs.
     """
@@ -185,7 +187,7 @@ def _row(match: re.Match[str]) -> Row:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A minute's motion as the board timed it, against the clock of who listened."""
+    """Motion of a minute as the board timed it, against the clock of who listened."""
 
     rpm: int
     nominal_ns: int
@@ -196,7 +198,7 @@ class Calibration:
 
     @property
     def factor(self) -> float:
-        """Measured by nominal: above 1 the board is slow."""
+        """Ratio of measured to nominal time: above 1 the board is slow."""
         return self.measured_ns / self.nominal_ns
 
     @property

@@ -1,4 +1,4 @@
-"""The files of the SAC's companion program: a queue of 30 rows, and a list of 100 one-shot commands.
+"""Files of the SAC's companion program: a queue of 30 rows, and a list of 100 one-shot commands.
 
 Source: SAC user manual, companion app; files that it saved. A queue's row has twelve numbers, each between
 blanks, with commas between; lines end CR LF; a fraction under 1 has no zero before its point.
@@ -25,7 +25,7 @@ _NUMBER = re.compile(r"[0-9]*\.?[0-9]+|[0-9]+\.")
 
 
 class Row(NamedTuple):
-    """A queue entry; accelerations in hundredths, flags 0 or 1."""
+    """Entry of a queue; accelerations in hundredths, flags 0 or 1."""
 
     position: int
     steps: int
@@ -41,7 +41,7 @@ class Row(NamedTuple):
     wait_us: int
 
     def command(self, steps_per_rev: int) -> str:
-        """The line that writes it into a board's queue. The board reckons RPM and cycle from each other, and
+        """Line that writes it into a board's queue. The board reckons RPM and cycle from each other, and
         drops fractions: what was entered is the one that the other follows from."""
         is_by_rpm = f_of(steps_per_rev) // self.rpm == self.cycle_us
         velocity = f"v{self.rpm}" if is_by_rpm else f"vc{self.cycle_us}"
@@ -57,14 +57,14 @@ class Row(NamedTuple):
 
 
 class QueueFile(NamedTuple):
-    """The content of a file: rows by position, and ``file:line`` of each."""
+    """Content of a file: rows by position, and ``file:line`` of each."""
 
     rows: list[Row]
     where: list[str]
 
 
 def read_queue(data: bytes, file: str) -> QueueFile:
-    """The 30 rows of a queue file. Blanks may be missing, lines may end LF.
+    """Read the 30 rows of a queue file. Blanks may be missing, lines may end LF.
 
     Raises:
         Refusal: a line ``file:line:column: what; remedy`` for each problem.
@@ -158,12 +158,12 @@ def _value(text: str, index: int, where: str, problems: list[str]) -> int:
 
 
 def is_line(text: str) -> bool:
-    """Whether a board takes it as a line."""
+    """Whether a board takes a text as a line."""
     return len(text) <= LINE_BYTES and text.isascii() and text.isprintable()
 
 
 def write_queue(rows: list[Row]) -> bytes:
-    """A queue's file, as the companion writes it."""
+    """Write a queue's file, as the companion writes it."""
     texts = ([_decimal(n) if i in _HUNDREDTHS else str(n) for i, n in enumerate(row)] for row in rows)
     return "".join(",".join(f" {text} " for text in row) + "\r\n" for row in texts).encode()
 
@@ -176,7 +176,7 @@ def _decimal(hundredths: int) -> str:
 
 
 def read_one_shot(data: bytes, file: str, number: int) -> str:
-    """Command ``number``, from 1, of a one-shot file.
+    """Read command ``number``, from 1, of a one-shot file.
 
     Raises:
         Refusal: there is none, or it is no line that a board takes.

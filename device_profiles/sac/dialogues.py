@@ -10,18 +10,17 @@ from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANSWER_NS = 800 * NS_PER_MS
-"""In a run, a board that is silent for this time is lost; a line and its echo take 20 ms at 38400 baud."""
+"""Maximum silence in a run before a board is lost; a line and its echo take 20 ms at 38400 baud."""
 LOOK_NS, LOOK_NEAR_NS = 500 * NS_PER_MS, 50 * NS_PER_MS
-"""Time between two looks at the speed: on the way, where each costs the board time, and at the expected
-end."""
+"""Interval of looks at the speed: on the way, where each costs the board time, and at the expected end."""
 SPARE_NS = 10 * NS_PER_S
 _STOPS_NS = 600 * NS_PER_S
 _LOST = 3
-"""Looks that may be garbled by what was broken off before a stop."""
+"""Number of looks that may be garbled by what was broken off before a stop."""
 
 
 class RunAxis:
-    """A board that is told where to go, and asked whether it has come to a stand. Its terminal tells no
+    """Axis of runs: a board that takes targets, and is asked whether it stands. Its terminal tells no
     position: 0 is where it stood when it was reset, and what it was told since is counted."""
 
     kind: ClassVar[Literal["servo", "stepper"]] = "stepper"
@@ -33,7 +32,7 @@ class RunAxis:
         self._pulses_per_rev = self._slow_rpm = 1
 
     def take(self) -> Dialogue[None]:
-        """The warm reset ends all motion: parameters from the EEPROM come into force, the queue stays."""
+        """Reset warmly, ending all motion: parameters from the EEPROM come into force, the queue stays."""
         self.commanded_deg = None
         terminal = Terminal()
         yield from terminal.sync()
@@ -44,8 +43,8 @@ class RunAxis:
         self._pulses, self.commanded_deg = 0, 0.0
 
     def move_abs(self, position_deg: float, velocity_rpm: float, start_ns: int) -> Dialogue[None]:
-        """The command is typed at once and held by its sync; ``y`` at the start releases it. The speed is
-        looked at until it is 0: never slower than ``slow``, it has to come to its end."""
+        """Type the command at once, held by its sync; ``y`` at the start releases it. The speed is looked at
+        until it is 0: never slower than ``slow``, it has to come to its end."""
         pulses = round(position_deg / 360 * self._pulses_per_rev) - self._pulses
         if pulses == 0:
             return
@@ -66,8 +65,8 @@ class RunAxis:
         self.commanded_deg = self._pulses * 360 / self._pulses_per_rev
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
-        """``s`` with the session's deceleration, or ``S``: what is held is dropped too. Where a motion was
-        cut short nobody knows."""
+        """Stop by ``s`` with the session's deceleration, or by ``S``: what is held is dropped too. Where a
+        motion was cut short nobody knows."""
         yield Send(b"s\r" if how == "grace" else b"S\r")
         terminal = Terminal()
         yield from terminal.quiet(LOOK_NEAR_NS)
@@ -95,7 +94,7 @@ def _until_it_stands(
 
 
 def reset() -> Dialogue[None]:
-    """The warm reset: parameters from the EEPROM come into force, the queue stays."""
+    """Reset warmly: parameters from the EEPROM come into force, the queue stays."""
     yield from RunAxis().take()
 
 

@@ -1,4 +1,4 @@
-"""The SAC's EEPROM: parameters, driver pin maps and the saved queue, as 1024 bytes; loaded and saved."""
+"""EEPROM of the SAC: parameters, driver pin maps and the saved queue, as 1024 bytes; loaded and saved."""
 
 import struct
 import zlib
@@ -13,7 +13,7 @@ from hil.vocab.motion import QUEUE_LEN, MotionEntry
 SIZE = 1024
 MAGIC, VERSION = b"SAC", 1
 MEMORY, ASIDE = "eeprom", "eeprom_damaged"
-"""Sections: the EEPROM, and what could not be read when it was one."""
+"""Sections: the EEPROM, and the bytes that could not be read as one."""
 
 _PARAMETERS = struct.Struct("<13B H 2I 4i 4B 2I B 8B")
 _ENTRY = struct.Struct("<4I 2i 2? B 2?")
@@ -33,10 +33,10 @@ class EepromError(Exception):
 class Eeprom:
     parameters: Parameters = field(default_factory=Parameters)
     queue: list[MotionEntry] | None = None
-    """The queue's entries 1 to 30 as ``qs`` saved them; None: never."""
+    """Entries 1 to 30 of the queue as ``qs`` saved them; None: never."""
 
     def packed(self) -> bytes:
-        """The memory's 1024 bytes; free ones are 0xFF, as an EEPROM has them."""
+        """Pack the memory's 1024 bytes; free ones are 0xFF, as an EEPROM has them."""
         values = astuple(self.parameters)
         body = _PARAMETERS.pack(*values[:-1], *values[-1]) + bytes([self.queue is not None])
         for e in self.queue or []:
@@ -45,7 +45,7 @@ class Eeprom:
 
     @classmethod
     def unpacked(cls, data: bytes) -> "Eeprom":
-        """The reverse.
+        """Unpack the memory's bytes.
 
         Raises:
             EepromError: damaged, or of another version.
@@ -70,13 +70,13 @@ class Eeprom:
         return eeprom
 
     def copy(self) -> "Eeprom":
-        """A deep copy."""
+        """Copy it deeply."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)
 
 
 class Memory:
-    """``eeprom`` is the content as commands see it; ``note`` tells the operator what was damaged."""
+    """EEPROM of the board. ``eeprom``: its content as commands see it; ``note`` tells what was damaged."""
 
     def __init__(self, nvm: Mapping[str, bytes], note: Callable[[str, str | None], None]) -> None:
         self._nvm = nvm
@@ -103,5 +103,5 @@ class Memory:
             self.eeprom = Eeprom.unpacked(stored) if stored else Eeprom()
 
     def stored(self) -> bytes:
-        """The bytes that are durable, or would be."""
+        """Bytes that are durable, or would be."""
         return self._nvm.get(MEMORY, self.eeprom.packed())

@@ -1,4 +1,4 @@
-"""The SAC's program: power-up, reset and the main loop. The motion itself is the core's.
+"""Program of the SAC: power-up, reset and the main loop. The motion itself is the core's.
 
 Source: the SAC user manual. Where it leaves something open, ``README.md`` of this folder lists what was
 decided.
@@ -44,7 +44,7 @@ class Sac:
         )
         self.queue, self.moves = self._line.queue, self._line.moves
         self.is_started = False
-        """The cold start is over."""
+        """Whether the cold start is over."""
         self._note_estop()
 
     def main(self) -> Main:
@@ -66,8 +66,8 @@ class Sac:
             yield from self._line.execute(line) or ()
 
     def interrupt(self, event: CoreEvent) -> None:
-        """A command begins or ends, which soft_ops tells: a packet to all, and a byte to the terminal. Or
-        Estop has changed."""
+        """Tell that a command begins or ends, as soft_ops does: a packet to all, and a byte to the terminal.
+        Or note a change of Estop."""
         if event.kind == "estop":
             self._note_estop()
             return
@@ -76,7 +76,7 @@ class Sac:
         self._network.operation(begins)
 
     def _note_estop(self) -> None:
-        """Its falling edge has stopped all; the board obeys as ever while it stays low."""
+        """Note Estop: its falling edge has stopped all; the board obeys as ever while it stays low."""
         is_low = self.motion.get("pin_estop") == 0
         self._note(
             "Estop", "Estop is low: it has stopped all when it fell, and holds nothing" if is_low else None
@@ -93,7 +93,8 @@ class Sac:
     # ---- power-up and reset ----
 
     def _wants_factory(self) -> Generator[Request, Any, bool]:
-        """The cold start's second. What the network sends in it is lost."""
+        """Wait for the cold start's second; answers whether a byte or RST wants the factory's settings. What
+        the network sends in it is lost."""
         wants_it = False
         self._terminal.println([f"SAC {VERSION}"])
         end_ns = self._now() + COLD_START_NS
@@ -124,8 +125,8 @@ class Sac:
         self._set_ports(parameters)
 
     def _set_ports(self, parameters: Parameters) -> None:
-        """Speeds, and which port is the terminal. E at 1 swaps them; if nothing is at the other one, a hard
-        reset helps: RST low at a cold start (manual, network)."""
+        """Set speeds, and the port of the terminal. E at 1 swaps the ports; if nothing is at the other one, a
+        hard reset helps: RST low at a cold start (manual, network)."""
         self._bauds = parameters.bauds()
         for uart, baud in zip(self._uarts.values(), self._bauds, strict=True):
             # The factory's speed is the line's own, which the configuration may have set to another.

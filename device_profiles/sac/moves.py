@@ -1,4 +1,4 @@
-"""The SAC's commands that move the motor or set how the next one will: a line in, calls of the engine out."""
+"""Commands of the SAC that move the motor or set its next motion: a line in, calls of the engine out."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -9,11 +9,11 @@ from device_profiles.sac.typed_text import Attributes, Text, Velocity, from_cycl
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, QUEUE_LEN, Motion, MotionEntry
 
 PASSES = 1 << 16
-"""Loop counters are 16 bits (manual, loop)."""
+"""Number of values of a loop counter, 16 bits (manual, loop)."""
 
 
 class Moves:
-    """Each method gets what follows its letter."""
+    """Commands of motion. Each method gets what follows its letter."""
 
     def __init__(self, motion: Motion, session: Session, queue: QueueMemory) -> None:
         self._motion = motion
@@ -23,7 +23,7 @@ class Moves:
     # ---- motion commands ----
 
     def queued(self, text: Text) -> None:
-        """``m``: at the queue's next position; without steps continuous."""
+        """Queue a motion (``m``) at the next position; without steps continuous."""
         entry = self._entry(text)
         if entry.steps == 0:
             self._continuous(entry)
@@ -31,7 +31,7 @@ class Moves:
             self._session.keep(entry)
 
     def one_shot(self, text: Text) -> None:
-        """``xm``: at once, and nothing is kept."""
+        """Move at once (``xm``); nothing is kept."""
         entry = self._entry(text)
         if entry.steps == 0:
             self._continuous(entry)
@@ -40,7 +40,7 @@ class Moves:
         self._motion.run_once(ONE_SHOT_SLOT)
 
     def recall(self, text: Text) -> None:
-        """``xnn``: an entry of the queue, at once; 0 and 31 up are ignored."""
+        """Run an entry of the queue at once (``xnn``); 0 and 31 up are ignored."""
         position = text.number()
         if position is not None and position in POSITIONS:
             self._motion.run_once(position)
@@ -64,7 +64,7 @@ class Moves:
         self._session.say(Attributes(dec=text.acceleration()))
 
     def velocity(self, text: Text) -> None:
-        """``v``: the system's default without a number; a continuous motion follows at once."""
+        """Set the velocity (``v``), by default the system's; a continuous motion follows at once."""
         parameters = self._session.parameters
         if text.peek():
             velocity = _velocity(text.rest(), parameters.steps_per_rev)
@@ -77,13 +77,13 @@ class Moves:
     # ---- what ends ----
 
     def stop_gracefully(self) -> None:
-        """``s``: with the session's deceleration."""
+        """Stop with the session's deceleration (``s``)."""
         self._motion.stop(self._session.default.dec_hundredths)
 
     # ---- loops ----
 
     def loop(self, text: Text) -> None:
-        """``l``: alone it ends a loop with grace, and any other motion (decision)."""
+        """Execute ``l``: alone it ends a loop with grace, and any other motion (decision)."""
         if not text.peek():
             self._motion.finish()
         elif text.is_digit():
@@ -100,11 +100,11 @@ class Moves:
             self._motion.loop_finish(position)
 
     def loop_array(self, text: Text) -> None:
-        """Passes of the xRef array; 0, and no number: for ever."""
+        """Run the xRef array so many times; 0, and no number: for ever."""
         self._motion.loop_array((text.number() or 0) % PASSES)
 
 
 @lru_cache(maxsize=4)
 def _velocity(text: str, steps_per_rev: int) -> Velocity | None:
-    """The velocity that a unary ``v`` sets; cached, because a packet to all has every node read the same."""
+    """Velocity that a unary ``v`` sets; cached, because a packet to all has every node read the same."""
     return read_attributes(Text("v" + text), steps_per_rev).velocity

@@ -1,4 +1,4 @@
-"""A SAC as a node of its network: what it sends, and what a packet does to it.
+"""A SAC as a node of its network: packets that it sends, and the effect of those that come.
 
 Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops. Decisions: README.md.
 """
@@ -16,7 +16,7 @@ BROADCAST = 0
 ACK, NAK, DC1, DC2 = b"\x06", b"\x15", b"\x11", b"\x12"
 _SIGNALS = (ACK, NAK, DC1, DC2)
 SEPARATORS = " ."
-"""A message's data that begins with one of these is text."""
+"""Characters with which a message's data begins if it is text."""
 REPLY = "\\/"
 TURNAROUND_CHARACTERS = 2
 """Delay between a packet's last bit and its acknowledgement's first (decision)."""
@@ -32,7 +32,7 @@ class Network:
         self._last_sender: int | None = None
 
     def use(self, uart: Uart) -> None:
-        """The port that speaks packets from now on."""
+        """Use this port for packets from now on."""
         if uart is not self._uart:
             self._decoder = PacketDecoder()
         self._uart = uart
@@ -42,7 +42,7 @@ class Network:
     # ---- out ----
 
     def typed(self, text: str) -> bool:
-        """A terminal's line. True if it was the network's: it begins with an address, or replies."""
+        """Handle a terminal's line. True if it was the network's: it begins with an address, or replies."""
         line = Text(text)
         if line.peek() and line.peek() in REPLY:
             line.take()
@@ -69,7 +69,7 @@ class Network:
     # ---- in ----
 
     def received(self) -> Iterator[Packet]:
-        """Packets for this unit that have come since the last time; what is malformed is passed over."""
+        """Take the packets for this unit since the last call; malformed ones are passed over."""
         if self._uart is None:
             return
         for item in self._decoder.feed(self._uart.read_all()):
@@ -79,7 +79,7 @@ class Network:
                 yield item
 
     def acknowledge(self, packet: Packet) -> Steps:
-        """ACK, or NAK for a wrong CRC; nothing to a broadcast, and nothing to what is an answer itself."""
+        """Send ACK, or NAK for a wrong CRC; nothing to a broadcast, or to what is an answer itself."""
         if packet.destination == BROADCAST or is_signal(packet) or not self._session.is_ack_on:
             return
         if self._uart and self._uart.baud:

@@ -1,4 +1,4 @@
-"""The SAC's persistent parameters: factory values, the configure screen's table, and how one is changed."""
+"""Persistent parameters of the SAC: factory values, the configure screen's table, and how one is changed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,12 +9,12 @@ from hil.vocab.motion import QUEUE_LEN, MotionEntry, MotionSetup
 
 A4988, DRV8825 = 0, 1
 PIN_MAPS = {A4988: (0, 1, 2, 3, 7, 0, 0, 0), DRV8825: (0, 1, 2, 3, 4, 5, 0, 0)}
-"""MS3 MS2 MS1 as three bits, by microstep exponent: data sheets of the drivers."""
+"""Pin maps of the drivers: MS3 MS2 MS1 as three bits, by microstep exponent (data sheets)."""
 OPS_FACTORY = 36
-"""Bits 5 and 2: OP SA and OP SB (manual, ops)."""
+"""Factory value of ops. Bits 5 and 2: OP SA and OP SB (manual, ops)."""
 FACTORY_BAUD = 38400
 SOFTWARE_BAUD_LIMIT = 38400
-"""Maximum of the port that is made in software (manual, communications)."""
+"""Maximum baud of the port that is made in software (manual, communications)."""
 
 BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
 """Range of the UART's divider at 16 MHz (ATmega328P data sheet); decision: values beyond are clamped."""
@@ -22,7 +22,7 @@ BAUD_MINIMUM, BAUD_MAXIMUM = 488, 2_000_000
 
 @dataclass
 class Parameters:
-    """The persistent parameters with their factory values (manual, Configure)."""
+    """Persistent parameters with their factory values (manual, Configure)."""
 
     autorun: int = 0
     is_linear: int = 0
@@ -52,7 +52,7 @@ class Parameters:
     software_baud: int = FACTORY_BAUD
     is_pulses: int = 0
     pin_map: list[int] = field(default_factory=lambda: [0] * 8)
-    """The pin map of driver 2."""
+    """Pin map of driver 2."""
 
     def ramp(self, is_linear: bool) -> tuple[int, int]:
         """Acceleration and deceleration of a kind of ramp, in hundredths."""
@@ -82,7 +82,7 @@ class Parameters:
         )
 
     def default_entry(self) -> MotionEntry:
-        """The entry that an empty queue is seeded with."""
+        """Entry that an empty queue is seeded with."""
         velocity = from_cycle(self.cycle_us, self.steps_per_rev)
         acc, dec = self.ramp(bool(self.is_linear))
         return MotionEntry(
@@ -101,7 +101,7 @@ class Parameters:
 
 
 class Parameter(NamedTuple):
-    """A row of the configure screen: its letter, its name, the field behind it, its reader."""
+    """Row of the configure screen: its letter, its name, the field behind it, its reader."""
 
     letter: str
     name: str
@@ -111,7 +111,7 @@ class Parameter(NamedTuple):
 
 
 def _number(convert: Callable[[int], int]) -> Callable[[Text], int | None]:
-    """A reader of a number, which it converts."""
+    """Make a reader of a number, which it converts."""
 
     def read(text: Text) -> int | None:
         number = text.number()
@@ -166,12 +166,12 @@ RIGHT = (
     Parameter("m", "hw", "hardware_baud", Text.number),
     Parameter("n", "sw", "software_baud", Text.number),
 )
-"""The two columns of the configure screen, row by row."""
+"""Columns of the configure screen, row by row."""
 BY_LETTER = {p.letter: p for p in (*LEFT, *RIGHT) if p}
 
 
 def change(parameters: Parameters, text: Text) -> bool:
-    """Set what ``text`` says, a letter and a value as on the configure screen; False: it says nothing."""
+    """Set a parameter by ``text``, a letter and a value as on the configure screen; False: it is none."""
     letter = text.take()
     if letter == "u":
         if (is_pulses := _flag(text)) is not None:
@@ -188,7 +188,7 @@ def change(parameters: Parameters, text: Text) -> bool:
 
 
 def _map_pins(parameters: Parameters, text: Text) -> bool:
-    """``Unx``: the custom driver's pins for microstep exponent n, a digit each."""
+    """Set a pin map by ``Unx``: the custom driver's pins for microstep exponent n, a digit each."""
     if not text.is_digit():
         return False
     exponent = int(text.take())

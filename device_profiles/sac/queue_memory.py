@@ -1,4 +1,4 @@
-"""The SAC's queue and xRef array from the terminal's side: listed, edited, cleared, undone.
+"""Queue and xRef array of the SAC from the terminal's side: listed, edited, cleared, undone.
 
 The engine holds and runs both; here is what may be written into them, and where the next command goes.
 """
@@ -15,7 +15,7 @@ POSITIONS = range(1, QUEUE_LEN + 1)
 
 
 class QueueMemory:
-    """One power-up's queue; ``$R`` leaves it alone."""
+    """Queue of one power-up; ``$R`` leaves it alone."""
 
     def __init__(self, motion: Motion, session: Session) -> None:
         self._motion = motion
@@ -37,14 +37,14 @@ class QueueMemory:
         return True
 
     def lines(self) -> Iterable[str]:
-        """The listing; in debug the continuous command's entry comes first."""
+        """Lines of the listing; in debug the continuous command's entry comes first."""
         shown = range(0 if self._session.is_debug else 1, QUEUE_LEN + 1)
         running = int(self._motion.get("queue_position"))
         at = running if running in POSITIONS else self._next_position
         return screens.queue({position: self._motion.entry(position) for position in shown}, at)
 
     def edit(self, text: Text) -> None:
-        """``nn`` and attributes: change an entry, without a motion. A wrong position: nothing."""
+        """Edit an entry by ``nn`` and attributes, without a motion. A wrong position: nothing."""
         position = text.number()
         if position is None or position not in POSITIONS:
             return
@@ -56,7 +56,7 @@ class QueueMemory:
         return [self._motion.entry(position) for position in POSITIONS]
 
     def restore(self, saved: list[MotionEntry] | None) -> None:
-        """The saved entries, or the system's defaults if there are none (decision)."""
+        """Restore the saved entries, or the system's defaults if there are none (decision)."""
         seeds = saved or [self._session.parameters.default_entry()] * QUEUE_LEN
         self._write(dict(zip(POSITIONS, seeds, strict=True)))
 
@@ -66,7 +66,7 @@ class QueueMemory:
         self._undo = {}
 
     def clear(self) -> None:
-        """The session's defaults everywhere; steps and direction as the seeds have them (decision)."""
+        """Clear to the session's defaults; steps and direction as the seeds have them (decision)."""
         seed = self._session.parameters.default_entry()
         entry = replace(self._session.default, steps=seed.steps, is_ccw=seed.is_ccw, extra_pulses=0)
         self._write(dict.fromkeys(POSITIONS, entry))
@@ -81,7 +81,7 @@ class QueueMemory:
             self._motion.write_entry(position, entry)
 
     def edit_xref(self, text: Text) -> bool:
-        """``nn,xx``: entry nn of the xRef array is queue position xx; answers whether it was one.
+        """Edit the xRef array by ``nn,xx``: entry nn is queue position xx; answers whether it was one.
 
         Decision: the array has entries 0 to 30, and 30 always ends it.
         """

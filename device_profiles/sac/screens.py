@@ -1,4 +1,4 @@
-"""The SAC's screens, byte for byte as the original's screenshots have them; columns by TABs of eight."""
+"""Screens of the SAC, byte for byte as the original's screenshots have them; columns by TABs of eight."""
 
 from collections.abc import Iterator, Mapping
 
@@ -38,7 +38,7 @@ def _column(line: str, start: int, parameter: Parameter, parameters: Parameters)
 
 
 def _to(line: str, column: int) -> str:
-    """The line with TABs up to a column."""
+    """Pad a line with TABs up to a column."""
     while len(line.expandtabs()) < column:
         line += "\t"
     return line

@@ -1,4 +1,4 @@
-"""A SAC's session: what holds until the next reset."""
+"""Session of a SAC, which lasts until the next reset."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,22 +30,22 @@ class Session:
         self.is_crc_on = bool(parameters.crc)
 
     def say(self, said: Attributes) -> None:
-        """A unary command: it changes the defaults."""
+        """Change the defaults by a unary command."""
         self.default = said.apply(self.default, self.parameters.ramp)
 
     def command(self, said: Attributes) -> MotionEntry:
-        """A motion command as typed, on the defaults; direction, wait and sync are never taken from them."""
+        """Make a typed motion command on the defaults, but for direction, wait and sync."""
         if said.is_ccw is None:
             said.is_ccw = self.parameters.default_entry().is_ccw
         return said.apply(self.default, self.parameters.ramp)
 
     def keep(self, entry: MotionEntry) -> None:
-        """A queued command's attributes become the defaults, all but steps, direction, wait and sync."""
+        """Make a queued command's attributes the defaults, all but steps, direction, wait and sync."""
         kept = self.default
         self.default = replace(entry, steps=kept.steps, is_ccw=kept.is_ccw, is_sync=False, wait_us=0)
 
     def lines(self) -> Iterator[str]:
-        """The lines that ``cf`` shows: a name and a value each (decision)."""
+        """Lines that ``cf`` shows: a name and a value each (decision)."""
         e = self.default
         yield f"v\t{e.rpm}"
         yield f"vc\t{e.cycle_us}"

@@ -1,4 +1,4 @@
-"""The SAC's system commands: ``$`` and a letter, and the configure screen.
+"""System commands of the SAC: ``$`` and a letter, and the configure screen.
 
 Source: the SAC user manual, Configure and System Commands.
 """
@@ -17,7 +17,7 @@ from hil.vocab.motion import Motion
 
 @dataclass(frozen=True)
 class SystemCommands:
-    """Letters are case-sensitive. Each ends all activity first. ``reset`` is what ``$R`` does."""
+    """System commands, case-sensitive. Each ends all activity first. ``reset`` is what ``$R`` does."""
 
     motion: Motion
     session: Session
@@ -26,7 +26,7 @@ class SystemCommands:
     reset: Callable[[], Steps]
 
     def run(self, text: Text) -> Steps | None:
-        """``text`` is what follows the ``$``."""
+        """Execute a command; ``text`` is what follows the ``$``."""
         self.motion.stop(None)
         session = self.session
         match text.take():
@@ -57,7 +57,7 @@ class SystemCommands:
         return None
 
     def show_configuration(self) -> None:
-        """The EEPROM's parameters, as the configure screen has them."""
+        """Show the EEPROM's parameters, as the configure screen has them."""
         self.terminal.println(screens.configuration(self.memory.eeprom.parameters))
 
     def _set_pulses(self, is_pulses: bool) -> None:
@@ -70,7 +70,7 @@ class SystemCommands:
         self.terminal.println(lines)
 
     def _configure(self, text: Text) -> Steps | None:
-        """``$C`` with a letter and a value sets it. Alone: the screen, drawn again after each edit."""
+        """Execute ``$C``: a letter and a value set a parameter; alone, it draws the screen at each edit."""
         if text.peek():
             return self.memory.save() if change(self.memory.eeprom.parameters, text) else None
         self.show_configuration()

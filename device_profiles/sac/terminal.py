@@ -1,4 +1,4 @@
-"""The SAC's terminal: echo, line editing, prompt."""
+"""Terminal of the SAC: echo, line editing, prompt."""
 
 from collections.abc import Callable, Generator, Iterable
 from typing import Any
@@ -9,7 +9,7 @@ from hil.vocab.time import SimTimeNs
 
 PROMPT = "SAC>"
 LINE_BYTES = 80
-"""The rest of a longer line is dropped (decision)."""
+"""Maximum length of a line; the rest of a longer one is dropped (decision)."""
 _CR, _LF, _BS, _DEL = 13, 10, 8, 127
 _A_BYTE = ByteAvailable()
 
@@ -24,16 +24,16 @@ class Terminal:
         self._now = now
         self._after_cr = False
         self.is_muted = False
-        """True while a command from the network runs: nothing is printed."""
+        """Whether a command from the network runs: nothing is printed."""
         self.mode: Callable[[Text], Steps | None] | None = None
-        """Takes lines instead of the command line: the configure screen or a program mode."""
+        """Taker of lines instead of the command line: the configure screen or a program mode."""
         self.line_began_ns = SimTimeNs(0)
         """Time of the last line's first byte."""
         self._line = bytearray()
         """The typed part of the next line."""
 
     def println(self, lines: Iterable[str]) -> None:
-        """Lines, each with CR LF."""
+        """Print lines, each with CR LF."""
         if not self.is_muted:
             self.uart.write("".join(f"{line}\r\n" for line in lines).encode("latin-1"))
 
@@ -47,11 +47,11 @@ class Terminal:
     def read_line(
         self, is_immediate: Callable[[int], bool], meanwhile: Callable[[], Steps]
     ) -> Generator[Request, Any, str]:
-        """The next line without its end; what is typed is echoed.
+        """Read the next line without its end; what is typed is echoed.
 
         ``is_immediate`` is asked for each first byte of an empty line: True, and it has been acted upon.
-        ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read.
-        BS and DEL erase (decision).
+        ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read. BS and DEL
+        erase (decision).
         """
         line = self._line = bytearray()
         while True:

@@ -1,4 +1,4 @@
-"""Reads what is typed at a SAC: numbers, and the attributes of a motion command."""
+"""Reader of what is typed at a SAC: numbers, and the attributes of a motion command."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,31 +6,31 @@ from dataclasses import dataclass
 from hil.vocab.motion import MotionEntry
 
 NO_RAMP = 99900
-"""Hundredths; from here on, and 0: no ramp (manual, Accel)."""
+"""Acceleration in hundredths from which on, and at 0, there is no ramp (manual, Accel)."""
 WORD = 1 << 32
 MIN_CYCLE_US = 2
-"""A driver takes no shorter period (manual, slow speed)."""
+"""Minimum period: a driver takes no shorter one (manual, slow speed)."""
 
 
 class Text:
-    """A line that is read from left to right."""
+    """Line that is read from left to right."""
 
     def __init__(self, text: str) -> None:
         self._text = text
         self._at = 0
 
     def peek(self) -> str:
-        """The next character, "" at the end."""
+        """Answer the next character, "" at the end."""
         return self._text[self._at] if self._at < len(self._text) else ""
 
     def take(self) -> str:
-        """The next character, and go on; "" at the end."""
+        """Take the next character; "" at the end."""
         character = self.peek()
         self._at += 1
         return character
 
     def takes(self, letters: str) -> bool:
-        """Go on if the next character is one of these."""
+        """Take the next character if it is one of these; answers whether it was."""
         if self.peek() and self.peek() in letters:
             self._at += 1
             return True
@@ -40,12 +40,12 @@ class Text:
         return self._at < len(self._text) and self._text[self._at] in "0123456789"
 
     def number(self) -> int | None:
-        """Digits, as the board's 32 bits hold them; None where there are none."""
+        """Read digits, as the board's 32 bits hold them; None where there are none."""
         digits = self._digits()
         return int(digits) % WORD if digits else None
 
     def hundredths(self) -> int | None:
-        """A number with two decimals up to 100, whole from there on; further digits are cut."""
+        """Read a number with two decimals up to 100, whole from there on; further digits are cut."""
         whole = self.number()
         has_point = self.takes(".")
         if whole is None and not has_point:
@@ -57,7 +57,7 @@ class Text:
         return whole * 100 + int((decimals + "00")[:2])
 
     def acceleration(self) -> int:
-        """The hundredths of an ``a`` or a ``d``; -1 without a number: the system's default."""
+        """Read the hundredths of an ``a`` or a ``d``; -1 without a number: the system's default."""
         hundredths = self.hundredths()
         return -1 if hundredths is None else hundredths
 
@@ -73,7 +73,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Velocity:
-    """A target speed, as RPM or as the cycle of a full step; the other one follows."""
+    """Target speed, as RPM or as the cycle of a full step; the other one follows."""
 
     rpm: int
     cycle_us: int
@@ -85,20 +85,19 @@ def f_of(steps_per_rev: int) -> int:
 
 
 def from_rpm(rpm: int, steps_per_rev: int) -> Velocity:
-    """The velocity that ``v`` sets."""
+    """Velocity that ``v`` sets."""
     return Velocity(rpm, max(f_of(steps_per_rev) // rpm, MIN_CYCLE_US))
 
 
 def from_cycle(cycle_us: int, steps_per_rev: int) -> Velocity:
-    """The velocity that ``vc`` sets."""
+    """Velocity that ``vc`` sets."""
     cycle_us = max(cycle_us, MIN_CYCLE_US)
     return Velocity(f_of(steps_per_rev) // cycle_us, cycle_us)
 
 
 @dataclass
 class Attributes:
-    """The attributes of a motion command that a line gives; None: not given. ``acc`` and ``dec`` -1: the
-    system's default."""
+    """Attributes of a motion command in a line; None: not given. ``acc``, ``dec`` -1: the default."""
 
     steps: int | None = None
     is_ccw: bool | None = None
@@ -112,8 +111,8 @@ class Attributes:
     is_pulses: bool | None = None
 
     def apply(self, entry: MotionEntry, ramp: Callable[[bool], tuple[int, int]]) -> MotionEntry:
-        """The entry with what was said. A change of ramp brings that ramp's defaults first: ``ramp``, whether
-        it is linear in, its acceleration and deceleration out."""
+        """Apply what was said to an entry. A change of ramp brings that ramp's defaults first: ``ramp`` gets
+        whether it is linear, and gives its acceleration and deceleration."""
         is_linear = entry.is_linear if self.is_linear is None else self.is_linear
         default_acc, default_dec = acc, dec = ramp(is_linear)
         if is_linear == entry.is_linear:
@@ -149,7 +148,7 @@ def read_steps(text: Text, said: Attributes) -> None:
 
 
 def read_attributes(text: Text, steps_per_rev: int, *, with_steps: bool = False) -> Attributes:
-    """The attributes up to the line's end, in any order; letters that mean nothing are skipped.
+    """Read the attributes up to the line's end, in any order; letters that mean nothing are skipped.
 
     ``with_steps``: an m among them sets the steps, and s0 clears the sync, as in a queue's edit.
     """

@@ -1,4 +1,4 @@
-"""The verbs of a SAC: its own commands, with angles in degrees."""
+"""Verbs of a SAC: its own commands, with angles in degrees."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -32,19 +32,18 @@ _POSITION = Parameter("position", "of the queue", "", min(POSITIONS), max(POSITI
 
 
 def _attributes(velocity_rpm: float | None = None, **ramps: float) -> str:
-    """What is typed for ``_SPEED`` and ``_RAMPS``, of which any may be left out."""
+    """Text to type for ``_SPEED`` and ``_RAMPS``, of which any may be left out."""
     said = "" if velocity_rpm is None else f"v{int(velocity_rpm)}"
     return said + "".join(f"{name[0]}{ramps[name]:.2f}" for name in sorted(ramps))
 
 
 def one_shot(pulses: int, said: str) -> str:
-    """The text after ``xm``: so many pulses, and nothing besides them that the session's defaults would
-    add."""
+    """Text after ``xm``: so many pulses, and nothing besides them that the session's defaults would add."""
     return f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"
 
 
 def velocity(sac: Sac, velocity_rpm: float) -> None:
-    """Continuous motion; in the same direction its speed changes, else it begins anew."""
+    """Turn continuously; in the same direction the speed changes, else the motion begins anew."""
     motion, rpm = sac.motion, abs(int(velocity_rpm))
     if rpm == 0:
         sac.moves.stop_gracefully()
@@ -102,7 +101,7 @@ def pulse(sac: Sac, direction: str) -> None:
 
 
 def stop(sac: Sac, how: str) -> None:
-    """``grace``: with the session's deceleration."""
+    """Stop. ``grace``: with the session's deceleration."""
     if how == "grace":
         sac.moves.stop_gracefully()
     else:
@@ -110,7 +109,7 @@ def stop(sac: Sac, how: str) -> None:
 
 
 def starve(sac: Sac, policy: str, acceleration_rpm_per_s: float) -> None:
-    """No set-point came for the time-out. A SAC has its own ramps, and holds after each stop."""
+    """Stop, as no set-point came for the time-out. A SAC has its own ramps, and holds after each stop."""
     stop(sac, "grace" if policy == "decelerate" else "prejudice")
 
 
