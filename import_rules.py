@@ -25,14 +25,14 @@ _TESTS = "tests"
 
 @cache
 def signs_in(text: str) -> dict[str, frozenset[str]]:
-    """The white lists in a module's docstring: paragraphs such as ``May import: hil.vocab, hil.wire.``"""
+    """White lists in a module's docstring: paragraphs such as ``May import: hil.vocab, hil.wire.``"""
     docstring = ast.get_docstring(ast.parse(text)) or ""
     return {kind: frozenset(re.split(r",\s+", names)) for kind, names in _SIGN.findall(docstring)}
 
 
 @cache
 def imports_in(text: str) -> list[str]:
-    """What a module's text imports, anywhere in it; what is relative begins with its dots."""
+    """Names of the modules that a text imports, anywhere in it; what is relative begins with its dots."""
     names: list[str] = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
@@ -49,7 +49,7 @@ def is_within(module: str, package: str) -> bool:
 
 
 class House:
-    """The source files of the root packages, by the names of their modules, and what grimp's graph lacks."""
+    """Source files of the root packages, by the names of their modules, and what grimp's graph lacks."""
 
     def __init__(self, roots: list[str]) -> None:
         self.roots = roots
@@ -94,7 +94,7 @@ class House:
 
 
 class _HouseContract(Contract):
-    """Finds ``problems``, a line each, in the whole graph."""
+    """Contract that finds ``problems``, a line each, in the whole graph."""
 
     @cached_property
     def house(self) -> House:
@@ -115,7 +115,7 @@ class _HouseContract(Contract):
 
 
 class Signs(_HouseContract):
-    """Each module imports what the signs on the doors that it is behind allow, and its own folder.
+    """Contract: each module imports what the signs on the doors that it is behind allow, and its own folder.
 
     A sign is a paragraph in the docstring of a package, or of a module directly in a root: ``May import:``
     and names of modules, ``the standard library``, ``the pure standard library`` (the modules in ``pure``) or
@@ -197,7 +197,7 @@ class Signs(_HouseContract):
 
 
 class NoCircles(_HouseContract):
-    """No module imports itself by way of others, be it for types alone."""
+    """Contract: no module imports itself by way of others, be it for types alone."""
 
     def problems(self, graph: ImportGraph) -> Iterator[str]:
         left = graph.modules & self.house.files.keys()
@@ -210,7 +210,7 @@ class NoCircles(_HouseContract):
 
 
 def _longest(name: str, known: set[str]) -> str:
-    """The module that a name is of: itself, or the one that defines it."""
+    """Longest known name that a name begins with: the module itself, or the one that defines it."""
     while name not in known:
         name = name.rpartition(".")[0]
     return name
