@@ -207,7 +207,7 @@ METRICS = (
             _boards, ("device",)),
     _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
     _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
-    _metric("hil_segment_collisions_total", "counter", "bursts that overlapped",
+    _metric("hil_segment_collisions_total", "counter", "drivers that came on beside another",
             _of_segments(lambda c: c["collisions"]), SEGMENT),
     _metric("hil_segment_errors_total", "counter", "what was wrong with packets", _segment_errors,
             ("segment", "kind")),
