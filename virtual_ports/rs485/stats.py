@@ -45,8 +45,8 @@ class SegmentStats:
     def begin(self, station: str, size: int, start_ns: int, end_ns: int, off_ns: int) -> bool:
         """A burst begins; answers whether no other driver is on.
 
-        A collision is a driver that comes on while another is on. One that has not let go since its last burst
-        counts no second time: else the order of bursts that begin at one time would matter.
+        A collision is a driver that comes on while another is on. One that has not let go since its last
+        burst counts no second time: else the order of bursts that begin at one time would matter.
         """
         sender = self.senders.get(station)
         is_alone = len(self.senders) == (1 if sender else 0)
