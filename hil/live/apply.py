@@ -13,12 +13,12 @@ from hil.compose.build import join_devices
 from hil.live.bench_plan import Plan
 from hil.live.board_end import BoardEnd
 from hil.live.bridges import Bridges
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.holds import Holds
 from hil.live.joint import Joint
 from hil.live.lines import Lines
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd

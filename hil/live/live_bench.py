@@ -11,7 +11,6 @@ from hil.live.apply import Apply
 from hil.live.bench_plan import Plan
 from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.core_thread import turn
 from hil.live.fault_registry import FaultRegistry
@@ -19,6 +18,7 @@ from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.holds import Holds
 from hil.live.lines import Lines
 from hil.live.log_file import LogFile, as_simulated
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.reload import Reloader
 from hil.live.runs.other_benches import OtherBenches

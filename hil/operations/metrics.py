@@ -8,9 +8,9 @@ from hil import __version__
 from hil.core.core import bucket_edges_ns
 from hil.host.process import Process, read_process
 from hil.live.clock import WallClock
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
