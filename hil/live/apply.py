@@ -16,10 +16,10 @@ from hil.live.bridges import Bridges
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
 from hil.live.holds import Holds
-from hil.live.joint import Joint
 from hil.live.lines import Lines
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.staging import Stage, Staged

@@ -12,9 +12,9 @@ from hil.host.real_time import Grant
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
-from hil.live.joint import Joint
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
