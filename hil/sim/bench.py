@@ -19,7 +19,7 @@ from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.roster import Roster
-from hil.sim.station import Tap
+from hil.sim.segment_tap import Tap
 from hil.sim.stops import UNGUARDED, Guard
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
