@@ -13,6 +13,7 @@ from typing import Protocol
 from hil.core import Core, Snapshot
 from hil.sim.device import Answer, Device, Home
 from hil.sim.faults.in_force import Faults
+from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
@@ -20,7 +21,6 @@ from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
 from hil.sim.segment_tap import Tap
-from hil.sim.stops import UNGUARDED, Guard
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
