@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from bridges.zenoh.commands import command_at
+from bridges.zenoh.command_handler import command_at
 from bridges.zenoh.keys import KEYS, Key
 from hil.compose.find import find_catalogue, load_verbs
 from hil.config import parse

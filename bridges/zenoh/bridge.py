@@ -10,7 +10,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.commands import Commands
+from bridges.zenoh.command_handler import Commands
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import prefix, reference

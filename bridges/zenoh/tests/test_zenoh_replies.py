@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from bridges.zenoh.commands import Commands
+from bridges.zenoh.command_handler import Commands
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
