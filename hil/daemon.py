@@ -17,7 +17,7 @@ from hil.host.notify import Notifier
 from hil.host.paths import CONTROL_SOCKET
 from hil.host.real_time import Grant
 from hil.host.service import Service, has_terminal
-from hil.live.bench_plan import plan_start
+from hil.live.apply.bench_plan import plan_start
 from hil.live.configured import Configured
 from hil.live.core_thread import start_core
 from hil.live.folders import folders

@@ -7,8 +7,10 @@ from pathlib import Path
 
 from hil import __version__
 from hil.compose.build import empty_bench
-from hil.live.apply import Apply
-from hil.live.bench_plan import Plan
+from hil.live.apply.bench_plan import Plan
+from hil.live.apply.fail_first import Apply
+from hil.live.apply.reload import Reloader
+from hil.live.apply.staging import Stage
 from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
@@ -20,12 +22,10 @@ from hil.live.lines import Lines
 from hil.live.log_file import LogFile, as_simulated
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
-from hil.live.reload import Reloader
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
 from hil.live.runs.real_axes import AllAxes, RealAxes
-from hil.live.staging import Stage
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches

@@ -10,7 +10,8 @@ import logging
 from dataclasses import dataclass
 
 from hil.compose.build import join_devices
-from hil.live.bench_plan import Plan
+from hil.live.apply.bench_plan import Plan
+from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
 from hil.live.bridges import Bridges
 from hil.live.configured import Configured
@@ -22,7 +23,6 @@ from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd
-from hil.live.staging import Stage, Staged
 from hil.live.store import NvmStore, StoreError
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
