@@ -11,6 +11,7 @@ from hil.live.apply.bench_plan import Plan
 from hil.live.apply.fail_first import Apply
 from hil.live.apply.reload import Reloader
 from hil.live.apply.staging import Stage
+from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
@@ -107,9 +108,8 @@ def make_live(
         return PortContext(config.bench, label, at.runtime, at.port_group)
 
     stage = Stage(sim, configured, places, context)
-    apply = Apply(
-        sim, configured, stage, places, lines, files, commits, faults, holds, watches, bridges, notes
-    )
+    swap = Swap(sim, configured, stage, places, lines, commits, faults, watches, notes)
+    apply = Apply(sim, stage, places, files, holds, bridges, swap)
     reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply)
     return LiveBench(
         configured, sim, places, commits, faults, holds, watches, vitals, bridges, apply, reloader, notes
