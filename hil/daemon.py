@@ -30,7 +30,7 @@ from hil.operations.desk import Desk
 from hil.operations.make_desk import make_desk
 from hil.operations.reports import status_line
 from hil.operations.table import WATCH_IDLE_S
-from hil.vocab.bridges import BridgeError
+from hil.vocab.bridge_protocol import BridgeError
 
 
 @dataclass(frozen=True)

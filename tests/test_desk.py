@@ -19,7 +19,7 @@ from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS, TYPED_BYTES
-from hil.vocab.bridges import Desk, Done, Source, Watched
+from hil.vocab.desk_protocol import Desk, Done, Source, Watched
 from hil.vocab.verbs import CODES, Role, VerbRefused
 
 CONFIG = json.dumps(

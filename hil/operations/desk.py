@@ -9,7 +9,7 @@ from hil.config.explain import suggestion
 from hil.operations.looking_on import LookingOn
 from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
-from hil.vocab.bridges import BenchClock, Description, DeviceInfo, Source, Watch, Watched
+from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.operation import Target
 from hil.vocab.verbs import VerbRefused, checked
 
@@ -19,7 +19,7 @@ _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
 
 class Desk:
-    """``hil.vocab.bridges.Desk``. ``answerers``: of all operations of the table, by name."""
+    """``hil.vocab.desk_protocol.Desk``. ``answerers``: of all operations of the table, by name."""
 
     def __init__(
         self,

@@ -17,7 +17,7 @@ from hil.live.vitals import Vitals
 from hil.operations.health import KINDS, Health
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.vocab.bridges import Bridge
+from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
 

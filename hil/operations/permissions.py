@@ -1,7 +1,7 @@
 """Decides who may ask for what. Each operation (``table.py``) and each verb of a board has its role; a door
 finds out who asks, and which role that is."""
 
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role, VerbRefused
 
 

@@ -18,7 +18,8 @@ from hil.live.port_joint import Joint
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
-from hil.vocab.bridges import Bridge, DeviceInfo
+from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import PortStats, port_label
 from hil.vocab.verbs import described

@@ -14,7 +14,7 @@ from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import Work
-from hil.vocab.bridges import Description, Desk, DeviceInfo, Done
+from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Done
 from hil.vocab.verbs import VerbRefused
 
 
