@@ -92,12 +92,12 @@ from hil.live.store import Files
 
 fsync = Files.fsync
 
-def slow(self, fd):
+def slow(fd):
     while Path(sys.argv[-1], "slow").exists():
         time.sleep(0.01)
     fsync(fd)
 
-Files.fsync = slow
+Files.fsync = staticmethod(slow)
 app(["serve", sys.argv[1], "--runtime-dir", sys.argv[2], "--state-dir", sys.argv[3]])
 """
 
