@@ -17,7 +17,7 @@ from hil.host.notify import Notifier
 from hil.host.paths import CONTROL_SOCKET
 from hil.host.real_time import Grant
 from hil.host.service import Service, has_terminal
-from hil.live.bench_plan import plan_start
+from hil.live.apply.bench_plan import plan_start
 from hil.live.configured import Configured
 from hil.live.core_thread import start_core
 from hil.live.folders import folders
@@ -30,7 +30,7 @@ from hil.operations.desk import Desk
 from hil.operations.make_desk import make_desk
 from hil.operations.reports import status_line
 from hil.operations.table import WATCH_IDLE_S
-from hil.vocab.bridges import BridgeError
+from hil.vocab.bridge_protocol import BridgeError
 
 
 @dataclass(frozen=True)

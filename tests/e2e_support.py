@@ -20,7 +20,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.cli.cli import app
-from hil.net.control_client import ask
+from hil.net.control_client import ControlError, ask
 from hil.vocab.time import FOREVER
 
 HIL = str(Path(sys.executable).with_name("hil"))
@@ -37,6 +37,7 @@ LOOKUP_HEAD = b"lookup[16384] = {\r\n"
 NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set", "plot", "step", "drive", "axis")
 TERMINAL = {"COLUMNS": "100", "TERM": "dumb"}
 T = TypeVar("T")
+Devices = Mapping[str, Mapping[str, Any]]
 
 
 def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) -> T:
@@ -324,3 +325,30 @@ class Place:
         assert done.returncode == code, f"exit code {done.returncode}: {text}"
         assert "Traceback" not in text, text
         return text
+
+
+# ---- reloads ----
+
+
+def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[str, Any]:
+    """With these devices; what came of it, by kind of change."""
+    place.write(config(devices=devices, **top), "t.yaml")
+    done = server.ask("reload")
+    assert "problems" not in done, done["problems"]
+    return {word: names for word, names in done.items() if names}
+
+
+def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
+    """Why; and nothing has changed."""
+    before = server.ask("list"), folder(place), server.ask("faults")
+    place.write(config(devices=devices, **top), "t.yaml")
+    with pytest.raises(ControlError) as why:
+        server.ask("reload")
+    assert (server.ask("list"), folder(place), server.ask("faults")) == before
+    return str(why.value)
+
+
+def folder(place: Place) -> dict[str, str]:
+    """What is in the bench's runtime directory, and where it leads."""
+    paths = (place.runtime / "t").iterdir()
+    return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}

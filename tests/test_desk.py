@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from bridges.zenoh.commands import command_at
+from bridges.zenoh.command_handler import command_at
 from bridges.zenoh.keys import KEYS, Key
 from hil.compose.find import find_catalogue, load_verbs
 from hil.config import parse
@@ -19,7 +19,7 @@ from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS, TYPED_BYTES
-from hil.vocab.bridges import Desk, Done, Source, Watched
+from hil.vocab.desk_protocol import Desk, Done, Source, Watched
 from hil.vocab.verbs import CODES, Role, VerbRefused
 
 CONFIG = json.dumps(

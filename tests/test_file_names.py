@@ -24,7 +24,7 @@ ALLOWED = {
 }
 """Names that several have, or that a folder has: what they say."""
 STILL = {
-    *("bridges", "commands", "memory", "metrics", "monitor", "parameters", "verbs"),
+    *("memory", "metrics", "monitor", "parameters", "verbs"),
     *("cli/cli", "core/core", "motion/motion"),
 }
 """To be renamed."""

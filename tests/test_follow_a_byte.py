@@ -4,19 +4,28 @@ A mention is a code span ``file: name`` or ``file: Class.name``.
 """
 
 import ast
+import asyncio
+import json
 import re
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import FrameType
 
 import pytest
 
+from hil.compose import find_catalogue
+from hil.config import parse
+from hil.daemon import Daemon, Serving
 from hil.testing import Bench
+from hil.vocab.desk_protocol import LOCAL
 
 ROOT = Path(__file__).parent.parent
-PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command")
+PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command", "follow-a-reload")
 MENTION = re.compile(r"`([\w/]+\.(?:py|pyx|c|h)):\s+([\w.]+)`")
 MOST_LINES = 75
 """Of a sister page: it is one page."""
@@ -83,18 +92,20 @@ def test_a_name_exists(page: str, file: str, name: str) -> None:
 
 @contextmanager
 def called(into: list[Name]) -> Iterator[None]:
-    """Note each call of a function of the project, in order."""
+    """Note each call of a function of the project, in order, in threads that begin meanwhile, too."""
 
     def note(frame: FrameType, event: str, _: object) -> None:
         if event == "call" and frame.f_code.co_filename.startswith(str(ROOT)):
             into.append((frame.f_code.co_filename[len(str(ROOT)) + 1 :], frame.f_code.co_qualname))
 
-    before = sys.getprofile()
+    before, before_in_threads = sys.getprofile(), threading.getprofile()
+    threading.setprofile(note)
     sys.setprofile(note)
     try:
         yield
     finally:
         sys.setprofile(before)
+        threading.setprofile(before_in_threads)
 
 
 def typed_p() -> list[Name]:
@@ -143,14 +154,56 @@ def asked_to_move() -> list[Name]:
     return calls
 
 
+@cache
+def reloaded() -> list[Name]:
+    """A reload after which m1 is as it was, m2 begins elsewhere, m3 is new and m4 gone."""
+    calls: list[Name] = []
+    board = {"profile": "mechaduino"}
+    before = {"bench": "t", "devices": {"m1": board, "m2": board, "m4": board}}
+    after = {
+        "bench": "t",
+        "devices": {"m1": board, "m2": {**board, "axis": {"start_deg": 90.0}}, "m3": board},
+        "faults": [{"fault": "shaft_load", "target": "m3", "torque_Nm": 0.01}],
+    }
+    done: dict[str, list[str]] = {}
+
+    async def main(folder: Path) -> None:
+        file = folder / "t.yaml"
+        config = parse(json.dumps(before), str(file), find_catalogue())
+        bases = {"runtime_base": folder / "run", "state_base": folder / "state"}
+        daemon = Daemon(config, config_folder=folder, config_file=file, **bases)
+
+        async def ask(serving: Serving) -> None:
+            try:
+                (folder / "state" / "t" / "m3.nvm").write_text("what no board has written")
+                file.write_text(json.dumps(after))
+                with called(calls):
+                    done.update(await serving.desk.ask(LOCAL, "reload", "", {}))
+            finally:
+                daemon.stop()
+
+        tasks: list[asyncio.Task[None]] = []
+        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(ask(serving))))
+        await tasks[0]
+
+    with TemporaryDirectory() as folder:
+        asyncio.run(main(Path(folder)))
+    assert done == {"kept": ["m1"], "restarted": ["m2"], "added": ["m3"], "removed": ["m4"]}
+    return calls
+
+
 TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
     ("follow-a-command", "## In simulated time"): asked_to_move,
+    ("follow-a-reload", "## What can fail"): reloaded,
+    ("follow-a-reload", "## In one step"): reloaded,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
 """Not in the kit."""
+IN_A_DAEMON = (reloaded,)
+"""With all of it."""
 
 
 @pytest.mark.parametrize(("page", "heading"), TOLD, ids=lambda part: part)
@@ -160,8 +213,8 @@ def test_what_is_told_is_called_in_that_order(page: str, heading: str) -> None:
         (file, name)
         for file, name in MENTION.findall(section)
         if file.endswith(".py")
-        and not file.startswith(REAL_TIME)
-        and isinstance(definitions(ROOT / file)[name], ast.FunctionDef)
+        and (TOLD[page, heading] in IN_A_DAEMON or not file.startswith(REAL_TIME))
+        and isinstance(definitions(ROOT / file)[name], ast.FunctionDef | ast.AsyncFunctionDef)
     ]
     assert len(told) > 5
     calls = iter(TOLD[page, heading]())

@@ -6,8 +6,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.live.joint import Joint
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd
 from hil.operations.metrics import METRICS
 from hil.operations.reports import listed_segments

@@ -15,7 +15,8 @@ from pydantic_core import PydanticCustomError
 from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
 from hil.net.visitors import Visit, Visitors
-from hil.vocab.bridges import BridgeError, Desk, Source
+from hil.vocab.bridge_protocol import BridgeError
+from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import Role
 
 __all__ = ["Options", "make", "reference"]
@@ -88,7 +89,7 @@ def reference() -> str:
 
 
 class MetricsBridge:
-    """``hil.vocab.bridges.Bridge``."""
+    """``hil.vocab.bridge_protocol.Bridge``."""
 
     def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options

@@ -9,7 +9,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.commands import Commands
+from bridges.zenoh.command_handler import Commands
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import prefix, reference
@@ -21,7 +21,8 @@ from bridges.zenoh.sender import Sender
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
 from bridges.zenoh.zenoh_config import made, session_config
-from hil.vocab.bridges import Answered, BenchGone, BridgeError, Desk, Source
+from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError
+from hil.vocab.desk_protocol import Desk, Source
 
 __all__ = ["Options", "make", "reference"]
 
@@ -77,7 +78,7 @@ class _Joined:
 
 
 class ZenohBridge:
-    """``hil.vocab.bridges.Bridge``."""
+    """``hil.vocab.bridge_protocol.Bridge``."""
 
     def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bridges.zenoh.keys import VERSION
-from hil.vocab.bridges import BenchClock, Source
+from hil.vocab.desk_protocol import BenchClock, Source
 from hil.vocab.verbs import Role, VerbRefused
 from hil.wire.json_text import JsonError, read_json
 

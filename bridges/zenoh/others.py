@@ -15,7 +15,8 @@ from bridges.zenoh.documents import RUN_BYTES
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
 from hil.net.signature import signed
-from hil.vocab.bridges import Answered, BenchGone, Description, Source
+from hil.vocab.bridge_protocol import Answered, BenchGone
+from hil.vocab.desk_protocol import Description, Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
@@ -26,7 +27,7 @@ _REFUSED = b"{"
 
 
 class Others:
-    """Other benches of a session, as ``hil.vocab.bridges.BenchDoor``."""
+    """``hil.vocab.bridge_protocol.BenchDoor`` of a session."""
 
     def __init__(self, session: zenoh.Session, here: Description, gate: Gate | None) -> None:
         self._session = session

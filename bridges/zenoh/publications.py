@@ -16,7 +16,7 @@ import zenoh
 from bridges.zenoh.documents import OURS, dumped
 from bridges.zenoh.keys import BYTES, KEYS, PACKED, SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
-from hil.vocab.bridges import AxisField, Desk, DeviceInfo, Watch, Watched
+from hil.vocab.desk_protocol import AxisField, Desk, DeviceInfo, Watch, Watched
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused

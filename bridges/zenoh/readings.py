@@ -12,7 +12,7 @@ from bridges.zenoh.inbox import SLICE
 from bridges.zenoh.keys import SCHEMAS, prefix
 from bridges.zenoh.publications import Publications, encoding
 from bridges.zenoh.sender import Sender
-from hil.vocab.bridges import Desk
+from hil.vocab.desk_protocol import Desk
 from hil.vocab.verbs import VerbRefused
 
 WIDE = 100

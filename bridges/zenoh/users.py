@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12

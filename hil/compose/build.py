@@ -13,8 +13,8 @@ from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
+from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
-from hil.sim.station import Tap
 from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
 
 LEAST_AXES = 8

@@ -12,7 +12,8 @@ from pydantic import BaseModel
 from hil.config import Catalogue, DeviceConfig, PortConfig, profile_from_yaml
 from hil.core import Core
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.bridges import Bridge, Desk
+from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.desk_protocol import Desk
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.segment import Segment

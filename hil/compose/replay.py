@@ -16,10 +16,10 @@ from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
 from hil.sim.bench import Around, BenchRuntime
 from hil.sim.device import Device
+from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import InputLogError, Logged, Stopped
-from hil.sim.stops import LoggedStops
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 

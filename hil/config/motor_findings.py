@@ -7,7 +7,7 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
 from hil.config.model import BenchConfig
 from hil.config.shaft_load import ConstantLoad
-from hil.sim.given_fault import load_problem
+from hil.sim.load_limit import load_problem
 from hil.vocab.axis_plan import AxisPlan
 
 LOAD = "load_torque_Nm"

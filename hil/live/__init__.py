@@ -1,10 +1,9 @@
 """A bench in real time: ports joined to devices, taps and real boards.
 
-Belongs here: how the bench becomes what the configuration says (``bench_plan.py`` plans it, ``staging.py``
-makes what is new beside it, ``apply.py`` refuses or exchanges all in one step, ``reload.py`` reloads), where
-bytes enter and leave (``places.py``, ``joint.py``), and what needs the wall's time or the operating system
-while the boards run: memories (``store.py``), captures, ``runs``, the guard over firmware, the core's thread.
-``live_bench.py`` composes it.
+Belongs here: how the bench becomes what the configuration says, at the start and at a reload (``apply``),
+where bytes enter and leave (``places.py``, ``port_joint.py``), and what needs the wall's time or the
+operating system while the boards run: memories (``store.py``), captures, the guard over firmware, the core's
+thread. ``live_bench.py`` composes it.
 
 May import: hil.compose, hil.config, hil.core, hil.firmware, hil.host, hil.net, hil.runs, hil.sim,
 hil.telemetry, hil.vocab, hil.wire, the standard library.

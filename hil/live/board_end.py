@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from hil.live.joint import Joint
+from hil.live.port_joint import Joint
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
 from hil.vocab.faults import Fault
 from hil.vocab.ports import Port

@@ -5,7 +5,8 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from hil.compose.find import make_bridge
-from hil.vocab.bridges import Bridge, BridgeError, Desk
+from hil.vocab.bridge_protocol import Bridge, BridgeError
+from hil.vocab.desk_protocol import Desk
 
 log = logging.getLogger("hil")
 

@@ -19,7 +19,7 @@ from types import FrameType, TracebackType
 from typing import NoReturn
 
 from hil.core._native import Watchdog
-from hil.sim.stops import FirmwareHung, Guarded
+from hil.sim.firmware_guard import FirmwareHung, Guarded
 
 log = logging.getLogger("hil")
 

@@ -7,11 +7,13 @@ from pathlib import Path
 
 from hil import __version__
 from hil.compose.build import empty_bench
-from hil.live.apply import Apply
-from hil.live.bench_plan import Plan
+from hil.live.apply.bench_plan import Plan
+from hil.live.apply.fail_first import Apply
+from hil.live.apply.reload import Reloader
+from hil.live.apply.staging import Stage
+from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.core_thread import turn
 from hil.live.fault_registry import FaultRegistry
@@ -19,13 +21,12 @@ from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.holds import Holds
 from hil.live.lines import Lines
 from hil.live.log_file import LogFile, as_simulated
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
-from hil.live.reload import Reloader
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
 from hil.live.runs.real_axes import AllAxes, RealAxes
-from hil.live.staging import Stage
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
@@ -108,9 +109,8 @@ def make_live(
         return PortContext(config.bench, label, at.runtime, at.port_group)
 
     stage = Stage(sim, configured, places, context)
-    apply = Apply(
-        sim, configured, stage, places, lines, files, commits, faults, holds, watches, bridges, notes
-    )
+    swap = Swap(sim, configured, stage, places, lines, commits, faults, watches, notes)
+    apply = Apply(sim, stage, places, files, holds, bridges, swap)
     reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply)
     return LiveBench(
         configured, sim, places, commits, faults, holds, watches, vitals, bridges, apply, reloader, notes

@@ -6,7 +6,7 @@ from itertools import chain
 from typing import Any
 
 from hil.live.board_end import BoardEnd
-from hil.live.joint import Joint
+from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.sim.device import Device
 from hil.vocab.firmware import MAIN, NETWORK

@@ -4,12 +4,12 @@ import asyncio
 from collections import deque
 from dataclasses import dataclass, field
 
-from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
+from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
-from hil.sim.station import Tap
+from hil.sim.segment_tap import Tap
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from hil.config import ConfigError
+from hil.live.apply.reload import Reloader
 from hil.live.fault_registry import FaultRegistry
 from hil.live.refusals import ConfigUnreadable, Refused
-from hil.live.reload import Reloader
 from hil.live.runs.queue import RunQueue
 from hil.operations.table import Asked
 from hil.runs import Progress

@@ -17,7 +17,7 @@ from hil.sim.device import Device
 from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.settable import SETTABLE, setting_problem
-from hil.vocab.bridges import Done
+from hil.vocab.desk_protocol import Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
 from hil.vocab.ports import port_label

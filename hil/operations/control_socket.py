@@ -23,7 +23,7 @@ from hil.net.control_client import already_running, listener
 from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
-from hil.vocab.bridges import LOCAL, Desk, Done
+from hil.vocab.desk_protocol import LOCAL, Desk, Done
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json

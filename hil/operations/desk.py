@@ -7,10 +7,11 @@ from typing import Any
 
 from hil.config.explain import suggestion
 from hil.operations.looking_on import LookingOn
+from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
-from hil.vocab.bridges import BenchClock, Description, DeviceInfo, Source, Watch, Watched
+from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.operation import Target
-from hil.vocab.verbs import Role, VerbRefused, checked
+from hil.vocab.verbs import VerbRefused, checked
 
 CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
 _SHOWN = 80
@@ -18,7 +19,7 @@ _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
 
 class Desk:
-    """Desk of a bench, ``hil.vocab.bridges.Desk``. ``answerers``: by name, of all operations of the table."""
+    """``hil.vocab.desk_protocol.Desk``. ``answerers``: of all operations of the table, by name."""
 
     def __init__(
         self,
@@ -41,7 +42,7 @@ class Desk:
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
         if (known := OPERATIONS.get(operation)) is None:
             raise no_operation(operation)
-        _permit(source, operation, known.role)
+        require_role(source, operation, known.role)
         self._find(known.target, target)
         asked, values = Asked(source, target), checked(operation, known.parameters, given)
         return self._do(asked, **values) if operation == "do" else self._answerers[operation](asked, **values)
@@ -80,7 +81,7 @@ class Desk:
                 "no_verb",
                 f"{device.name}, a {device.profile}, has no {shown(name)}; {suggestion(name, device.verbs)}",
             )
-        _permit(asked.source, name, verb.role)
+        require_role(asked.source, name, verb.role)
         return self._answerers["do"](asked, verb, verb.filled(parameters))
 
 
@@ -88,11 +89,6 @@ def no_operation(name: str) -> VerbRefused:
     """Refusal of what is not in the table, or has no answer in JSON, for those who write JSON."""
     known = ", ".join(each.name for each in OPERATIONS.values() if each.answer is not None)
     return VerbRefused("no_verb", f"there is no verb {shown(name)}; verbs are {known}")
-
-
-def _permit(source: Source, what: str, role: Role) -> None:
-    if source.role < role:
-        raise VerbRefused("forbidden", f"{what} needs the role {role.name.lower()}")
 
 
 def shown(text: str) -> str:

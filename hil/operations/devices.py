@@ -8,7 +8,7 @@ from hil.core.fields import FIELDS, OF_KIND, OFFSETS
 from hil.live.configured import Configured
 from hil.sim.bench import BenchRuntime
 from hil.sim.settable import SETTABLE
-from hil.vocab.bridges import AxisField, DeviceInfo
+from hil.vocab.desk_protocol import AxisField, DeviceInfo
 
 STATE = (
     *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),

@@ -9,7 +9,7 @@ from typing import Any
 
 from hil.host.process import read_process
 from hil.host.real_time import Grant
-from hil.live.commits import Commits
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.vitals import Vitals
 from hil.sim.bench import BenchRuntime

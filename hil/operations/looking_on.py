@@ -14,7 +14,7 @@ from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import DEFAULT_SIGNALS, Sampler, check_signals
-from hil.vocab.bridges import Watch, Watched
+from hil.vocab.desk_protocol import Watch, Watched
 from hil.vocab.verbs import VerbRefused
 
 SAMPLES_AT_A_TIME = 5000

@@ -8,16 +8,16 @@ from hil import __version__
 from hil.core.core import bucket_edges_ns
 from hil.host.process import Process, read_process
 from hil.live.clock import WallClock
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
 from hil.operations.health import KINDS, Health
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
-from hil.vocab.bridges import Bridge
+from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
 
@@ -206,7 +206,7 @@ METRICS = (
             _boards, ("device",)),
     _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
     _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
-    _metric("hil_segment_collisions_total", "counter", "bursts that overlapped",
+    _metric("hil_segment_collisions_total", "counter", "drivers that came on beside another",
             _of_segments(lambda c: c["collisions"]), SEGMENT),
     _metric("hil_segment_errors_total", "counter", "what was wrong with packets", _segment_errors,
             ("segment", "kind")),

@@ -10,15 +10,16 @@ from hil.config import DeviceConfig
 from hil.core.core import octaves
 from hil.host.real_time import Grant
 from hil.live.board_end import BoardEnd
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
-from hil.live.joint import Joint
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
-from hil.vocab.bridges import Bridge, DeviceInfo
+from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import PortStats, port_label
 from hil.vocab.verbs import described

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from hil.net.answers import FORMS
 from hil.sim.inputs import MAX_BURSTS
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, Role

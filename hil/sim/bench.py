@@ -12,15 +12,15 @@ from typing import Protocol
 
 from hil.core import Core, Snapshot
 from hil.sim.device import Answer, Device, Home
-from hil.sim.drive import RealTimeDrive
 from hil.sim.faults.in_force import Faults
+from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
+from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
-from hil.sim.station import Tap
-from hil.sim.stops import UNGUARDED, Guard
+from hil.sim.segment_tap import Tap
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView

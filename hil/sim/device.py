@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from hil.core import CoreAxis
+from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
     Bytes,
@@ -22,7 +23,6 @@ from hil.sim.inputs import (
 )
 from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
-from hil.sim.stops import FirmwareHung, Guard, StopLogged
 from hil.sim.uart import DeviceUart
 from hil.vocab.firmware import MAIN, Commit, CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 from hil.core import CoreAxis, CoreMotion
 from hil.core.fields import OF_KIND
+from hil.sim.firmware_guard import Guard
 from hil.sim.inputs import Drive, Pin, ScriptEncoder, SetField
 from hil.sim.interfaces import Interfaces
 from hil.sim.setpoints import TimeOut
-from hil.sim.stops import Guard
 from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, Firmware
 from hil.vocab.verbs import Verb
 

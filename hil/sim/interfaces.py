@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Mapping
 from itertools import groupby
 from operator import itemgetter
 
+from hil.sim.firmware_guard import Guard
 from hil.sim.inputs import Words
-from hil.sim.stops import Guard
 from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart, Written
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs

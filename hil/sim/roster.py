@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from hil.core.fields import OF_KIND
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.sim.station import Tap
+from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.faults import PORT, SEGMENT, SERVO, STATION, SUPPLIED, TWIN_PORT
 from hil.vocab.firmware import MAIN

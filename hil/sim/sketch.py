@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from hil.firmware.runtime import Runtime
+from hil.sim.firmware_guard import Guard
 from hil.sim.hardware import DeviceSpec, Hardware
-from hil.sim.stops import Guard
 from hil.vocab.firmware import Commit, Main
 from hil.vocab.time import SimTimeNs
 
@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Sketch:
-    """Firmware of a board, ``hil.sim.stops.Guarded``. Whatever it raises is given to ``on_raised``."""
+    """``hil.sim.firmware_guard.Guarded``. Whatever the firmware raises is given to ``on_raised``."""
 
     def __init__(
         self,

@@ -7,7 +7,7 @@ baud each character has its time, there is no flow control, and what finds no ro
 from collections.abc import Callable, Sequence
 
 from hil.firmware.rx_buffer import RxBuffer
-from hil.sim.incoming import Flight, Incoming, flight_of, heard
+from hil.sim.uart_rx_line import Flight, Incoming, flight_of, heard
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all

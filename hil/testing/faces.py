@@ -9,7 +9,7 @@ from hil.core import CoreMotion, Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
-from hil.sim.station import Tap
+from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
 from hil.vocab.axis_plan import OUTPUTS

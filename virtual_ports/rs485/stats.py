@@ -43,15 +43,19 @@ class SegmentStats:
     _free_ns: int = 0
 
     def begin(self, station: str, size: int, start_ns: int, end_ns: int, off_ns: int) -> bool:
-        """Begin a burst; answers whether no other driver is on."""
+        """A burst begins; answers whether no other driver is on.
+
+        A collision is a driver that comes on while another is on. One that has not let go since its last
+        burst counts no second time: else the order of bursts that begin at one time would matter.
+        """
         sender = self.senders.get(station)
         is_alone = len(self.senders) == (1 if sender else 0)
         if not sender:
             sender = self.senders[station] = _Sender(self.collisions)
+            self.collisions += not is_alone
         sender.bursts += 1
         sender.end_ns = end_ns
         heappush(self._ends, (off_ns, station))
-        self.collisions += not is_alone
         self.bytes += size
         self.busy_ns += max(end_ns - max(start_ns, self._free_ns), 0)
         self._free_ns = max(self._free_ns, end_ns)

@@ -8,13 +8,13 @@ from typing import Any, cast
 
 import pytest
 
-from bridges.zenoh.commands import Commands
+from bridges.zenoh.command_handler import Commands
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import Work
-from hil.vocab.bridges import Description, Desk, DeviceInfo, Done
+from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Done
 from hil.vocab.verbs import VerbRefused
 
 

@@ -1,4 +1,4 @@
-"""Lets the tests import their model."""
+"""Lets the tests import their model and their board."""
 
 import sys
 from pathlib import Path

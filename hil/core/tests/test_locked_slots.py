@@ -6,17 +6,9 @@ from pathlib import Path
 import pytest
 
 from hil.core import Core
-from hil.vocab.axis_plan import AxisPlan
+from hil.vocab.axis_plan import AXIS_PARAMETERS, AxisPlan
 
-PARAMETERS = {
-    "inertia_kg_m2": 5.4e-6,
-    "viscous_Nm_s_per_rad": 0.004,
-    "torque_constant_Nm_per_A": 0.225,
-    "sense_resistor_ohm": 0.15,
-    "start_deg": 0.0,
-    "load_torque_Nm": 0.0,
-    "rotor_teeth": 50,
-}
+PARAMETERS = dict.fromkeys(AXIS_PARAMETERS["mechaduino"], 1.0)  # any: none of them moves
 SLOT_KiB = (86, 100)
 """An axis with its table of 64 KiB and a group with its ring of 24 KiB, and pages that they share."""
 

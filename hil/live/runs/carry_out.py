@@ -12,7 +12,8 @@ from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
 from hil.live.runs.real_axes import AllAxes
 from hil.runs import Execution, Progress, Soon
-from hil.vocab.bridges import BenchGone, Source
+from hil.vocab.bridge_protocol import BenchGone
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 LEAD_WALL_NS = 20_000_000

@@ -17,7 +17,8 @@ from hil.live.configured import Configured
 from hil.live.runs.axis_names import device_names, other_benches
 from hil.live.runs.other_benches import ANSWER_S, LOOKS, LOST_S, Member, OtherBenches, stood_still
 from hil.runs import AxisNow, AxisReport, BenchReport, Execution, How, Plan, Progress, RunDocument, Told
-from hil.vocab.bridges import BenchGone, Source
+from hil.vocab.bridge_protocol import BenchGone
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil.runs import ClockOffset
-from hil.vocab.bridges import BenchDoor, BenchGone, Bridge, Source
+from hil.vocab.bridge_protocol import BenchDoor, BenchGone, Bridge
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 LOST_S = 1.0

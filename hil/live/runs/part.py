@@ -22,7 +22,7 @@ from hil.live.runs.other_benches import LOST_S, stood_still
 from hil.live.runs.queue import RunQueue
 from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, RunDocument, Told, parse_run, plan_run
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 FAR_NS = 10_000_000_000

@@ -11,7 +11,7 @@ from hil.live.runs.lead import Together
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Plan, RunDocument, parse_run, plan_run
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 Axes = Callable[[], Mapping[str, AxisNow]]

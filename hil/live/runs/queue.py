@@ -26,7 +26,7 @@ from hil.live.runs.planning import Planning
 from hil.live.runs.real_axes import AllAxes
 from hil.runs import AxisNow, Execution, How, Plan, Progress
 from hil.runs.run_document import DOCUMENT_BYTES
-from hil.vocab.bridges import Source
+from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")

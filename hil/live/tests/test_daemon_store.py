@@ -6,7 +6,7 @@ from pathlib import Path
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
-from hil.live.commits import Commits
+from hil.live.memory_commits import Commits
 from hil.live.store import NvmStore
 from hil.sim.bench import Around
 from hil.sim.device import Device

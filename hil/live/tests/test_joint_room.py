@@ -2,7 +2,7 @@
 
 from typing import cast
 
-from hil.live.joint import Joint
+from hil.live.port_joint import Joint
 from hil.vocab.ports import Port
 
 

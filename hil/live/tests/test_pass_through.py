@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from hil.live.board_end import BoardEnd
-from hil.live.joint import Joint
+from hil.live.port_joint import Joint
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Send
 from hil.vocab.ports import Port
 from hil.vocab.time import NS_PER_MS

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from session_bench import Bench, Echo, MemoryPort
 
-from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
+from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.sim_ends import UartEnd
 from hil.sim.bench import Around
 from hil.sim.device import Device

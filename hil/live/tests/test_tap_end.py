@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import pytest
 from session_bench import MemoryPort
 
-from hil.live.joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.lines import Lines
+from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.sim_ends import TapEnd
 from hil.testing import Bench
 from hil.vocab.time import FOREVER

@@ -23,7 +23,7 @@ from hil.host.paths import CONTROL_SOCKET
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS
 from hil.sim.inputs import MAX_BURSTS
-from hil.vocab.bridges import LOCAL
+from hil.vocab.desk_protocol import LOCAL
 from hil.vocab.faults import FAULT_KINDS
 from hil.vocab.verbs import CODES, VerbRefused
 from hil.wire.step_dir import MAX_ROWS, generate

@@ -5,8 +5,8 @@ from functools import partial
 from hil.sim.device import Device
 from hil.sim.faults import node
 from hil.sim.faults.physics import AxisFaults
-from hil.sim.given_fault import load_problem
 from hil.sim.inputs import Clear, Inject
+from hil.sim.load_limit import load_problem
 from hil.sim.roster import Place, Roster
 from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
 from hil.vocab.time import NS_PER_S, SimTimeNs

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 import pytest
+from session_bench import PARAMETERS
 
 from hil.core import Core
 from hil.sim.bench import VIRTUAL, BenchRuntime
@@ -14,15 +15,6 @@ from hil.vocab.firmware import MAIN, Board, ByteAvailable, Commit, CoreEvent, Ma
 from hil.vocab.time import SimTimeNs
 
 MS = 1_000_000
-PARAMETERS = {
-    "inertia_kg_m2": 5.4e-6,
-    "viscous_Nm_s_per_rad": 0.004,
-    "torque_constant_Nm_per_A": 0.225,
-    "sense_resistor_ohm": 0.15,
-    "start_deg": 0.0,
-    "load_torque_Nm": 0.0,
-    "rotor_teeth": 50,
-}
 
 
 class SlowStore:

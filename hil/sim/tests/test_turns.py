@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 from session_bench import Bench, MemoryPort
 
-from hil.live.joint import Joint
 from hil.live.lines import Lines
+from hil.live.port_joint import Joint
 from hil.live.sim_ends import UartEnd
 from hil.sim.bench import Around
 from hil.sim.given_fault import fault_refusal

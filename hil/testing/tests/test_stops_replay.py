@@ -10,8 +10,8 @@ import pytest
 from device_profiles.mechaduino.firmware import COMMANDS_BY_LETTER, Command
 from hil.compose.replay import replay
 from hil.sim.bench import Around
+from hil.sim.firmware_guard import FirmwareHung
 from hil.sim.input_log import InputLogWriter
-from hil.sim.stops import FirmwareHung
 from hil.testing import Bench
 from hil.vocab.firmware import Delay
 

@@ -1,5 +1,6 @@
 """What stations hear of any traffic: as from the whole waveform, whoever looks, whenever it was announced."""
 
+from random import Random
 from typing import Any
 
 from hypothesis import example, given, settings
@@ -100,6 +101,11 @@ def test_all_is_heard_as_from_the_whole_waveform(bursts: Any, stations: Any) -> 
     assert wire.stats.packets == slow.packets
 
 
+@example(  # "d" goes on without letting go at the time that "a" comes on
+    [(0, "a", Y), (0, "a", Y), (0, "d", Y), (0, "d", Y)],
+    (RIGHT, RIGHT, RIGHT, RIGHT | {"release_ns": 1}, RIGHT, RIGHT),
+    Random(1),
+)
 @given(BURSTS, STATIONS, st.randoms(use_true_random=False))
 def test_when_and_in_which_order_bursts_are_announced_does_not_matter(
     bursts: Any, stations: Any, random: Any

@@ -134,7 +134,7 @@ class SlowWire:
         now_ns = burst.start_ns
         active = [each for each in self._clean + self._cluster if self.off_ns(each) > now_ns]
         is_disturbed = any(each.station != burst.station for each in active)
-        if is_disturbed:
+        if is_disturbed and all(each.station != burst.station for each in active):
             for name in {burst.station, *(each.station for each in active)}:
                 self.collisions[name] += 1
         if is_disturbed or self._cluster or any(each.is_odd for each in self.stations.values()):

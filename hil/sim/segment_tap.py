@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 
-from hil.sim.incoming import heard
 from hil.sim.inputs import Bytes, Input, Play
+from hil.sim.uart_rx_line import heard
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.packet import Packet, PacketDecoder

@@ -1,30 +1,20 @@
-"""Applies a plan to the bench: at the start all of it, at a reload what has changed.
+"""Puts the new in the old's place in one step, which cannot fail: all that can fail was done before."""
 
-First everything that can fail is done beside what runs (``Stage``, memories, files). If something fails, the
-plan is refused: all of it is taken away again, and nothing has changed. Then the new takes the old's place in
-one step, which cannot fail; only at a start may it still refuse a fault of the configuration. At last what
-has gone is closed.
-"""
-
-import asyncio
 import logging
 from dataclasses import dataclass
 
 from hil.compose.build import join_devices
-from hil.live.bench_plan import Plan
+from hil.live.apply.bench_plan import Plan
+from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
-from hil.live.bridges import Bridges
-from hil.live.commits import Commits
 from hil.live.configured import Configured
 from hil.live.fault_registry import FaultRegistry
-from hil.live.holds import Holds
-from hil.live.joint import Joint
 from hil.live.lines import Lines
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd
-from hil.live.staging import Stage, Staged
-from hil.live.store import NvmStore, StoreError
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
 from hil.vocab.faults import FaultRefused
@@ -33,84 +23,23 @@ from hil.vocab.ports import Port, port_label
 
 log = logging.getLogger("hil")
 
-COMMIT_S = 5.0
-"""Maximum time that a reload waits for boards that are writing their memories."""
-_POLL_S = 0.01
-
 
 @dataclass(frozen=True)
-class Apply:
-    """Applies plans to a bench. ``notes``: for the operator, by device, about its start."""
+class Swap:
+    """Of one bench. ``notes``: for the operator, by device, about its start."""
 
     bench: BenchRuntime
     configured: Configured
     stage: Stage
     places: Places
     lines: Lines
-    files: NvmStore
     commits: Commits
     faults: FaultRegistry
-    holds: Holds
     watches: Watches
-    bridges: Bridges
     notes: dict[str, str]
 
-    async def carry_out(self, plan: Plan) -> None:
-        """Apply a plan. Raises Refused: it cannot be had; at a reload nothing has changed then."""
-        staged = Staged()
-        try:
-            await self.stage.prepare(plan, staged)
-            await self._until_stored(plan)
-            if problems := self.holds.problems(plan.named("remove", "restart")):
-                raise Refused("\n".join(problems))
-            asides = self._keep_aside(plan)
-        except BaseException:
-            await self.stage.put_away(staged)
-            raise
-        gone = self._swap(plan, staged, asides)
-        closed = await asyncio.gather(*(port.close() for port in gone), return_exceptions=True)
-        lines = staged.lines.items()
-        opened = await asyncio.gather(
-            *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
-            return_exceptions=True,
-        )
-        for error in filter(None, [*closed, *opened]):  # ours: the other ports go on
-            log.error("a port that was exchanged", exc_info=error)
-        await self.bridges.exchanged(plan.named("remove", "restart", "add"))
-
-    async def _until_stored(self, plan: Plan) -> None:
-        """Wait for boards that are writing their memories: each has to know what became of it."""
-        devices, loop = self.bench.devices, asyncio.get_running_loop()
-        twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
-        until_s = loop.time() + COMMIT_S
-        while writing := [device.name for device in twins if device.is_committing]:
-            if loop.time() > until_s:
-                raise Refused(f"{', '.join(writing)}: the memory is still being written; try again")
-            await asyncio.sleep(_POLL_S)
-
-    def _keep_aside(self, plan: Plan) -> dict[str, str]:
-        """Put away the files that are other boards'; all of them, or none. Answers notes by device.
-
-        Not in a thread: between the old board's last commit and its end nothing else may come.
-
-        Raises:
-            Refused: one cannot be put away.
-        """
-        kept = {}
-        try:
-            for name, memory in plan.memories.items():
-                if memory.unfit and (aside := self.files.keep_aside(name, memory.unfit)):
-                    kept[name] = aside
-        except StoreError as error:
-            for aside in kept.values():
-                self.files.put_back(aside)
-            raise Refused(str(error)) from error
-        return {name: aside.note for name, aside in kept.items()}
-
-    # ---- in one step ----
-
-    def _swap(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
-        """Put the new in the old's place; answers the ports that have gone, still open."""
+    def carry_out(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
+        """Put the new in the old's place; the ports that have gone, still open."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
         for name in plan.named("remove", "restart"):

@@ -16,7 +16,7 @@ from bridges.zenoh.publications import Publications, encoding, short_state
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
-from hil.vocab.bridges import Desk, Done, Source
+from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
 
 ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")

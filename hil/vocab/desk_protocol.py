@@ -1,10 +1,10 @@
-"""Doors of a bench, the desk that they ask, and other benches that one joins, all in one event loop."""
+"""The desk: what a door has of a bench, a bridge as well as the control socket, all in one event loop."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import Role, Verb
@@ -131,56 +131,4 @@ class Desk(Protocol):
         """
 
     def describe(self) -> Description:
-        """Describe the bench."""
-
-
-class Bridge(Protocol):
-    """Door of a bench for another protocol."""
-
-    async def open(self) -> None:
-        """Open the bridge. Raises BridgeError."""
-
-    async def close(self) -> None:
-        """Close the bridge, and leave nothing behind."""
-
-    async def devices_changed(self, names: Collection[str]) -> None:
-        """Note that these devices were added, removed or exchanged, with their ports. Raises BridgeError."""
-
-    def status(self) -> Mapping[str, Any]:
-        """Fields of ``hil status``: ``root``, ``listen``, ``connect``, ``links``, ``insecure``, ``risk``
-        (what whoever reaches it may do, where that is not all), and counters."""
-
-
-class BridgeError(Exception):
-    """A bridge cannot be opened: ``str(error)`` says why and what to do."""
-
-
-@dataclass(frozen=True)
-class Answered:
-    """Answer of another bench, and when the question left and it came, both in this bench's wall time."""
-
-    content: Mapping[str, Any]
-    asked_ns: int
-    heard_ns: int
-
-
-class BenchGone(Exception):
-    """Another bench does not answer: ``str(error)`` says which and for how long."""
-
-
-@runtime_checkable
-class BenchDoor(Protocol):
-    """Bridge that reaches other benches."""
-
-    async def ask_bench(
-        self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
-    ) -> Answered:
-        """Send a command below another bench's keys, on behalf of ``source``.
-
-        Raises:
-            BenchGone: no answer in time.
-            VerbRefused: it was not carried out there.
-        """
-
-    async def benches(self) -> Sequence[str]:
-        """Names of the other benches that are joined now."""
+        """What there is."""

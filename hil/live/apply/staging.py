@@ -8,10 +8,10 @@ from typing import Any
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
 from hil.config import DeviceConfig, PortConfig
-from hil.live.bench_plan import Plan
+from hil.live.apply.bench_plan import Plan
 from hil.live.configured import Configured
-from hil.live.joint import Joint
 from hil.live.places import Places
+from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device

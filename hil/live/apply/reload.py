@@ -9,8 +9,8 @@ from typing import Any
 
 from hil.config import ConfigError
 from hil.host.service import Service
-from hil.live.apply import Apply
-from hil.live.bench_plan import Plan, plan_reload, problems_of
+from hil.live.apply.bench_plan import Plan, plan_reload, problems_of
+from hil.live.apply.fail_first import Apply
 from hil.live.configured import Configured
 from hil.live.holds import Holds
 from hil.live.refusals import Refused

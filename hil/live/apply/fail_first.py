@@ -1,0 +1,91 @@
+"""Makes the bench what a plan says: at the start all of it, at a reload what has changed.
+
+First everything that can fail is done beside what runs (``Stage``). If something fails, it is all taken away
+again, and nothing has changed. Then the new takes the old's place in one step, which cannot fail; at last
+what has gone is closed.
+"""
+
+import asyncio
+import logging
+from dataclasses import dataclass
+
+from hil.live.apply.bench_plan import Plan
+from hil.live.apply.staging import Stage, Staged
+from hil.live.apply.swap import Swap
+from hil.live.bridges import Bridges
+from hil.live.holds import Holds
+from hil.live.places import Places
+from hil.live.refusals import Refused
+from hil.live.store import NvmStore, StoreError
+from hil.sim.bench import BenchRuntime
+
+log = logging.getLogger("hil")
+
+COMMIT_S = 5.0
+"""How long a reload waits for boards that are writing their memories."""
+_POLL_S = 0.01
+
+
+@dataclass(frozen=True)
+class Apply:
+    """Of one bench."""
+
+    bench: BenchRuntime
+    stage: Stage
+    places: Places
+    files: NvmStore
+    holds: Holds
+    bridges: Bridges
+    swap: Swap
+
+    async def carry_out(self, plan: Plan) -> None:
+        """Do what the plan says. Raises Refused: it cannot be had; nothing has changed."""
+        staged = Staged()
+        try:
+            await self.stage.prepare(plan, staged)
+            await self._until_stored(plan)
+            if problems := self.holds.problems(plan.named("remove", "restart")):
+                raise Refused("\n".join(problems))
+            asides = self._keep_aside(plan)
+        except BaseException:
+            await self.stage.put_away(staged)
+            raise
+        gone = self.swap.carry_out(plan, staged, asides)
+        closed = await asyncio.gather(*(port.close() for port in gone), return_exceptions=True)
+        lines = staged.lines.items()
+        opened = await asyncio.gather(
+            *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
+            return_exceptions=True,
+        )
+        for error in filter(None, [*closed, *opened]):  # ours: the other ports go on
+            log.error("a port that was exchanged", exc_info=error)
+        await self.bridges.exchanged(plan.named("remove", "restart", "add"))
+
+    async def _until_stored(self, plan: Plan) -> None:
+        """A board whose memory is being written has to know what became of it."""
+        devices, loop = self.bench.devices, asyncio.get_running_loop()
+        twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
+        until_s = loop.time() + COMMIT_S
+        while writing := [device.name for device in twins if device.is_committing]:
+            if loop.time() > until_s:
+                raise Refused(f"{', '.join(writing)}: the memory is still being written; try again")
+            await asyncio.sleep(_POLL_S)
+
+    def _keep_aside(self, plan: Plan) -> dict[str, str]:
+        """Put away the files of other boards; all of them, or none. Answers the notes about it, by device.
+
+        Not in a thread: between the old board's last commit and its end nothing else may come.
+
+        Raises:
+            Refused: one cannot be put away.
+        """
+        kept = {}
+        try:
+            for name, memory in plan.memories.items():
+                if memory.unfit and (aside := self.files.keep_aside(name, memory.unfit)):
+                    kept[name] = aside
+        except StoreError as error:
+            for aside in kept.values():
+                self.files.put_back(aside)
+            raise Refused(str(error)) from error
+        return {name: aside.note for name, aside in kept.items()}
