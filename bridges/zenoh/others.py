@@ -27,7 +27,7 @@ _REFUSED = b"{"
 
 
 class Others:
-    """``hil.vocab.bridge_protocol.BenchDoor`` of a session."""
+    """Other benches of a session, as ``hil.vocab.bridge_protocol.BenchDoor``."""
 
     def __init__(self, session: zenoh.Session, here: Description, gate: Gate | None) -> None:
         self._session = session

@@ -1,5 +1,5 @@
-"""What may be asked of a bench (``table.py``), by whom (``permissions.py``), and the desk that answers
-(``desk.py``).
+"""Operations of a bench: the table of all (``table.py``), their permissions (``permissions.py``), and the
+desk that carries them out (``desk.py``).
 
 Each operation is carried out by one of the ``*_operations``, ``looking_on`` and ``reports``, which name the
 parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges

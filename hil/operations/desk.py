@@ -19,7 +19,7 @@ _OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
 
 
 class Desk:
-    """``hil.vocab.desk_protocol.Desk``. ``answerers``: of all operations of the table, by name."""
+    """Desk of a bench, ``hil.vocab.desk_protocol.Desk``. ``answerers``: of all operations, by name."""
 
     def __init__(
         self,

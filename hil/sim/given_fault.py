@@ -1,4 +1,4 @@
-"""Checks a fault that somebody asks for: its kind and its parameters."""
+"""Checks of a fault that somebody asks for: its kind and its parameters."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""How much torque a shaft takes, whoever sets it: the configuration, a command or a fault."""
+"""Limit of the torque on a shaft, whoever sets it: the configuration, a command or a fault."""
 
 import math
 from collections.abc import Iterable
@@ -7,8 +7,8 @@ from hil.vocab.faults import MOST_LOADS
 
 
 def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float] = ()) -> str | None:
-    """What is wrong with a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are
-    or will be there; or None.
+    """Error text for a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are or
+    will be there; or None.
 
     Those that push the same way add up to the limit at most. What pushes against it does not count: it may
     end first.

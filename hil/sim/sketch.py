@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Sketch:
-    """``hil.sim.firmware_guard.Guarded``. Whatever the firmware raises is given to ``on_raised``."""
+    """Firmware of a board, ``hil.sim.firmware_guard.Guarded``. What it raises is given to ``on_raised``."""
 
     def __init__(
         self,

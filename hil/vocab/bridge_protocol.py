@@ -1,4 +1,4 @@
-"""What a bridge has to be: ``Bridge``, and ``BenchDoor`` if it reaches other benches too."""
+"""Contract of a bridge: ``Bridge``, and ``BenchDoor`` if it reaches other benches too."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,21 +8,20 @@ from hil.vocab.desk_protocol import Source
 
 
 class Bridge(Protocol):
-    """One door."""
+    """Door of a bench for another protocol."""
 
     async def open(self) -> None:
-        """Begin. Raises BridgeError."""
+        """Open the bridge. Raises BridgeError."""
 
     async def close(self) -> None:
-        """End, and leave nothing behind."""
+        """Close the bridge, and leave nothing behind."""
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        """These devices of the host were added, taken away or exchanged, with their ports. Raises
-        BridgeError."""
+        """Note that these devices were added, removed or exchanged, with their ports. Raises BridgeError."""
 
     def status(self) -> Mapping[str, Any]:
-        """What ``hil status`` shows of it: ``root``, ``listen``, ``connect``, ``links``, ``insecure``,
-        where that is not all ``risk`` (what whoever reaches it may do), and counters."""
+        """Fields of ``hil status``: ``root``, ``listen``, ``connect``, ``links``, ``insecure``, ``risk``
+        (what whoever reaches it may do, where that is not all), and counters."""
 
 
 class BridgeError(Exception):
@@ -31,7 +30,7 @@ class BridgeError(Exception):
 
 @dataclass(frozen=True)
 class Answered:
-    """An answer, and when the question left and it came, both in this bench's wall time."""
+    """Answer of another bench, and when the question left and it came, both in this bench's wall time."""
 
     content: Mapping[str, Any]
     asked_ns: int
@@ -44,12 +43,12 @@ class BenchGone(Exception):
 
 @runtime_checkable
 class BenchDoor(Protocol):
-    """A bridge that reaches other benches."""
+    """Bridge that reaches other benches."""
 
     async def ask_bench(
         self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
     ) -> Answered:
-        """A command below another bench's keys, for somebody.
+        """Send a command below another bench's keys, on behalf of ``source``.
 
         Raises:
             BenchGone: no answer in time.
@@ -57,4 +56,4 @@ class BenchDoor(Protocol):
         """
 
     async def benches(self) -> Sequence[str]:
-        """The others that are joined now."""
+        """Names of the other benches that are joined now."""

@@ -1,4 +1,4 @@
-"""The desk: what a door has of a bench, a bridge as well as the control socket, all in one event loop."""
+"""Desk of a bench, as all its doors see it, bridges and control socket, in one event loop."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -131,4 +131,4 @@ class Desk(Protocol):
         """
 
     def describe(self) -> Description:
-        """What there is."""
+        """Describe the bench."""

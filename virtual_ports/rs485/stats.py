@@ -43,7 +43,7 @@ class SegmentStats:
     _free_ns: int = 0
 
     def begin(self, station: str, size: int, start_ns: int, end_ns: int, off_ns: int) -> bool:
-        """A burst begins; answers whether no other driver is on.
+        """Begin a burst; answers whether no other driver is on.
 
         A collision is a driver that comes on while another is on. One that has not let go since its last
         burst counts no second time: else the order of bursts that begin at one time would matter.

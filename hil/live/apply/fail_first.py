@@ -1,8 +1,8 @@
-"""Makes the bench what a plan says: at the start all of it, at a reload what has changed.
+"""Applies a plan to the bench: at the start all of it, at a reload what has changed.
 
-First everything that can fail is done beside what runs (``Stage``). If something fails, it is all taken away
-again, and nothing has changed. Then the new takes the old's place in one step, which cannot fail; at last
-what has gone is closed.
+First everything that can fail is done beside what runs (``Stage``, memories, files). If something fails, the
+plan is refused: all of it is taken away again, and nothing has changed. Then the new takes the old's place in
+one step (``Swap``); at last what has gone is closed.
 """
 
 import asyncio
@@ -22,13 +22,13 @@ from hil.sim.bench import BenchRuntime
 log = logging.getLogger("hil")
 
 COMMIT_S = 5.0
-"""How long a reload waits for boards that are writing their memories."""
+"""Maximum time that a reload waits for boards that are writing their memories."""
 _POLL_S = 0.01
 
 
 @dataclass(frozen=True)
 class Apply:
-    """Of one bench."""
+    """Applies plans to a bench."""
 
     bench: BenchRuntime
     stage: Stage
@@ -39,7 +39,7 @@ class Apply:
     swap: Swap
 
     async def carry_out(self, plan: Plan) -> None:
-        """Do what the plan says. Raises Refused: it cannot be had; nothing has changed."""
+        """Apply a plan. Raises Refused: it cannot be had; at a reload nothing has changed then."""
         staged = Staged()
         try:
             await self.stage.prepare(plan, staged)
@@ -62,7 +62,7 @@ class Apply:
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 
     async def _until_stored(self, plan: Plan) -> None:
-        """A board whose memory is being written has to know what became of it."""
+        """Wait for boards that are writing their memories: each has to know what became of it."""
         devices, loop = self.bench.devices, asyncio.get_running_loop()
         twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
         until_s = loop.time() + COMMIT_S
@@ -72,7 +72,7 @@ class Apply:
             await asyncio.sleep(_POLL_S)
 
     def _keep_aside(self, plan: Plan) -> dict[str, str]:
-        """Put away the files of other boards; all of them, or none. Answers the notes about it, by device.
+        """Put away the files that are other boards'; all of them, or none. Answers notes by device.
 
         Not in a thread: between the old board's last commit and its end nothing else may come.
 

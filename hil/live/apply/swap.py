@@ -1,4 +1,5 @@
-"""Puts the new in the old's place in one step, which cannot fail: all that can fail was done before."""
+"""Puts the new in the old's place in one step, which cannot fail at a reload; a start may still refuse a
+fault of the configuration."""
 
 import logging
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class Swap:
-    """Of one bench. ``notes``: for the operator, by device, about its start."""
+    """Swap of a bench's parts for a plan's. ``notes``: for the operator, by device, about its start."""
 
     bench: BenchRuntime
     configured: Configured
@@ -39,7 +40,7 @@ class Swap:
     notes: dict[str, str]
 
     def carry_out(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
-        """Put the new in the old's place; the ports that have gone, still open."""
+        """Put the new in the old's place; answers the ports that have gone, still open."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
         for name in plan.named("remove", "restart"):
