@@ -37,6 +37,18 @@ def test_a_foreign_master_is_answered(place: Place) -> None:
         assert foreign(place, "master", "86", "y").communicate(timeout=PATIENCE_S)[0] == ""
 
 
+def test_packets_that_are_longer_than_a_port_takes_at_a_time(place: Place) -> None:
+    """The firmware runs for the end of a packet, and for nothing before it."""
+    server = place.serve(config(devices={"s1": SAC | {"network": "pty"}}, speed=1))
+    with server.client("s1") as terminal:
+        terminal.read_until(b"SAC>")
+        for length in (9, 10, 11, 30, 60):
+            said = " " + "x" * (length - 1)
+            answer = foreign(place, "master", "85", said).communicate(timeout=PATIENCE_S)[0]
+            assert answer == "1 85 ACK True\n"
+            assert terminal.read_until(b"SAC>") == f"\r\n{said[1:]}\r\nSAC>".encode()
+
+
 def test_a_foreign_master_reads_a_board_without_crc(place: Place) -> None:
     server = place.serve(ONE)
     with server.client("s1") as terminal:

@@ -92,7 +92,8 @@ WAYS = {
     "r": "one step took more than 200 ms",
     "z": "one step has waited for more than 200 ms",
 }
-LIMIT_CPU_S = 0.3
+LIMIT_CPU_S = 0.5
+"""Maximum for a runaway of 200 ms: the watchdog is a thread, which waits on a busy computer."""
 
 
 LOGGED = (

@@ -36,6 +36,7 @@ class UartEnd:
     native_usb: bool = field(default=False, kw_only=True)
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
+    _is_held: bool = field(default=False, init=False)
     _fresh: list[tuple[int, bytes]] = field(default_factory=list, init=False)
     _line: deque[tuple[int, bytes]] = field(default_factory=deque, init=False)
 
@@ -46,10 +47,14 @@ class UartEnd:
     # ---- End ----
 
     def room(self) -> int:
-        return 0 if self.joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room()
+        return 0 if self.joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room(self.bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
+        """Hold the port up. On a line room comes with time, and no firmware has to run for it."""
+        self._is_held = is_held
         self.lines.hold(self, is_held)
+        if is_held and self._uart.room_ns(self.bench.now_ns) < FOREVER:
+            self.lines.schedule(self)
 
     def take(self, data: bytes) -> None:
         self.joint.tell("board", data)
@@ -134,7 +139,13 @@ class UartEnd:
             out += self._line.popleft()[1]
         if out:
             self.joint.send(bytes(out))
-        return SimTimeNs(self._line[0][0]) if self._line else FOREVER
+        due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
+        if not self._is_held:
+            return due_ns
+        room_ns = self._uart.room_ns(now_ns)
+        if room_ns == FOREVER:
+            self.refresh()
+        return min(due_ns, room_ns)
 
 
 def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:

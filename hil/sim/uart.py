@@ -159,10 +159,18 @@ class DeviceUart:
             return now_ns
         return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
 
-    def room(self) -> int:
-        """Number of bytes that may be taken from a client now."""
-        waiting = self._rx.available() if self.baud is None else self.incoming.waiting
+    def room(self, now_ns: SimTimeNs) -> int:
+        """Number of bytes that may be taken from a client now. On a line those count that are not out yet: a
+        sketch that is not woken for what has come leaves it there. None if nothing of it is ever taken."""
+        if self.baud is not None and self.incoming.waiting > UART_BUFFER_BYTES:
+            return 0
+        waiting = self._rx.available() if self.baud is None else len(self.incoming.under_way(now_ns))
         return max(0, USB_HELD_BYTES - waiting)
+
+    def room_ns(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Time at which half of what is on the line from a client is out; ``FOREVER``: nothing is."""
+        times_ns = self.incoming.under_way(now_ns)
+        return SimTimeNs(times_ns[len(times_ns) // 2]) if times_ns else FOREVER
 
     def arrive(self, data: bytes, client_baud: int | None) -> None:
         """Let a client start to send ``data`` now, at its own baud (None: at ours)."""

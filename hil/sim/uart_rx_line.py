@@ -56,6 +56,10 @@ class Incoming:
         """Time at which each is complete, and the character."""
         return [each for flight in self.flights for each in flight.characters()][self._taken :]
 
+    def under_way(self, now_ns: int) -> list[int]:
+        """Times at which characters are complete that are not yet, ascending."""
+        return [at_ns for at_ns, _ in self.characters() if at_ns > now_ns] if self.flights else []
+
     def wake_on(self, byte: int | None, mark: int | None) -> None:
         """Wake as ``hil.vocab.firmware.Uart.wake_on``; what is on the line already needs no mark."""
         self.wake_byte, self._mark = byte, mark
