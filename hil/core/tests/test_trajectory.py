@@ -136,6 +136,7 @@ def test_positions_are_the_same_in_any_chunks(rows, chunk, step_ns):
 def test_the_soonest_way_is_soonest_from_each_of_its_states(move, part):
     """Bellman's principle: planned again on the way, before it brakes, the rest takes what was left of it."""
     start, target, limits = move
+    assume(abs(target - start.position_deg) > 1e-6)  # else where it is on the way is mostly rounding
     plan = plan_joint([start], [target], [limits])
     at_ns = int(plan.duration_ns * part)
     again = plan_joint(plan.at(at_ns), [target], [limits])
