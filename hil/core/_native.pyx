@@ -334,8 +334,8 @@ cdef class Watchdog:
     def arm(self, int64_t cpu_ns, int64_t wall_ns):
         hil_watchdog_arm(self.watchdog, cpu_ns, wall_ns)
 
-    def disarm(self):
-        hil_watchdog_arm(self.watchdog, 0, 0)
+    def close(self):
+        hil_watchdog_close(self.watchdog)
 
     def enter(self, bytes work):
         self.work = work

@@ -170,6 +170,7 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_watchdog_resume(hil_watchdog *, const char *)
     int64_t hil_watchdog_bells(const hil_watchdog *)
     int hil_watchdog_bells_in_work(const hil_watchdog *, int)
+    void hil_watchdog_close(hil_watchdog *w)
     void hil_watchdog_free(hil_watchdog *)
     ctypedef struct hil_replay_row:
         float y_meas, y_excite, yw, e, ITerm, DTerm, v, u

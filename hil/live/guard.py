@@ -114,7 +114,7 @@ class StepGuard(AbstractContextManager[None]):
         return self._aside
 
     def close(self) -> None:
-        self._watchdog.disarm()
+        self._watchdog.close()
 
     def _ring(self, number: int, frame: FrameType | None) -> None:
         bells = self._watchdog.bells()

@@ -130,13 +130,14 @@ int hil_rt_take_due(hil_core *c, int *groups, int max); /* groups that reached t
 enum { HIL_WATCHDOG_SAY = 10, HIL_WATCHDOG_SAY_WALL = 50, HIL_WATCHDOG_END = 20, HIL_WATCHDOG_EXIT = 70 };
 typedef struct hil_watchdog hil_watchdog;
 hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const char *file);
-void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns); /* 0, 0 disarms */
+void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns);
 void hil_watchdog_enter(hil_watchdog *w, const char *work);             /* its name, which stays where it is */
 int hil_watchdog_leave(hil_watchdog *w);                                /* 1 if it was reported */
 void hil_watchdog_aside(hil_watchdog *w);                               /* in work: what comes is not of it */
 void hil_watchdog_resume(hil_watchdog *w, const char *work);            /* it is again */
 int64_t hil_watchdog_bells(const hil_watchdog *w);                      /* of CPU time, since it was armed */
 int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall);        /* since it was entered */
+void hil_watchdog_close(hil_watchdog *w); /* gives the signal back; at once, not when it is freed */
 void hil_watchdog_free(hil_watchdog *w);
 
 /* The Mechaduino's law alone, fed from arrays: one row for each control step. */

@@ -1,6 +1,7 @@
 """Which steps that do not come back are a runaway's: those that sleep, not those that are kept waiting."""
 
 import ctypes
+import gc
 import threading
 import time
 from collections.abc import Iterator
@@ -33,6 +34,20 @@ def test_a_step_that_sleeps_is_stopped(guard: StepGuard, sleep_s: float) -> None
 
     with pytest.raises(FirmwareHung, match="waited for more than 200 ms"):
         step()
+
+
+def test_a_guard_that_is_closed_leaves_the_next_ones_signal_alone(tmp_path: Path) -> None:
+    """Whenever it is freed."""
+    before = StepGuard(tmp_path / "before")
+    before.close()
+    guard = StepGuard(tmp_path / "hung")
+    del before
+    gc.collect()
+    try:
+        with pytest.raises(FirmwareHung, match="waited for more than"), guard(BOARD):
+            time.sleep(2)
+    finally:
+        guard.close()
 
 
 def test_a_step_that_waits_for_the_interpreter_is_not_blamed(guard: StepGuard) -> None:

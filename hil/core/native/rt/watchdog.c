@@ -32,6 +32,7 @@ struct hil_watchdog {
     _Atomic int64_t rung;       /* of CPU time */
     atomic_int reported;
     struct sigaction before;
+    int has_signal; /* its handler is in place, and the timers are there */
     char *file;
 };
 
@@ -110,6 +111,7 @@ hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const 
         free(w);
         return NULL;
     }
+    w->has_signal = 1;
     return w;
 }
 
@@ -153,12 +155,19 @@ int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall)
     return atomic_load(&((hil_watchdog *)w)->bells[wall ? WALL : CPU].in_work);
 }
 
-void hil_watchdog_free(hil_watchdog *w)
+void hil_watchdog_close(hil_watchdog *w)
 {
+    if (!w->has_signal) return;
+    w->has_signal = 0;
     for (int which = CPU; which <= WALL; which++) timer_delete(w->bells[which].timer);
     /* A bell that was on its way when its timer went has no watchdog any more. */
     signal(w->signal_number, SIG_IGN);
     sigaction(w->signal_number, &w->before, NULL);
+}
+
+void hil_watchdog_free(hil_watchdog *w)
+{
+    hil_watchdog_close(w);
     free(w->file);
     free(w);
 }
