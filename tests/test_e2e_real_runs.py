@@ -48,6 +48,20 @@ class Pair:
         until(lambda: self.state(name)["state"] not in ("queued", "running"), f"the end of {name}")
         return self.state(name)
 
+    def under_way(self, *axes: str) -> None:
+        """Submit a long run, ``a``, of these axes, and wait until the far twins have come some way."""
+        taken = self.submit("a", {"move": dict.fromkeys(axes, 7200.0)}, axes=dict.fromkeys(axes, RULES))
+        assert "problems" not in taken, taken
+        self.come_some_way()
+
+    def come_some_way(self) -> None:
+        def shown() -> bool:
+            state = self.state("a")
+            assert state["state"] in ("queued", "running"), state
+            return self.shaft("s8")["pulses"] > 20 and self.shaft("m8")["yw"] > 40
+
+        until(shown, "some way")
+
     def perform(self, name: str, *steps: dict[str, Any], **top: Any) -> dict[str, Any]:
         answer = self.submit(name, *steps, **top)
         assert "problems" not in answer, answer
@@ -85,7 +99,8 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
         assert (report["position_deg"], report["error_max_deg"], report["error_rms_deg"]) == (None,) * 3
     assert done["axes"]["m1"]["error_max_deg"] < 5
     # The count goes on: where the second run finds the boards is where the first one left them.
-    assert pair.perform("b", {"move": {"s2": 0.0, "m2": 0.0}})["state"] == "done"
+    done = pair.perform("b", {"move": {"s2": 0.0, "m2": 0.0}})
+    assert done["state"] == "done", done
     assert pair.shaft("s8")["commanded_deg"] == pytest.approx(0.0)
     text = pair.place.write(
         json.dumps({"run": "c", "axes": {"s2": {}}, "steps": [{"move": {"s2": 9}}]}), "c.yaml"
@@ -149,8 +164,7 @@ def test_what_programs_type_waits_for_the_runs_end(pair: Pair) -> None:
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
     pair.taken()
-    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
-    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.under_way("m1", "m2", "s2")
     pair.near.ask("cancel_run", name="a", how=how)
     done = pair.ended("a")
     assert (done["state"], done["axes"]["s2"]["commanded_deg"]) == ("cancelled", None)
@@ -164,8 +178,7 @@ def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
 
 def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -> None:
     pair.taken()
-    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
-    until(lambda: pair.shaft("m8")["yw"] > 40, "some way")
+    pair.under_way("m1", "m2", "s2")
     before_ns = pair.near.ask("status")["sim_ns"]
     pair.far.kill()
     done = pair.ended("a")
@@ -180,8 +193,7 @@ def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -
 def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
     """Its line is there, and nothing comes any more: as of a board without power behind an adapter."""
     pair.taken()
-    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}})
-    until(lambda: pair.shaft("m8")["yw"] > 40, "some way")
+    pair.under_way("m1", "m2", "s2")
     before_ns = pair.near.ask("status")["sim_ns"]
     pair.near.ask("inject", fault="byte_drop", target="m2", parameters={"rate": 1, "towards": "client"})
     done = pair.ended("a")
@@ -196,8 +208,8 @@ def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
 def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
     pair.taken()
     axes = {"m1": RULES | {"following_error_deg": 10.0}, "m2": RULES, "s2": RULES}
-    pair.submit("a", {"move": {"m1": 7200.0, "m2": 7200.0, "s2": 7200.0}}, axes=axes)
-    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.submit("a", {"move": dict.fromkeys(axes, 7200.0)}, axes=axes)
+    pair.come_some_way()
     pair.near.ask("inject", fault="shaft_jam", target="m1", parameters={})
     done = pair.ended("a")
     assert (done["state"], done["why"].split()[0]) == ("failed", "m1"), done
@@ -208,8 +220,7 @@ def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
 
 def test_the_daemons_end_stops_them(pair: Pair) -> None:
     pair.taken()
-    pair.submit("a", {"move": {"m2": 7200.0, "s2": 7200.0}})
-    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    pair.under_way("m2", "s2")
     pair.near.stop()
     until(lambda: pair.shaft("s8")["motion_state"] == 0, "its stand")
     assert pair.shaft("s8")["commanded_deg"] < 7200
