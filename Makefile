@@ -2,9 +2,9 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native hil/wire/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx hil/wire/_packet.pyx hil/wire/_byte_faults.pyx
+NATIVE := $(shell find hil/core/native device_profiles/sac/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx
 
-.PHONY: demo test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -38,6 +38,10 @@ test-wheel:
 # Floods, deaf clients, no file left: what others on the bench notice of it, beside a bench without. Two minutes.
 test-load: $(VENV)/.dev
 	$(BIN)/python -m pytest -q tests/load_e2e.py
+
+# What Cython and Python know of the native core's face, from its table and headers.
+abi: $(VENV)/.base
+	$(BIN)/python write_abi.py
 
 # docs/reference.md and the man page, from the tables in the code.
 reference: $(VENV)/.base
@@ -100,7 +104,8 @@ kills: $(VENV)/.dev
 # 100,000 requests at the control socket, 100,000 damaged logs: two hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
-	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/tests/test_packet.py -k fuzz
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
+	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/modbus_rtu -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/operations/tests/test_control_fuzz.py
@@ -111,7 +116,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c hil/wire/_packet.c hil/wire/_byte_faults.c hil/core/*.so hil/wire/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/core/*.so hil/wire/*.so device_profiles/*/*.so
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

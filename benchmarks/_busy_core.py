@@ -10,9 +10,8 @@ import gc
 import json
 import sys
 import time
-from pathlib import Path
 
-from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.config import from_dict
 from hil.testing.bench import MemoryStore
 
@@ -53,7 +52,7 @@ def main() -> None:
     cpu, rate_hz, seconds = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
     catalogue = find_catalogue()
     config = from_dict(CONFIG, catalogue)
-    memories = {name: start_sections(device, {}, Path()) for name, device in config.devices.items()}
+    memories = start_memories(config, catalogue)
     bench = bench_runtime(config, catalogue, memories, MemoryStore())
     device = bench.devices["m1"]
     device.axis.set("mode", ord("x"))

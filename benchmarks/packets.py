@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from hil.wire.packet import PacketDecoder, encode
+from device_profiles.sac.packet import PacketDecoder, encode
 
 PACKETS = 20_000 if "--quick" in sys.argv else 200_000
 RUNS = 5

@@ -11,13 +11,13 @@ from collections.abc import Callable
 
 from _report import is_quick, report
 
-from hil.core.trajectory import AxisLimits, AxisState, plan_joint, plan_line
+from hil.core.trajectory import AxisLimits, PointState, plan_joint, plan_line
 
 MOVES, AXES = 1000, 6
 WANTED_MS = 100
 RUNS = 3 if is_quick() else 11
 
-Move = tuple[list[AxisState], list[float], list[AxisLimits]]
+Move = tuple[list[PointState], list[float], list[AxisLimits]]
 
 
 def moves(is_moving: bool) -> list[Move]:
@@ -28,16 +28,16 @@ def moves(is_moving: bool) -> list[Move]:
             AxisLimits(10 ** rng.uniform(1, 3), 10 ** rng.uniform(1, 4), 10 ** rng.uniform(2, 5))
             for _ in range(AXES)
         ]
-        starts = [start(rng, axis) if is_moving else AxisState(rng.uniform(-100, 100)) for axis in limits]
+        starts = [start(rng, axis) if is_moving else PointState(rng.uniform(-100, 100)) for axis in limits]
         made.append((starts, [rng.uniform(-720, 720) for _ in range(AXES)], limits))
     return made
 
 
-def start(rng: random.Random, limits: AxisLimits) -> AxisState:
+def start(rng: random.Random, limits: AxisLimits) -> PointState:
     """Half the limits at most, and what the acceleration leads to no more than the other half."""
     v = rng.uniform(-0.5, 0.5) * limits.velocity_max
     most_a = min(limits.acceleration_max / 2, (limits.velocity_max * limits.jerk_max) ** 0.5)
-    return AxisState(rng.uniform(-100, 100), v, rng.uniform(-1, 1) * most_a)
+    return PointState(rng.uniform(-100, 100), v, rng.uniform(-1, 1) * most_a)
 
 
 def ours(made: list[Move]) -> Callable[[], None]:

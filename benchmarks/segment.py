@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from device_profiles.sac.packet import PacketDecoder, encode
 from hil.testing import Bench
-from hil.wire.packet import PacketDecoder, encode
 
 BAUD = 1_000_000
 COUNT = 200 if "--quick" in sys.argv else 1000

@@ -13,9 +13,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from heapq import heappop, heappush
 
+from device_profiles.sac.framing import FRAMING
+from device_profiles.sac.packet import encode
 from hil.vocab.segment import HeardCharacter
 from hil.vocab.time import SimTimeNs
-from hil.wire.packet import encode
 from virtual_ports.rs485.segment import Segment
 
 BAUD = 1_000_000
@@ -51,7 +52,7 @@ class Ear:
     def __init__(self) -> None:
         self.heard = 0
 
-    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
+    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int, packets: object = None) -> None:
         self.heard += 1
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
@@ -63,7 +64,7 @@ class Ear:
 
 def packets_a_second(nodes: int) -> float:
     timeline = Timeline()
-    segment = Segment(timeline)
+    segment = Segment(timeline, FRAMING)
     ears = {f"s{address}": Ear() for address in range(4, 4 + nodes)}
     for name, ear in ears.items():
         segment.join(name, ear)
@@ -90,7 +91,7 @@ def packets_a_second(nodes: int) -> float:
 def collision_ms(nodes: int) -> float:
     """CPU time of a collision in which so many nodes acknowledge at once."""
     timeline = Timeline()
-    segment = Segment(timeline)
+    segment = Segment(timeline, FRAMING)
     names = [f"s{address}" for address in range(4, 4 + nodes)]
     for name in names:
         segment.join(name, Ear())
@@ -105,7 +106,7 @@ def collision_ms(nodes: int) -> float:
 def busy_s(seconds: int) -> float:
     """CPU time of the last second of a line of 38400 baud on which two stations never stop."""
     timeline = Timeline()
-    segment = Segment(timeline)
+    segment = Segment(timeline, FRAMING)
     for name in "abcd":
         ear = Ear()
         ear.baud_now = 38400

@@ -17,8 +17,8 @@ from pathlib import Path
 from _processes import Daemon, cpu_s, daemon
 from _report import is_quick, report
 
+from device_profiles.sac.packet import PacketDecoder, encode
 from hil.net.control_client import ask
-from hil.wire.packet import PacketDecoder, encode
 
 SEGMENTS = 16
 SPEED = 20

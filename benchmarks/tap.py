@@ -14,7 +14,7 @@ import time
 import tty
 from pathlib import Path
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 from hil.wire.pcapng import read
 
 ROUNDS = 200 if "--quick" in sys.argv else 2000

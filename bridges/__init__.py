@@ -8,4 +8,6 @@ bench: through it a bridge asks for operations of the table, watches, and descri
 no board by name. ``docs/how-to/add-a-bridge.md`` writes one.
 
 Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
+
+Tests may import too: hil.testing.
 """

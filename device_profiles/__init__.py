@@ -1,4 +1,5 @@
-"""Kinds of boards, one folder each: its description (``profile.yaml``), firmware and transcripts.
+"""Kinds of boards, one folder each: its description (``profile.yaml``), what hil asks it for
+(``PROFILE`` in ``board.py``), firmware and transcripts.
 
 A profile is found by its folder's name when a configuration names it; there is no list to enter it in.
 Simulated time is an argument.

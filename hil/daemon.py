@@ -58,7 +58,7 @@ class Daemon:
         port_group: str | None = None,
         notifier: Notifier | None = None,
     ) -> None:
-        self._configured = Configured(config, find_catalogue())
+        self._configured = Configured(config, find_catalogue(path=config.profile_path))
         runtime, state = runtime_base / config.bench, state_base / config.bench
         self._at = Paths(config_folder, config_file, runtime, state, input_log, port_group)
         self._require_rt = require_rt
@@ -91,7 +91,7 @@ class Daemon:
         stack.callback(claimed.release)
         files = NvmStore(at.state)
         stack.push_async_callback(loop.run_in_executor, None, files.close)
-        plan = plan_start(config, at.folder, files)
+        plan = plan_start(config, at.folder, self._configured.catalogue, files)
         live = make_live(stack, self._configured, plan, files, at, WATCH_IDLE_S)
         await live.apply.carry_out(plan)
         note_hung(at.state / BREADCRUMB, live.notes)

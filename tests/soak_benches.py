@@ -7,7 +7,7 @@ from soak_inputs import fault_parameters
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, from_dict
-from hil.vocab.axis_plan import AXIS_PINS, CLOCK_IN, CLOCK_OUT
+from hil.core.kinds import CLOCK_IN, CLOCK_OUT, KINDS
 from hil.vocab.faults import FAULT_KINDS
 
 Config = dict[str, Any]
@@ -129,7 +129,7 @@ def _wire(random: Random, devices: Config) -> Config:
     ends = []
     for which in ("from", "to"):
         name = random.choice(list(devices))
-        pins = AXIS_PINS[devices[name]["profile"]]
+        pins = KINDS[devices[name]["profile"]]
         choice = [*pins.outputs, CLOCK_OUT] if which == "from" else [*pins.inputs, CLOCK_IN]
         ends.append(f"{name}.{random.choice(choice)}")
     return dict(zip(("from", "to"), ends, strict=True))

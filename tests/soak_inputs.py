@@ -2,14 +2,14 @@
 
 import json
 from collections.abc import Mapping
-from importlib import import_module
 from random import Random
 from typing import Any
 
+from device_profiles.sac.packet import encode, frame
+from hil.compose.find import find_boards
 from hil.vocab.faults import TIMING, FaultKind
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import COMMON, Verb
-from hil.wire.packet import encode, frame
 
 SERVO_LINES = (
     *("x", "v", "t", "h", "y", "y", "n", "s", "d", "p", "p", "e", "m", "r{}\n", "r{}\n", "r\n", "w", "q"),
@@ -99,8 +99,7 @@ def train(random: Random) -> list[list[Any]]:
 
 def verbs_of(profile: str) -> tuple[Verb, ...]:
     """All that can be asked of a twin."""
-    own: tuple[Verb, ...] = import_module(f"device_profiles.{profile}.verbs").VERBS
-    return (*own, *COMMON)
+    return (*find_boards()[profile].verbs, *COMMON)
 
 
 def verb_parameters(random: Random, verb: Verb, profile: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import pytest
 
 from bridges.zenoh.command_handler import command_at
 from bridges.zenoh.keys import KEYS, Key
-from hil.compose.find import find_catalogue, load_verbs
+from hil.compose.find import find_boards, find_catalogue
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving
@@ -225,7 +225,7 @@ def test_a_key_asks_for_the_role_of_its_operation(key: Key) -> None:
     reader = command_at(path, True)
     assert reader
     asked = reader(payloads.get(path, b"{}"))
-    verbs = load_verbs("mechaduino").table
+    verbs = find_boards()["mechaduino"].table
     role = verbs["enable"].role if asked.operation == "do" else OPERATIONS[asked.operation].role
     assert key.role == role
 
@@ -272,7 +272,7 @@ def test_what_is_typed_as_text_and_as_digits_has_one_limit(using: Using) -> None
         assert (await refusal(ask("send", "m1", data="78" * (TYPED_BYTES + 1))))[0] == "bad_parameter"
         assert (await ask("send", "s1.network", data="04" * TYPED_BYTES)).answer == {}
         code, why = await refusal(ask("send", "m1.network", data="04"))
-        assert (code, why) == ("no_device", "m1 has no serial interface 'network'")
+        assert (code, why) == ("no_device", "m1 has no serial interface 'network'; it has main")
 
     using(use)
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from hil.cli import doctor_benches
-from hil.host.doctor import Finding
+from hil.host.doctor import Diagnosis
 
 
-def judged(tmp_path: Path, age_s: float, mode: int) -> Finding:
+def judged(tmp_path: Path, age_s: float, mode: int) -> Diagnosis:
     folder = tmp_path / "hil" / "b"
     folder.mkdir(parents=True)
     with socket.socket(socket.AF_UNIX) as listener:

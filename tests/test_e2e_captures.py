@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, config, until
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 LUA = Path(__file__).parent.parent / "wireshark" / "sac_packets.lua"
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}

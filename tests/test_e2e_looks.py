@@ -8,7 +8,7 @@ from typing import Any
 
 from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 LOOKS_S = float(os.environ.get("HIL_LOOKS_S", "6"))
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}

@@ -7,7 +7,7 @@ from typing import Any
 
 from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 FOREIGN = Path(__file__).with_name("foreign_node.py")
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}

@@ -88,16 +88,16 @@ SLOW = """
 import sys, time
 from pathlib import Path
 from hil.cli.cli import app
-from hil.live.store import Files
+from hil.live.store import StoreCalls
 
-fsync = Files.fsync
+fsync = StoreCalls.fsync
 
 def slow(fd):
     while Path(sys.argv[-1], "slow").exists():
         time.sleep(0.01)
     fsync(fd)
 
-Files.fsync = staticmethod(slow)
+StoreCalls.fsync = staticmethod(slow)
 app(["serve", sys.argv[1], "--runtime-dir", sys.argv[2], "--state-dir", sys.argv[3]])
 """
 

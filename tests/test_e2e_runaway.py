@@ -99,10 +99,11 @@ LIMIT_CPU_S = 0.5
 LOGGED = (
     PROGRAM.partition("def started(")[0]
     + """
-from hil.compose import build
+from dataclasses import replace
+from device_profiles.mechaduino import board
 from hil.compose.replay import replay
 
-build.load_firmware = lambda profile: Runaway
+board.PROFILE = replace(board.PROFILE, firmware=Runaway)
 path, runtime, state, log = map(Path, sys.argv[1:5])
 if sys.argv[5:] == ["replay"]:
     done = replay(log)

@@ -11,7 +11,7 @@ import pytest
 import serial
 from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, config, until
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
 FOREIGN = Path(__file__).with_name("foreign_node.py")

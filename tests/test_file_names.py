@@ -10,10 +10,12 @@ ROOT = Path(__file__).parents[1]
 ROOTS = ("hil", "device_profiles", "virtual_ports", "bridges")
 ALLOWED = {
     "*/__init__.py": "a package",
-    "device_profiles/*/firmware.py": "hil looks for it: the board's program",
-    "device_profiles/*/verbs.py": "hil looks for it: what can be asked of the board",
-    "device_profiles/*/dialogues.py": "hil looks for it: what is typed at a real board",
-    "device_profiles/*/cli.py": "hil looks for it: the board's own commands",
+    "device_profiles/*/board.py": "hil looks for it: what the board says of itself",
+    "device_profiles/*/firmware.py": "the board's program",
+    "*/framing.py": "how packets are made of a line's bytes: the words, the SAC's, Modbus RTU's",
+    "device_profiles/*/verbs.py": "what can be asked of the board",
+    "device_profiles/*/dialogues.py": "what is typed at a real board",
+    "device_profiles/*/cli.py": "the board's own commands",
     "virtual_ports/*/port.py": "hil looks for it: a kind of port",
     "virtual_ports/*/segment.py": "hil looks for it: a kind of wire",
     "bridges/*/bridge.py": "hil looks for it: a kind of bridge",

@@ -1,7 +1,4 @@
-"""What the pages ``docs/follow-a-*.md`` name exists, and what they tell is called in that order.
-
-A mention is a code span ``file: name`` or ``file: Class.name``.
-"""
+"""What the pages ``docs/follow-a-*.md`` name exists, and what they tell is called in that order."""
 
 import ast
 import asyncio
@@ -17,6 +14,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 
 import pytest
+from mentions import MENTION, definitions, is_defined
 
 from hil.compose import find_catalogue
 from hil.config import parse
@@ -26,7 +24,6 @@ from hil.vocab.desk_protocol import LOCAL
 
 ROOT = Path(__file__).parent.parent
 PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command", "follow-a-reload")
-MENTION = re.compile(r"`([\w/]+\.(?:py|pyx|c|h)):\s+([\w.]+)`")
 MOST_LINES = 75
 """Of a sister page: it is one page."""
 
@@ -38,37 +35,6 @@ def text_of(page: str) -> str:
 
 
 MENTIONS = sorted({(page, *name) for page in PAGES for name in MENTION.findall(text_of(page))})
-
-
-def definitions(path: Path) -> dict[str, ast.stmt]:
-    """What a module defines at its top, and ``Class.name`` for what its classes define."""
-    found: dict[str, ast.stmt] = {}
-
-    def collect(body: list[ast.stmt], prefix: str) -> None:
-        for node in body:
-            if isinstance(node, ast.ClassDef):
-                found[prefix + node.name] = node
-                collect(node.body, f"{prefix}{node.name}.")
-            elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                found[prefix + node.name] = node
-            elif isinstance(node, ast.Assign):
-                names = [target.id for target in node.targets if isinstance(target, ast.Name)]
-                found.update(dict.fromkeys((prefix + name for name in names), node))
-            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-                found[prefix + node.target.id] = node
-
-    collect(ast.parse(path.read_text()).body, "")
-    return found
-
-
-def is_defined(path: Path, name: str) -> bool:
-    if path.suffix == ".py":
-        return name in definitions(path)
-    text = path.read_text()
-    if path.suffix == ".pyx":
-        return all(re.search(rf"^\s*(def|cdef class) {part}\b", text, re.M) for part in name.split("."))
-    # A definition, not a call: it begins a line and its body follows.
-    return re.search(rf"^\w[\w *]*\b{name}\([^;{{]*\)\s*{{", text, re.M) is not None
 
 
 def test_the_pages_have_names_to_check() -> None:

@@ -1,36 +1,27 @@
 """The bridge of ``docs/how-to/add-a-bridge.md``, as it stands there, in a daemon."""
 
 import asyncio
-import re
 import socket
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from how_to_pages import installed_from, style_problems, write_files
 
-import bridges
 from hil.compose import find_catalogue
 from hil.compose.find import bridge_reference
 from hil.config import ConfigError, parse
 from hil.daemon import Daemon, Serving
 
-PAGE = Path(__file__).parent.parent / "docs" / "how-to" / "add-a-bridge.md"
+PAGE = "add-a-bridge"
 CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{port: {port}}}}}\n"
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    (tmp_path / "datagrams").mkdir()
-    (code,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.S | re.M)
-    (tmp_path / "datagrams" / "bridge.py").write_text(code)
-    (tmp_path / "datagrams" / "__init__.py").write_text('"""Verbs by UDP."""\n')
-    folders = [*bridges.__path__, str(tmp_path)]
-    monkeypatch.setattr(bridges, "__path__", folders)
-    monkeypatch.setattr(bridges.__spec__, "submodule_search_locations", folders)
-    yield
-    for name in [name for name in sys.modules if name.startswith("bridges.datagrams")]:
-        del sys.modules[name]
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
+    written = write_files(PAGE, tmp_path / "page")
+    with installed_from(PAGE, tmp_path / "page", monkeypatch):
+        yield written
 
 
 async def said(serving: Serving, text: str) -> str:
@@ -69,3 +60,13 @@ def test_its_options_are_checked_and_its_reference_is_found() -> None:
     with pytest.raises(ConfigError, match="port"):
         parse(CONFIG.format(port=70000), "h.yaml", find_catalogue())
     assert bridge_reference("datagrams").startswith("## The datagrams bridge")
+
+
+def test_its_tests_pass(files: list[Path]) -> None:
+    """In this process, so that the bridge is found."""
+    assert [path.name for path in files] == ["bridge.py", "test_datagrams.py"]
+    assert pytest.main(["-q", "-p", "no:cacheprovider", str(files[1])]) == 0
+
+
+def test_its_style_is_the_projects(files: list[Path]) -> None:
+    assert style_problems(files) == ""

@@ -1,14 +1,23 @@
-"""Relative links between the project's Markdown pages lead somewhere, and to a heading that exists."""
+"""What the project's Markdown pages point at is there: pages, headings, files, names in files, commands."""
 
 import re
 from pathlib import Path
 
 import pytest
+import typer
+from mentions import MENTION, is_defined
+
+from hil.cli.cli import app
 
 ROOT = Path(__file__).parent.parent
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+FOLDERS = ("docs", "examples", "device_profiles", "virtual_ports", "bridges")
+PAGES = sorted([*ROOT.glob("*.md"), *(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))])
+PRESENT = [page for page in PAGES if page.name != "CHANGELOG.md" and page.parent.name != "decisions"]
+"""Pages that describe what is; the others describe what was."""
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.M)
+FILE = re.compile(r"`((?:hil|device_profiles|virtual_ports|bridges|tests|docs|examples)/[\w/.-]+\.\w+)")
+COMMAND = re.compile(r"(?:`|^\$ )hil ([a-z]+)", re.M)
 CODE_BLOCK = re.compile(r"^```.*?^```", re.M | re.S)
 
 
@@ -32,3 +41,23 @@ def test_relative_links_lead_somewhere(page: Path) -> None:
         target = (page.parent / file).resolve() if file else page
         assert target.exists(), f"{page.name}: {link}"
         assert not anchor or anchor in anchors(target), f"{page.name}: {link} has no such heading"
+
+
+@pytest.mark.parametrize("page", PRESENT, ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_and_names_in_them_are_there(page: Path) -> None:
+    text = page.read_text()
+    files = [file for file in FILE.findall(text)]
+    assert [
+        file
+        for file in files
+        if not any((base / file).exists() for base in (ROOT, page.parent, page.parents[1]))
+    ] == []
+    assert [(file, name) for file, name in MENTION.findall(text) if not is_defined(ROOT / file, name)] == []
+
+
+def test_commands_are_those_that_there_are() -> None:
+    hil = typer.main.get_group(app)
+    known = set(hil.list_commands(typer.Context(hil)))  # hidden ones, and those of boards and bridges
+    named = {(page.name, name) for page in PRESENT for name in COMMAND.findall(page.read_text())}
+    assert len(named) > 50
+    assert sorted((page, name) for page, name in named if name not in known) == []

@@ -6,6 +6,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from device_profiles.sac.packet import encode
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd
@@ -13,7 +14,6 @@ from hil.operations.metrics import METRICS
 from hil.operations.reports import listed_segments
 from hil.testing import Bench
 from hil.vocab.time import SimTimeNs
-from hil.wire.packet import encode
 
 STATIONS = ("s1", "s2", "s3", "s4")
 CONFIG = {

@@ -17,7 +17,7 @@ from bridges.metrics.exposition import CONTENT_TYPE, lines
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
-from hil.vocab.verbs import Role
+from hil.vocab.verbs import Role, VerbRefused
 
 __all__ = ["Options", "make", "reference"]
 
@@ -190,7 +190,10 @@ class MetricsBridge:
         if method not in (b"GET", b"HEAD"):
             status, body = b"405 Method Not Allowed", b"GET only\n"
         elif path == b"/metrics":
-            body = await self._scrape()
+            try:
+                body = await self._scrape()
+            except VerbRefused as refusal:
+                status, body = b"503 Service Unavailable", f"{refusal.code}: {refusal}\n".encode()
         elif path == b"/":
             body = b"The metrics are at /metrics.\n"
         else:

@@ -9,7 +9,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.command_handler import Commands
+from bridges.zenoh.command_handler import CommandHandler
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import prefix, reference
@@ -21,6 +21,7 @@ from bridges.zenoh.sender import Sender
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
 from bridges.zenoh.zenoh_config import made, session_config
+from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError
 from hil.vocab.desk_protocol import Desk, Source
 
@@ -48,7 +49,7 @@ class _Joined:
         self.others = Others(session, here, gate)
         self.publications = Publications(session, desk, options)
         self.readings = Readings(desk, self.publications, sender, work.begin)
-        self.commands = Commands(desk, gate, self.publications, self.readings, sender, work)
+        self.commands = CommandHandler(desk, gate, self.publications, self.readings, sender, work)
         self.inbox = Inbox(sender, self.commands.handle)
         everything, remote = f"{prefix(here.bench)}/**", zenoh.Locality.REMOTE
         self._devices = here.devices
@@ -65,12 +66,12 @@ class _Joined:
         return self.session.liveliness().declare_token(f"{self._live_prefix}/{name}")
 
     def devices_changed(self, names: Collection[str]) -> None:
-        for name in names:
-            if token := self._tokens.pop(name, None):
-                token.undeclare()
+        for address in [each for each in self._tokens if owner_of(each) in names]:
+            self._tokens.pop(address).undeclare()
         self.publications.devices_changed(names)
         self.readings.refresh()
-        self._tokens |= {name: self._live(f"axis/{name}") for name in names if name in self._devices}
+        begun = [address for address in self._devices if owner_of(address) in names]
+        self._tokens |= {address: self._live(f"axis/{address}") for address in begun}
 
     def undeclare(self) -> None:
         for entity in reversed([*self._entities, *self._tokens.values()]):

@@ -16,6 +16,7 @@ from bridges.zenoh.publications import Publications, encoding, short_state
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
+from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -34,7 +35,7 @@ Reader = Callable[[bytes | None], Command]
 """Reader of a payload. Raises VerbRefused."""
 
 
-class Commands:
+class CommandHandler:
     """Commands to one bench. ``gate``: knows its users, where it has some."""
 
     def __init__(
@@ -87,7 +88,7 @@ class Commands:
         """Reply to a verb at once, and on demand again when its motion has ended, with the state then."""
         self.carried_out += 1
         self._reply(query, key, done.answer, done.effective_at_ns)
-        is_seen = not self._here.devices[device].is_real  # nobody sees its axis, or knows when it stands
+        is_seen = self._here.devices[device].is_seen
         wanted = query.parameters
         if is_seen and wanted.get("applied") == "true":
             state = short_state(self._desk, self._here.devices, device)
@@ -187,7 +188,7 @@ def _fault(key_target: str, given: dict[str, object]) -> Command:
             raise VerbRefused("bad_parameter", "clear: nothing is written beside it")
         return Command("clear", "", {"number": which, "on": key_target})
     target = given.pop("target", key_target)
-    if not isinstance(target, str) or target.partition(".")[0] != key_target.partition(".")[0]:
+    if not isinstance(target, str) or owner_of(target) != owner_of(key_target):
         raise VerbRefused("bad_parameter", f"target: {key_target}, or something of it")
     named = {"fault": given.pop("fault")} if "fault" in given else {}
     return Command("inject", target, {**named, "parameters": given})

@@ -16,6 +16,7 @@ import zenoh
 from bridges.zenoh.documents import OURS, dumped
 from bridges.zenoh.keys import BYTES, KEYS, PACKED, SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
+from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import AxisField, Desk, DeviceInfo, Watch, Watched
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
@@ -159,7 +160,7 @@ class Publications:
         self._ports: dict[str, _Told] = {}
         self._segments = [self._packets(name) for name in self._here.segments]
         self._lost_before = 0
-        self._begin(self._here.devices)
+        self._begin(list(self._here.devices))
         slow = {"sim/clock": self.clock, "sim/health": self.health}
         self._slow = [(self._publisher(key), content) for key, content in slow.items()]
         for name in self._here.segments:
@@ -171,22 +172,24 @@ class Publications:
         """Begin the publications of devices: their axes and ports; at the first time the taps' ports too."""
         there = self._here.devices
         for name in devices:
-            if name in there and not there[name].is_real:
+            if name in there and there[name].is_seen:
                 self._states[name] = self._state(name)
                 self._packed[name] = self._packed_state(name)
         ports = self._desk.describe().ports
         self._ports |= {name: self._bytes(name) for name in ports if name not in self._ports}
 
     def devices_changed(self, names: Collection[str]) -> None:
-        """Begin anew for devices that were added, removed or exchanged."""
-        for name in names:
+        """Begin anew for devices that were added, removed or exchanged, with all their axes."""
+        told = {*self._states, *self._here.devices}
+        addresses = [address for address in told if owner_of(address) in names]
+        for name in addresses:
             for stream in (self._states.pop(name, None), self._packed.pop(name, None)):
                 if stream:
                     stream.close()
                     self._lost_before += stream.lost
-        for port in [port for port in self._ports if port.partition(".")[0] in names]:
+        for port in [port for port in self._ports if owner_of(port) in names]:
             self._ports.pop(port).close()
-        self._begin(names)
+        self._begin(addresses)
 
     @property
     def _demand(self) -> list[_Told]:

@@ -54,7 +54,7 @@ class Readings:
             readers[f"segment/{name}/stats"] = (SCHEMAS["segment/<name>/stats"], partial(told.stats, name))
         for name, device in here.devices.items():
             readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
-            if device.is_real:
+            if not device.is_seen:
                 continue
             packed = partial(desk.ask, OURS, "packed", name, {})
             readers[f"axis/{name}/state/packed"] = (SCHEMAS["axis/<device>/state/packed"], packed)

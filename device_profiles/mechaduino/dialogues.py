@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Literal
 
 from hil.firmware.listening import wait_until
 from hil.firmware.set_point_paths import at, length_ns, to_rest
+from hil.vocab.axis import How
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
-from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 _NUMBER = rb"(-?\d+\.\d\d)\r\n"
@@ -106,7 +106,3 @@ def _answer(pattern: re.Pattern[bytes], timeout_ns: int, asked: str) -> Dialogue
         if not heard.data or left_ns <= 0:
             raise DialogueError(f'"{asked}" was not answered: {said[-60:]!r}')
     return float(match[1])
-
-
-AXIS = RunAxis
-DIALOGUES = {"enable": enable, "disable": disable}

@@ -8,9 +8,42 @@ from device_profiles.mechaduino import calibration
 from device_profiles.mechaduino.serial_usb import SerialUSB, Steps
 from hil.firmware.arduino import print_float
 from hil.vocab.firmware import Axis, Commit
+from hil.vocab.profile import MemoryFile
 
 LOOKUP = "lookup"
 """The section of the flash that holds the table."""
+_COUNTS = calibration.COUNTS_PER_REV
+
+
+def identity_table() -> bytes:
+    """Make the table of a perfect encoder: angle = count * 360 / 16384, as float32."""
+    return array("f", [i * 360 / _COUNTS for i in range(_COUNTS)]).tobytes()
+
+
+def table_from_file(content: bytes) -> bytes:
+    """Read a table from a file's content: 16,384 numbers in degrees separated by white space or commas, as
+    ``q`` prints them, or 65,536 bytes of little-endian float32.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if len(content) == _COUNTS * 4:
+        return content
+    try:
+        angles = array("f", [float(word) for word in content.decode().replace(",", " ").split()])
+    except (UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f"neither numbers nor 65,536 bytes of float32 ({error})") from error
+    if len(angles) != _COUNTS:
+        raise ValueError(f"{len(angles):,} angles instead of {_COUNTS:,}")
+    return angles.tobytes()
+
+
+TABLE_FILE = MemoryFile(
+    section=LOOKUP,
+    most_bytes=_COUNTS * 64,  # a number has some ten characters
+    read=table_from_file,
+    named={"identity": identity_table},
+)
 
 
 class LookupTable:

@@ -1,8 +1,8 @@
 """The SAC single-axis stepper controller.
 
-``profile.yaml`` describes board, driver and motor. ``firmware.py`` is its program: ``terminal.py`` reads
-lines, ``network.py`` packets, and ``command_line.py`` executes both, with ``moves.py``, ``queue_memory.py``
-and ``system_commands.py``. ``typed_text.py`` parses numbers and attributes; ``session.py`` and
-``parameters.py`` hold what the board knows, ``eeprom.py`` keeps it, ``screens.py`` draws.
+``profile.yaml`` describes board, driver and motor, ``board.py`` what hil asks it for. ``firmware.py`` is its
+program: ``terminal.py`` reads lines, ``network.py`` packets, and ``command_line.py`` executes both, with
+``moves.py``, ``queue_memory.py`` and ``system_commands.py``. ``typed_text.py`` parses numbers and attributes;
+``session.py`` and ``parameters.py`` hold what the board knows, ``eeprom.py`` keeps it, ``screens.py`` draws.
 The pulses are made in the core (``native/motion``).
 """

@@ -1,4 +1,4 @@
-"""``hil sac ...``: files of the companion. Each function is a command; the caller adds which board."""
+"""``hil sac ...``: files of the companion. The caller adds which board."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,9 +8,7 @@ import typer
 from device_profiles.sac import companion
 from device_profiles.sac.companion_files import LINE_BYTES, is_line, read_one_shot, read_queue, write_queue
 from hil.vocab.dialogue import Refusal, Task
-
-HELP = "Files of the SAC's companion program, for twins and real boards."
-BAUD = 38400
+from hil.vocab.profile import Commands
 
 QueuePath = Annotated[Path, typer.Argument(help="A queue's file.", metavar="QUEUE.txt", show_default=False)]
 
@@ -77,9 +75,6 @@ def calibrate(
     return Task(companion.calibrate(rpm), _judged, companion.stop_and_restore)
 
 
-COMMANDS = (load, save, oneshot, command, calibrate)
-
-
 def _content(file: Path) -> bytes:
     try:
         return file.read_bytes()
@@ -99,3 +94,10 @@ def _judged(found: companion.Calibration) -> str:
     else:
         lines.append(f"too slow: $CH{found.interrupt_overhead_us - correction_us}, then $R")
     return "\n".join(lines)
+
+
+COMMANDS = Commands(
+    about="Files of the SAC's companion program, for twins and real boards.",
+    functions=(load, save, oneshot, command, calibrate),
+    baud=38400,
+)

@@ -3,18 +3,21 @@
 Sources: the SAC user manual, Appendix C and the chapter Command Detail.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 from device_profiles.sac.eeprom import Memory
 from device_profiles.sac.moves import Moves
-from device_profiles.sac.network import NAK, SEPARATORS, Network, is_signal
+from device_profiles.sac.network import BROADCAST, NAK, SEPARATORS, Network, is_signal
+from device_profiles.sac.packet import Packet
 from device_profiles.sac.queue_memory import QueueMemory
 from device_profiles.sac.session import Session
 from device_profiles.sac.system_commands import SystemCommands
 from device_profiles.sac.terminal import Steps, Terminal
 from device_profiles.sac.typed_text import Text
+from hil.vocab.framing import Item
 from hil.vocab.motion import Motion
 from hil.vocab.time import SimTimeNs
 
@@ -25,6 +28,8 @@ class Command(NamedTuple):
     letters: str
     about: str
     run: Callable[["CommandLine", Text], Steps | None]
+    is_quick: bool = False
+    """Whether it takes no time and writes nothing when it comes over the network."""
 
 
 @dataclass(eq=False)
@@ -76,6 +81,33 @@ class CommandLine:
                 self.terminal.message(packet.data[1:])
             else:
                 yield from self._command_from_network(Text(data.partition(" ")[0]))
+
+    def takes(self, packets: Sequence[Item]) -> bool:
+        """Execute a packet to everybody, if that takes no time and needs no terminal: as ``from_network``
+        would, without the main loop. Answers whether it has."""
+        packet = packets[0]
+        if (
+            not isinstance(packet, Packet)
+            or packet.destination != BROADCAST
+            or not packet.crc  # a NUL behind it would be idle
+            or len(packets) != 1
+            or not self.network.is_between_packets
+        ):
+            return False
+        if not packet.is_good:
+            return True
+        if (quick := _quick(packet.data)) is None:
+            return False
+        command, rest = quick
+        if command is None:
+            if not is_signal(packet):
+                self.network.remember(packet)
+            return True
+        self.network.remember(packet)
+        self.terminal.is_muted = True
+        command.run(self, Text(rest))
+        self.terminal.is_muted = False
+        return True
 
     def _command_from_network(self, text: Text) -> Steps:
         """Execute a packet's data. It answers no queries, and opens no screens."""
@@ -164,22 +196,37 @@ class CommandLine:
 
 
 COMMANDS = (
-    Command("mM", "motion command", lambda line, text: line.moves.queued(text)),
-    Command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text)),
-    Command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text)),
-    Command("vV", "velocity of the session, vd: of now", CommandLine.velocity),
-    Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
+    Command("mM", "motion command", lambda line, text: line.moves.queued(text), True),
+    Command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text), True),
+    Command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text), True),
+    Command("vV", "velocity of the session, vd: of now", CommandLine.velocity, True),
+    Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text), True),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
-    Command("S", "stop at once", lambda line, text: line.motion.stop(None)),
-    Command("s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully()),
-    Command("N", "next command, at once", lambda line, text: line.motion.next(False)),
-    Command("n", "next command, with this one's deceleration", lambda line, text: line.motion.next(True)),
-    Command("y", "release the sync", lambda line, text: line.motion.release_sync()),
+    Command("S", "stop at once", lambda line, text: line.motion.stop(None), True),
+    Command(
+        "s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully(), True
+    ),
+    Command("N", "next command, at once", lambda line, text: line.motion.next(False), True),
+    Command(
+        "n", "next command, with this one's deceleration", lambda line, text: line.motion.next(True), True
+    ),
+    Command("y", "release the sync", lambda line, text: line.motion.release_sync(), True),
     Command("qQ", "queue: list, edit, save, restore, clear, program", CommandLine.queue_command),
-    Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo()),
+    Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo(), True),
     Command("gG", "GAP testing on or off", CommandLine.toggle_gap),
     Command("cC", "cc: configuration, cf: session", CommandLine.show),
     Command("bB", "debug on or off", CommandLine.debug),
     Command("$", "system commands", lambda line, text: line.system.run(text)),
 )
 COMMANDS_BY_LETTER = {letter: command for command in COMMANDS for letter in command.letters}
+
+
+@lru_cache(maxsize=4)
+def _quick(data: bytes) -> tuple[Command | None, str] | None:
+    """Read a packet's data: the command, None for one that there is not, and the rest of its line. None: it
+    needs the terminal, or time. Cached, because a packet to all has every node read the same."""
+    text = Text(data.decode("latin-1").partition(" ")[0])
+    if data == NAK or data[:1].decode("latin-1") in (*SEPARATORS, "+", "-"):
+        return None
+    command = COMMANDS_BY_LETTER.get(text.take())
+    return None if command and not command.is_quick else (command, text.rest())

@@ -29,7 +29,7 @@ STEPS_PER_REV = r"a sprf\s+(\d+)"
 _ROW = re.compile(r"(\d+)\t(\d+)\t([ +])(CW|CCW)\t(\d+)\t(\d+)\t([ *])([\d.]+)\t([\d.]+)\t(\d+)\t(s?) +(\d+)")
 
 
-class Terminal:
+class BoardTerminal:
     """Command line of a board; each method is a dialogue."""
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
         Refusal: RPM and cycle of a row cannot belong together, or the motor runs; nothing was written.
         DialogueError: it stopped; says at which row.
     """
-    terminal = Terminal()
+    terminal = BoardTerminal()
     yield from terminal.sync()
     steps_per_rev = number_on((yield from terminal.screen("cc")), STEPS_PER_REV)
     problems = [
@@ -127,14 +127,14 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
 
 def save() -> Dialogue[list[Row]]:
     """Read the queue of a board, all of it."""
-    terminal = Terminal()
+    terminal = BoardTerminal()
     yield from terminal.sync()
     return (yield from _listing(terminal))
 
 
 def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
     """Send lines, each after the prompt of the one before; answers what the board says to them."""
-    terminal = Terminal()
+    terminal = BoardTerminal()
     yield from terminal.sync()
     said = []
     for line in lines:
@@ -148,7 +148,7 @@ def number_on(screen: str, pattern: str) -> int:
     return int(match[1])
 
 
-def stands_still(terminal: Terminal, timeout_ns: int = ANSWER_NS) -> Dialogue[None]:
+def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialogue[None]:
     """Check that the motor stands.
 
     Raises:
@@ -159,7 +159,7 @@ def stands_still(terminal: Terminal, timeout_ns: int = ANSWER_NS) -> Dialogue[No
         raise Refusal("the motor runs; stop it first (S), or what it runs through would change under it")
 
 
-def _listing(terminal: Terminal) -> Dialogue[list[Row]]:
+def _listing(terminal: BoardTerminal) -> Dialogue[list[Row]]:
     lines = yield from terminal.ask("q", 40 * NS_PER_S)
     rows = [_row(match) for line in lines if (match := _ROW.fullmatch(line))]
     if [row.position for row in rows] != list(range(1, ROWS + 1)):
@@ -213,7 +213,7 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
         Refusal: the motor runs, or the speed is none.
         DialogueError: it stopped, or no signal came.
     """
-    terminal = Terminal()
+    terminal = BoardTerminal()
     yield from terminal.sync()
     screen = yield from terminal.screen("cc")
     steps_per_rev = number_on(screen, STEPS_PER_REV)

@@ -2,11 +2,11 @@
 
 from typing import ClassVar, Literal
 
-from device_profiles.sac.companion import STEPS_PER_REV, Terminal, number_on, stands_still
+from device_profiles.sac.companion import STEPS_PER_REV, BoardTerminal, number_on, stands_still
 from device_profiles.sac.verbs import one_shot
 from hil.firmware.listening import wait_until
+from hil.vocab.axis import How
 from hil.vocab.dialogue import Dialogue, DialogueError, Refusal, Send
-from hil.vocab.terminal_axis import How
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANSWER_NS = 800 * NS_PER_MS
@@ -34,7 +34,7 @@ class RunAxis:
     def take(self) -> Dialogue[None]:
         """Reset warmly, ending all motion: parameters from the EEPROM come into force, the queue stays."""
         self.commanded_deg = None
-        terminal = Terminal()
+        terminal = BoardTerminal()
         yield from terminal.sync()
         yield from terminal.ask("$R")
         screen = yield from terminal.screen("cc")
@@ -50,7 +50,7 @@ class RunAxis:
             return
         rpm = int(velocity_rpm)
         self.commanded_deg = None
-        terminal = Terminal()
+        terminal = BoardTerminal()
         yield from terminal.ask(f"xm{one_shot(pulses, f'v{rpm}')}s", ANSWER_NS)
         armed_ns = yield from wait_until(0)
         if armed_ns > start_ns:
@@ -68,14 +68,14 @@ class RunAxis:
         """Stop by ``s`` with the session's deceleration, or by ``S``: what is held is dropped too. Where a
         motion was cut short nobody knows."""
         yield Send(b"s\r" if how == "grace" else b"S\r")
-        terminal = Terminal()
+        terminal = BoardTerminal()
         yield from terminal.quiet(LOOK_NEAR_NS)
         now_ns = yield from wait_until(0)
         yield from _until_it_stands(terminal, now_ns, now_ns + _STOPS_NS, may_lose=_LOST)
 
 
 def _until_it_stands(
-    terminal: Terminal, expected_ns: int, give_up_ns: int, may_lose: int = 0
+    terminal: BoardTerminal, expected_ns: int, give_up_ns: int, may_lose: int = 0
 ) -> Dialogue[None]:
     now_ns = yield from wait_until(0)
     while True:
@@ -90,13 +90,9 @@ def _until_it_stands(
         except DialogueError:
             if (may_lose := may_lose - 1) < 0:
                 raise
-            terminal = Terminal()
+            terminal = BoardTerminal()
 
 
 def reset() -> Dialogue[None]:
     """Reset warmly: parameters from the EEPROM come into force, the queue stays."""
     yield from RunAxis().take()
-
-
-AXIS = RunAxis
-DIALOGUES = {"reset": reset}

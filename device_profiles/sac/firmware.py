@@ -10,13 +10,13 @@ from typing import Any
 from device_profiles.sac.command_line import CommandLine
 from device_profiles.sac.eeprom import Eeprom, Memory
 from device_profiles.sac.network import BROADCAST, DC1, DC2, Network
+from device_profiles.sac.packet import UNUSABLE_ADDRESSES
 from device_profiles.sac.parameters import FACTORY_BAUD, SOFTWARE_BAUD_LIMIT, Parameters
 from device_profiles.sac.session import Session
 from device_profiles.sac.system_commands import SystemCommands
 from device_profiles.sac.terminal import Steps, Terminal
 from hil.vocab.firmware import MAIN, NETWORK, Board, ByteAvailable, CoreEvent, Delay, Main, Request
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.packet import UNUSABLE_ADDRESSES
 
 VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
@@ -28,10 +28,10 @@ class Sac:
     """One power-up of the firmware."""
 
     def __init__(self, board: Board) -> None:
-        if board.motion is None or board.network is None:
+        if not board.motions or NETWORK not in board.uarts:
             raise TypeError("a SAC needs a board that makes step pulses and has two UARTs")
         self.motion = board.motion
-        self._uarts = {MAIN: board.uart, NETWORK: board.network}
+        self._uarts = board.uarts
         self._bauds = (FACTORY_BAUD, FACTORY_BAUD)
         self._note = board.note
         self._memory = Memory(board.nvm, board.note)
@@ -62,7 +62,9 @@ class Sac:
         self.is_started = True
         while True:
             self._terminal.prompt()
-            line = yield from self._terminal.read_line(self._line.single_pulse, self._line.from_network)
+            line = yield from self._terminal.read_line(
+                self._line.single_pulse, self._line.from_network, self._line.takes
+            )
             yield from self._line.execute(line) or ()
 
     def interrupt(self, event: CoreEvent) -> None:

@@ -71,7 +71,7 @@ class Moves:
         else:
             velocity = from_cycle(parameters.cycle_us, parameters.steps_per_rev)
         if velocity:
-            self._session.say(Attributes(velocity=velocity))
+            self._session.say_velocity(velocity)
             self._motion.retarget(velocity.rpm, velocity.cycle_us)
 
     # ---- what ends ----

@@ -5,11 +5,12 @@ Source: SAC user manual, communications, network, device ID, ACK, CRC, soft_ops.
 
 from collections.abc import Iterator
 
+from device_profiles.sac.framing import FRAMING, TURNAROUND_CHARACTERS
+from device_profiles.sac.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
 from device_profiles.sac.session import Session
 from device_profiles.sac.terminal import Steps
 from device_profiles.sac.typed_text import Text
 from hil.vocab.firmware import Delay, Uart
-from hil.wire.packet import DATA_MAX, UNUSABLE_ADDRESSES, Malformed, Packet, PacketDecoder, frame
 from hil.wire.serial_line import character_ns
 
 BROADCAST = 0
@@ -18,10 +19,7 @@ _SIGNALS = (ACK, NAK, DC1, DC2)
 SEPARATORS = " ."
 """Characters with which a message's data begins if it is text."""
 REPLY = "\\/"
-TURNAROUND_CHARACTERS = 2
-"""Delay between a packet's last bit and its acknowledgement's first (decision)."""
 _FRAME_ONLY = b"\0\2\3"
-_END, _ETX = 0, 3
 
 
 class Network:
@@ -36,8 +34,13 @@ class Network:
         if uart is not self._uart:
             self._decoder = PacketDecoder()
         self._uart = uart
-        uart.wake_on(_END, _ETX)  # the address 0 is no end
+        uart.wake_on(FRAMING)
         uart.listen_for(self._session.parameters.device_id)
+
+    @property
+    def is_between_packets(self) -> bool:
+        """Whether all that has come belongs to packets that are over."""
+        return self._decoder.is_whole
 
     # ---- out ----
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 from device_profiles.sac.parameters import Parameters
-from device_profiles.sac.typed_text import Attributes
+from device_profiles.sac.typed_text import Attributes, Velocity
 from hil.vocab.motion import MotionEntry
 
 
@@ -32,6 +33,12 @@ class Session:
     def say(self, said: Attributes) -> None:
         """Change the defaults by a unary command."""
         self.default = said.apply(self.default, self.parameters.ramp)
+
+    def say_velocity(self, velocity: Velocity) -> None:
+        """Change the default velocity alone."""
+        now = self.default
+        if now.rpm != velocity.rpm or now.cycle_us != velocity.cycle_us:
+            self.default = _at(now, velocity)
 
     def command(self, said: Attributes) -> MotionEntry:
         """Make a typed motion command on the defaults, but for direction, wait and sync."""
@@ -61,3 +68,9 @@ class Session:
         yield f"CRC\t{int(self.is_crc_on)}"
         yield f"{'EnT' if self.is_throttle else 'EnF'}\t1"
         yield f"debug\t{int(self.is_debug)}"
+
+
+@lru_cache(maxsize=4)
+def _at(entry: MotionEntry, velocity: Velocity) -> MotionEntry:
+    """Give an entry another velocity; cached, because a packet to all has every node do the same."""
+    return replace(entry, rpm=velocity.rpm, cycle_us=velocity.cycle_us)

@@ -1,17 +1,17 @@
 """Terminal of the SAC: echo, line editing, prompt."""
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import Any
 
 from device_profiles.sac.typed_text import Text
 from hil.vocab.firmware import ByteAvailable, Request, Uart
+from hil.vocab.framing import Item
 from hil.vocab.time import SimTimeNs
 
 PROMPT = "SAC>"
 LINE_BYTES = 80
 """Maximum length of a line; the rest of a longer one is dropped (decision)."""
 _CR, _LF, _BS, _DEL = 13, 10, 8, 127
-_A_BYTE = ByteAvailable()
 
 Steps = Generator[Request, Any, None]
 
@@ -45,17 +45,21 @@ class Terminal:
         self.uart.write(b"\r\n" + text + b"\r\n" + PROMPT.encode() + self._line)
 
     def read_line(
-        self, is_immediate: Callable[[int], bool], meanwhile: Callable[[], Steps]
+        self,
+        is_immediate: Callable[[int], bool],
+        meanwhile: Callable[[], Steps],
+        takes: Callable[[Sequence[Item]], bool],
     ) -> Generator[Request, Any, str]:
         """Read the next line without its end; what is typed is echoed.
 
         ``is_immediate`` is asked for each first byte of an empty line: True, and it has been acted upon.
-        ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read. BS and DEL
-        erase (decision).
+        ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read; ``takes`` as
+        ``ByteAvailable``'s. BS and DEL erase (decision).
         """
         line = self._line = bytearray()
+        a_byte = ByteAvailable(takes=takes)
         while True:
-            yield _A_BYTE
+            yield a_byte
             yield from meanwhile()
             if not self.uart.available():
                 continue

@@ -21,7 +21,7 @@ class Text:
 
     def peek(self) -> str:
         """Answer the next character, "" at the end."""
-        return self._text[self._at] if self._at < len(self._text) else ""
+        return self._text[self._at : self._at + 1]
 
     def take(self) -> str:
         """Take the next character; "" at the end."""
@@ -31,7 +31,8 @@ class Text:
 
     def takes(self, letters: str) -> bool:
         """Take the next character if it is one of these; answers whether it was."""
-        if self.peek() and self.peek() in letters:
+        character = self._text[self._at : self._at + 1]
+        if character and character in letters:
             self._at += 1
             return True
         return False

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from hil.arduino.protocol import Discovery, Message, board_port
-from hil.arduino.stdio import Commands, send
+from hil.arduino.stdio import InputLines, send
 from hil.host.trust import refuse_address
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
@@ -52,7 +52,7 @@ def _ports(listed: dict[str, Any], owner: int) -> list[Message]:
 def discover(bases: Sequence[Path], commands_fd: int, out: TextIO, is_named: bool = False) -> None:
     """Serve one client, until QUIT or the end of its commands."""
     benches = Benches(bases, is_named)
-    discovery, commands = Discovery(benches.ports), Commands(commands_fd)
+    discovery, commands = Discovery(benches.ports), InputLines(commands_fd)
     with suppress(BrokenPipeError):  # the client has gone without QUIT
         while not (discovery.dead or commands.ended):
             readable, _, _ = select.select([commands.fd], [], [], POLL_S if discovery.syncing else None)

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from typing import TextIO
 
 from hil.arduino.protocol import Monitor
-from hil.arduino.stdio import Commands, send
+from hil.arduino.stdio import InputLines, send
 from hil.net.port_client import PortUnreachable, opened_port
 
 _CONNECT_S = 5.0
@@ -24,7 +24,7 @@ class LinkLost(Exception):
     """One of the two ends has gone: ``str(error)`` says which."""
 
 
-class Link:
+class FdLink:
     """``MonitorLink`` by two file descriptors, with what waits on the way between them."""
 
     def __init__(self) -> None:
@@ -99,8 +99,8 @@ class Link:
 
 def serve(commands_fd: int, out: TextIO) -> None:
     """Serve one client, until QUIT or the end of its commands."""
-    link = Link()
-    monitor, commands = Monitor(link), Commands(commands_fd)
+    link = FdLink()
+    monitor, commands = Monitor(link), InputLines(commands_fd)
     try:
         while not (monitor.dead or commands.ended):
             reads, writes = link.wants()

@@ -9,7 +9,7 @@ from hil.arduino.protocol import Message
 _READ_BYTES = 65536
 
 
-class Commands:
+class InputLines:
     """Lines from a file descriptor. Read when it is readable, and ``ended`` is false."""
 
     def __init__(self, fd: int) -> None:

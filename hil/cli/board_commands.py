@@ -1,25 +1,28 @@
 """Commands of profiles that talk to a board: the choice of the board, and the serial port in between.
 
-A profile's ``cli.py`` has ``HELP``, ``BAUD`` and ``COMMANDS``, functions that answer a ``Task``; they become
-``hil <profile> <command>`` with the options that say which board.
+Functions of ``Profile.commands``, which answer a ``Task``, become ``hil <profile> <command>`` with the
+options that say which board.
 """
 
 import inspect
 import os
 import termios
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
+from hil.vocab.profile import Profile
 from hil.vocab.time import SimTimeNs
 
 OnDevice = Annotated[
@@ -30,22 +33,37 @@ OnPort = Annotated[
     typer.Option("--port", help="A real board's port instead: a path, socket://... or rfc2217://..."),
 ]
 OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default: the board's usual one]")]
-PROFILES = "device_profiles"
 BRIDGES = "bridges"
 GONE = "it was disconnected"
 """Text in place of pyserial's longer sentence."""
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
 
 
-def mount(app: typer.Typer) -> None:
-    for name in _with_commands(PROFILES):
-        _mount_profile(app, name)
+class WithOthers(TyperGroup):
+    """Group with the commands of boards and bridges, which are loaded when one is named that is not its own,
+    or all are listed: other commands start sooner without."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *_others()]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return super().get_command(ctx, cmd_name) or _others().get(cmd_name)
 
 
-def mount_bridges(app: typer.Typer) -> None:
-    """Add the commands of all bridges that have some: ``app`` of their ``cli.py``."""
+@cache
+def _others() -> Mapping[str, Any]:
+    """Commands of boards, and of bridges: ``app`` of their ``cli.py``."""
+    from hil.discovery.board_loading import Boards
+    from hil.discovery.board_places import find_places
+
+    app, found = typer.Typer(rich_markup_mode=None), find_places()
+    boards = Boards(found.places, dict.fromkeys(sorted(found.places), ()), {})
+    for name in boards:
+        if name not in found.refused:
+            _mount_profile(app, name, boards)
     for name in _with_commands(BRIDGES):
         app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app)
+    return typer.main.get_group(app).commands
 
 
 def _with_commands(package: str) -> list[str]:
@@ -54,13 +72,15 @@ def _with_commands(package: str) -> list[str]:
     return [path.parent.name for root in roots for path in sorted(Path(root).glob("*/cli.py"))]
 
 
-def _mount_profile(app: typer.Typer, name: str) -> None:
-    """Add a profile's commands, or one that says why they cannot be loaded."""
+def _mount_profile(app: typer.Typer, name: str, boards: Mapping[str, Profile]) -> None:
+    """Add a profile's commands if it has some, or one that says why they cannot be loaded."""
     try:
-        module = import_module(f"{PROFILES}.{name}.cli")
-        group = typer.Typer(help=module.HELP, no_args_is_help=True, rich_markup_mode=None)
-        for function in module.COMMANDS:
-            group.command()(_command(name, function, module.BAUD))
+        if (load := boards[name].commands) is None:
+            return
+        commands = load()
+        group = typer.Typer(help=commands.about, no_args_is_help=True, rich_markup_mode=None)
+        for function in commands.functions:
+            group.command()(_command(name, function, commands.baud))
     except Exception as error:  # a profile is a plug-in: the other commands live on
         taking_all = {"ignore_unknown_options": True, "allow_extra_args": True}
         app.command(name, help=f"Not usable: {error!r}", context_settings=taking_all)(_broken(name, error))
@@ -70,7 +90,7 @@ def _mount_profile(app: typer.Typer, name: str) -> None:
 
 def _broken(profile: str, error: Exception) -> Callable[[], None]:
     def say() -> None:
-        raise fail(f"hil: {PROFILES}/{profile}/cli.py: {error!r}")
+        raise fail(f"hil: the commands of {profile} cannot be loaded: {error!r}")
 
     return say
 

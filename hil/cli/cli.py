@@ -15,6 +15,7 @@ from hil.cli import (
     board_commands,
     draw_commands,
     line_commands,
+    profile_commands,
     reload_command,
     run_command,
 )
@@ -22,6 +23,7 @@ from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, found, p
 
 app = typer.Typer(
     name="hil",
+    cls=board_commands.WithOthers,
     help="Virtual motion-control boards behind real serial ports.",
     no_args_is_help=True,
     add_completion=False,
@@ -125,19 +127,21 @@ def check(
 
     Each comes with file:line:column and a remedy.
     """
+    from hil.compose import find_catalogue
     from hil.compose.build import TableFileError, start_sections
 
     bench = _read_config(config)
-    problems = []
+    problems, boards = [], find_catalogue(path=bench.profile_path).boards
     for name, device in bench.devices.items():
         try:
-            start_sections(device, {}, config.parent)
+            start_sections(device, boards[device.profile], {}, config.parent)
         except TableFileError as error:
             problems.append(f"{config}: devices.{name}.flash.table: {error}")
     if problems:
         raise fail("\n".join(problems), 2)
     if diff is None:
-        typer.echo(f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems")
+        besides = profile_commands.say_what_is_spoilt(bench)
+        typer.echo(f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems{besides}")
         return
     from hil.config import diff as difference
 
@@ -147,12 +151,17 @@ def check(
 
 
 @app.command()
-def schema() -> None:
+def schema(
+    config: Annotated[
+        Path | None, typer.Argument(help="A configuration, whose own boards (profile_path) are known too.")
+    ] = None,
+) -> None:
     """Print the configuration's JSON Schema, for editors."""
     from hil.compose import find_catalogue
     from hil.config import schema as json_schema
 
-    typer.echo(json.dumps(json_schema(find_catalogue()), indent=2))
+    path = _read_config(config).profile_path if config else ()
+    typer.echo(json.dumps(json_schema(find_catalogue(path=path)), indent=2))
 
 
 @app.command("list")
@@ -225,7 +234,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     from hil.net.port_client import PortUnreachable
 
     rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
-    rows |= {f"{name}.network": {"address": row["network"]} for name, row in rows.items() if row["network"]}
+    rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
     if device not in rows:
         raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
     address = port_of(rows[device]["address"], bench, runtime_dir)
@@ -364,11 +373,10 @@ app.command(context_settings={"ignore_unknown_options": True})(axis_command.axis
 app.command()(run_command.run)
 app.command()(run_command.benches)
 app.add_typer(line_commands.fault_app, name="fault")
+app.add_typer(profile_commands.profile_app, name="profile")
 app.command()(line_commands.capture)
 app.command()(line_commands.decode)
 app.command()(line_commands.play)
-board_commands.mount(app)
-board_commands.mount_bridges(app)
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)
 

@@ -16,17 +16,19 @@ TAKES = {
     "output": FILE,
     "write": FILE,
     "folder": FOLDER,
+    "folders": FOLDER,
     "runtime_dir": FOLDER,
     "sketchbook": FOLDER,
     "state_dir": FOLDER,
     "bench": "benches",
-    "device": "devices",
+    "device": "axes",
+    "reset device": "devices",
     "fault": "faults",
     "number": "fault-numbers",
     "parameters": "fault-values",
     "sources": "lines",
     "tap": "taps",
-    "target": "lines",
+    "target": "targets",
     "values": "verb-values",
     "verb": "verbs",
     "monitor device": "ports",
@@ -41,7 +43,7 @@ of ``completion_names.KINDS``. All others have no names that could be listed."""
 
 
 @dataclass(frozen=True)
-class Parameter:
+class CliParameter:
     """Argument, or an option: then it has ``flags``, as in --bench and -b."""
 
     name: str
@@ -57,14 +59,14 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Command:
+class CliCommand:
     """Command. ``path``: ("fault", "inject"); of ``hil`` itself (). ``about``: paragraphs, first a line."""
 
     path: tuple[str, ...]
     about: str
-    arguments: tuple[Parameter, ...]
-    options: tuple[Parameter, ...]
-    commands: tuple["Command", ...]
+    arguments: tuple[CliParameter, ...]
+    options: tuple[CliParameter, ...]
+    commands: tuple["CliCommand", ...]
 
     @property
     def name(self) -> str:
@@ -74,25 +76,26 @@ class Command:
     def summary(self) -> str:
         return " ".join(self.about.partition("\n\n")[0].split())
 
-    def all(self) -> Iterator["Command"]:
+    def all(self) -> Iterator["CliCommand"]:
         """Iterate over this command and all below it."""
         yield self
         for command in self.commands:
             yield from command.all()
 
 
-HELP = Parameter("help", ("--help",), "Show a summary and exit.", False, False, False, "", "")
+HELP = CliParameter("help", ("--help",), "Show a summary and exit.", False, False, False, "", "")
 
 
-def commands(app: typer.Typer) -> Command:
+def commands(app: typer.Typer) -> CliCommand:
     """Read ``hil`` with all that is not hidden."""
     return _command(typer.main.get_command(app), ())
 
 
-def _command(group: Any, path: tuple[str, ...]) -> Command:
+def _command(group: Any, path: tuple[str, ...]) -> CliCommand:
     parameters = [_parameter(each, path) for each in group.params]
-    below = getattr(group, "commands", {}).items()
-    return Command(
+    names = group.list_commands(None) if hasattr(group, "list_commands") else ()
+    below = ((name, group.get_command(None, name)) for name in names)
+    return CliCommand(
         path,
         inspect.cleandoc(group.help or ""),
         tuple(each for each in parameters if not each.flags),
@@ -101,12 +104,12 @@ def _command(group: Any, path: tuple[str, ...]) -> Command:
     )
 
 
-def _parameter(given: Any, path: tuple[str, ...]) -> Parameter:
+def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
     is_option = given.param_type_name == "option"
     takes_value = not (is_option and given.is_flag)
     shown = takes_value and given.show_default and given.default not in (None, ())
     takes = TAKES.get(" ".join((*path, given.name)), TAKES.get(given.name, ""))
-    return Parameter(
+    return CliParameter(
         given.name,
         tuple(given.opts) if is_option else (),
         " ".join((given.help or "").split()),

@@ -4,7 +4,7 @@ Commands and options stand in the script, so that they cost nothing; names of wh
 ``hil _names`` (``completion_names.py``) when the key is pressed.
 """
 
-from hil.cli.commands import FILE, FOLDER, Command, Parameter
+from hil.cli.commands import FILE, FOLDER, CliCommand, CliParameter
 
 BASH = r"""
 _hil_offer() {
@@ -122,7 +122,7 @@ complete -c hil -f
 """
 
 
-def bash(root: Command) -> str:
+def bash(root: CliCommand) -> str:
     """Write the script for bash: tables for the function above."""
     tables: dict[str, list[str]] = {"commands": [], "options": [], "takes": [], "arguments": []}
     for command in root.all():
@@ -144,12 +144,12 @@ def bash(root: Command) -> str:
     return "# bash completion of hil\n" + "\n".join(parts) + "\n" + BASH
 
 
-def zsh(root: Command) -> str:
+def zsh(root: CliCommand) -> str:
     """Write the script for zsh: a function for each command."""
     return "\n".join(["#compdef hil\n", *(_zsh_function(each) for each in root.all())]) + ZSH
 
 
-def _zsh_function(command: Command) -> str:
+def _zsh_function(command: CliCommand) -> str:
     specs = [_zsh_option(option) for option in command.options]
     for place, argument in enumerate(command.arguments, 1):
         where = "*" if argument.is_repeated else str(place)
@@ -171,7 +171,7 @@ def _zsh_function(command: Command) -> str:
     )
 
 
-def _zsh_option(option: Parameter) -> str:
+def _zsh_option(option: CliParameter) -> str:
     value = f":{_zsh_text(option.name)}:{_zsh_action(option)}" if option.takes_value else ""
     again = "*" if option.is_repeated else ""
     rows = []
@@ -182,7 +182,7 @@ def _zsh_option(option: Parameter) -> str:
     return " ".join(rows)
 
 
-def _zsh_action(parameter: Parameter) -> str:
+def _zsh_action(parameter: CliParameter) -> str:
     return {FILE: "_files", FOLDER: "_files -/", "": " "}.get(
         parameter.takes, f" __hil_names {parameter.takes}"
     )
@@ -194,7 +194,7 @@ def _zsh_text(text: str) -> str:
     return text
 
 
-def fish(root: Command) -> str:
+def fish(root: CliCommand) -> str:
     """Write the script for fish: a line for each command, option and argument."""
     every = list(root.all())
     valued = [
@@ -231,7 +231,7 @@ def _fish_line(condition: str, what: str, about: str) -> str:
     return f"complete -c hil -n {_fish_quoted(condition)} {what}{described}"
 
 
-def _fish_value(parameter: Parameter) -> str:
+def _fish_value(parameter: CliParameter) -> str:
     if not parameter.takes_value:
         return ""
     return {

@@ -18,7 +18,7 @@ _TIMEOUT_S = 0.5
 
 
 @dataclass(frozen=True)
-class Line:
+class TypedLine:
     """Command line so far: the bench that it means, and its words that are no options."""
 
     runtime_dir: Path | None
@@ -45,58 +45,75 @@ class Line:
 Names = Iterable[tuple[str, str]]
 
 
-def _benches(line: Line) -> Names:
+def _benches(line: TypedLine) -> Names:
     found = line.found()
     names = [(found.called(bench), str(bench.folder)) for bench in found.benches]
     several = len({bench.name for bench in found.benches}) < len(names)
     return names if several else [(name, "") for name, _ in names]
 
 
-def _ports(line: Line) -> Names:
+def _ports(line: TypedLine) -> Names:
     for row in line.ask("list")["devices"]:
         yield row["device"], row["profile"]
-        if row["network"]:
-            yield f"{row['device']}.network", f"{row['profile']}, its network"
+        for name in row["ports"]:
+            yield name, f"{row['profile']}, its {name.partition('.')[2]}"
 
 
-def _verb_values(line: Line) -> Names:
+def _verb_values(line: TypedLine) -> Names:
     _, device, verb, *_ = line.words
     for row in line.ask("verbs", device=device):
         if row["verb"] == verb.replace("-", "_"):
             yield from ((f"{name}=", about) for name, about in row["parameters"].items())
 
 
-def _faults(line: Line) -> Names:
+def _faults(line: TypedLine) -> Names:
     from hil.vocab.faults import FAULT_KINDS
 
     return [(kind.name, kind.about) for kind in FAULT_KINDS.values()]
 
 
-def _fault_values(line: Line) -> Names:
+def _fault_values(line: TypedLine) -> Names:
     from hil.vocab.faults import FAULT_KINDS, TIMING
 
     kind = FAULT_KINDS[line.words[2]]
     return [(f"{each.name}=", each.about) for each in (*kind.parameters, *TIMING)]
 
 
-def _shells(line: Line) -> Names:
+def _shells(line: TypedLine) -> Names:
     from hil.cli.completion import SHELLS
 
     return [(shell, "") for shell in SHELLS]
 
 
-def _taps(line: Line) -> Names:
+def _taps(line: TypedLine) -> Names:
     return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
 
 
-def _lines(line: Line) -> Names:
+def _lines(line: TypedLine) -> Names:
     return [*_ports(line), *_taps(line), *((row["segment"], "segment") for row in line.ask("segments"))]
 
 
-KINDS: dict[str, Callable[[Line], Names]] = {
+def _members(row: dict[str, Any]) -> list[str]:
+    """A device and its further axes."""
+    return [row["device"], *(axis for axis in row["axes"] if axis != row["device"])]
+
+
+def _targets(line: TypedLine) -> Names:
+    lines = list(_lines(line))
+    known = {name for name, _ in lines}
+    rows = line.ask("list")["devices"]
+    axes = [(name, row["profile"]) for row in rows for name in _members(row) if name not in known]
+    return [*lines, *axes]
+
+
+KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "benches": _benches,
     "devices": lambda line: [(row["device"], row["profile"]) for row in line.ask("list")["devices"]],
+    "axes": lambda line: [
+        (name, row["profile"]) for row in line.ask("list")["devices"] for name in _members(row)
+    ],
     "ports": _ports,
+    "targets": _targets,
     "taps": _taps,
     "lines": _lines,
     "verbs": lambda line: [
@@ -123,7 +140,7 @@ def print_names(arguments: list[str]) -> None:
     sys.stdout.write("".join(f"{name}\t{about}\n" for name, about in found))
 
 
-def _parsed(words: list[str]) -> Line:
+def _parsed(words: list[str]) -> TypedLine:
     """Parse words; a shell may have split ``--bench=a`` at the equals sign. Of other options only those with
     = are known to take no word, which does for the commands that ask for names by their words."""
     given: dict[str, str] = {}
@@ -135,7 +152,7 @@ def _parsed(words: list[str]) -> Line:
         elif not word.startswith("-"):
             plain.append(word)
     runtime_dir = given.get("r")
-    return Line(Path(runtime_dir) if runtime_dir else None, given.get("b") or None, tuple(plain))
+    return TypedLine(Path(runtime_dir) if runtime_dir else None, given.get("b") or None, tuple(plain))
 
 
 def _split(word: str) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.firmware.nvm import NvmError, decode
-from hil.host.doctor import NO_START, Finding
+from hil.host.doctor import NO_START, Diagnosis
 from hil.host.paths import CONTROL_SOCKET, SERVICES, STARTING
 from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
@@ -20,7 +20,7 @@ START_S = 60.0
 """Maximum time of a start, when nobody is served. A real board that cannot be reached takes 5 s of it."""
 
 
-def judge_benches(runtime_dir: Path, is_named: bool = False) -> Iterator[Finding]:
+def judge_benches(runtime_dir: Path, is_named: bool = False) -> Iterator[Diagnosis]:
     """Make findings about the benches below the user's runtime directory, which he has named or not, and
     about the services': one for each that is well, else one for each thing that is wrong with it; before them
     one for each folder that commands do not look into."""
@@ -28,23 +28,25 @@ def judge_benches(runtime_dir: Path, is_named: bool = False) -> Iterator[Finding
     cost = "commands do not look into it, and `hil serve` refuses it"
     remedy = "name a folder of yours with --runtime-dir, or set XDG_RUNTIME_DIR"
     for why in found.left_out:
-        yield Finding("bench folders", "problem", why, cost, remedy)
+        yield Diagnosis("bench folders", "problem", why, cost, remedy)
     for folder in sorted(here.folder for here in found.benches):
         yield from _judge(f"bench {folder.name}", folder)
 
 
-def _judge(name: str, folder: Path) -> Iterator[Finding]:
+def _judge(name: str, folder: Path) -> Iterator[Diagnosis]:
     socket = folder / CONTROL_SOCKET
     try:
         pid = listener(socket)
     except OSError as error:
         found = f"its control socket refuses you: {os.strerror(error.errno or 0)}"
         cost = "`hil status` and all commands that ask it fail"
-        yield Finding(name, "problem", found, cost, "ask as root, or as the user that runs it")
+        yield Diagnosis(name, "problem", found, cost, "ask as root, or as the user that runs it")
         return
     if not pid:
         remedy = f"start it again, which cleans up, or `rm -r {folder}`"
-        yield Finding(name, "note", f"no daemon runs: {folder} was left behind", "its ports are dead", remedy)
+        yield Diagnosis(
+            name, "note", f"no daemon runs: {folder} was left behind", "its ports are dead", remedy
+        )
         return
     try:
         status = ask(socket, "status", timeout_s=PATIENCE_S)
@@ -52,11 +54,11 @@ def _judge(name: str, folder: Path) -> Iterator[Finding]:
         if (age_s := _starting_s(socket)) is not None:
             found = f"process {pid} has been starting for {age_s:.0f} s"
             cost = "its ports and commands wait until it serves: for a real board that does not answer, 5 s"
-            yield Finding(name, "note", found, cost, "wait; `hil serve` says what it cannot have")
+            yield Diagnosis(name, "note", found, cost, "wait; `hil serve` says what it cannot have")
             return
         remedy = f"`systemctl restart hil`, or `kill -9 {pid}`, and start it again"
         found = f"process {pid} does not answer within {PATIENCE_S:g} s"
-        yield Finding(name, "problem", found, "its boards are dead", remedy)
+        yield Diagnosis(name, "problem", found, "its boards are dead", remedy)
     else:
         yield from _judge_running(name, pid, status)
 
@@ -70,26 +72,26 @@ def _starting_s(socket: Path) -> float | None:
     return None
 
 
-def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Finding]:
+def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Diagnosis]:
     problems = status["health"]["problems"]
     for problem in problems:
         found = f"{problem['about']}: {problem['what']}" if problem["about"] else problem["what"]
-        yield Finding(name, "problem", found, "it runs degraded", problem["remedy"])
+        yield Diagnosis(name, "problem", found, "it runs degraded", problem["remedy"])
     paths = [row["address"] for row in status["devices"] if row["address"].startswith("/")]
     lost = [path for path in paths if not os.path.exists(path)]
     closed = [path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK)]
     if closed:
         found = f"{len(closed)} of its ports refuse you, {closed[0]} first"
         remedy = "as root `usermod -aG dialout USER`, then log in again; or another `group:` of its ports"
-        yield Finding(name, "problem", found, "programs that you start cannot open them", remedy)
+        yield Diagnosis(name, "problem", found, "programs that you start cannot open them", remedy)
     if lost:
         found = f"the names of {len(lost)} of its ports are gone, {lost[0]} first"
-        yield Finding(name, "problem", found, "programs cannot open them any more", "restart the bench")
+        yield Diagnosis(name, "problem", found, "programs cannot open them any more", "restart the bench")
     if not problems and not closed and not lost:
-        yield Finding(name, "ok", f"process {pid}, {status['rt_line']}")
+        yield Diagnosis(name, "ok", f"process {pid}, {status['rt_line']}")
 
 
-def judge_memories(state_dir: Path) -> list[Finding]:
+def judge_memories(state_dir: Path) -> list[Diagnosis]:
     """Make findings about boards' memories that a start would not take as they are."""
     findings = []
     for path in sorted(state_dir.glob("*/*.nvm")):
@@ -98,15 +100,17 @@ def judge_memories(state_dir: Path) -> list[Finding]:
             version = decode(read_regular(path)).migrated_from
         except (NotRegularError, IsADirectoryError) as error:
             remedy = f"`mv {path}` away, and put a copy back"
-            findings.append(Finding(name, "problem", str(error.strerror), NO_START, remedy))
+            findings.append(Diagnosis(name, "problem", str(error.strerror), NO_START, remedy))
         except OSError as error:
             remedy = f"as root `chown -R USER {path.parent}`, or choose another with --state-dir"
-            findings.append(Finding(name, "problem", os.strerror(error.errno or 0), NO_START, remedy))
+            findings.append(Diagnosis(name, "problem", os.strerror(error.errno or 0), NO_START, remedy))
         except NvmError as error:
             cost = "at the next start it is kept aside, and the board has an empty memory"
             remedy = f"`mv {path}` away, and put a copy back; or install the hil that wrote it"
-            findings.append(Finding(name, "problem", str(error), cost, remedy))
+            findings.append(Diagnosis(name, "problem", str(error), cost, remedy))
         else:
             if version is not None:
-                findings.append(Finding(name, "ok", f"format version {version}, migrated at the next start"))
+                findings.append(
+                    Diagnosis(name, "ok", f"format version {version}, migrated at the next start")
+                )
     return findings

@@ -157,25 +157,13 @@ def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE
 
     Exits with 1 if the file ends in the middle of a record; what is whole is printed.
     """
-    from hil.wire.packet import PacketDecoder
-    from hil.wire.packet_text import packet_text
-    from hil.wire.pcapng import EVENT_NAMES, CaptureError, Event, read
+    from hil.cli.decoding import decoded
+    from hil.wire.pcapng import CaptureError
 
     data = _content(file)
-    decoders: dict[tuple[str, int], PacketDecoder] = {}
-    first_ns = None
     try:
-        for record in read(data):
-            first_ns = record.at_ns if first_ns is None else first_ns
-            where = f"{(record.at_ns - first_ns) / 1e9:12.6f} {record.interface}"
-            if record.event not in (Event.TX, Event.RX):
-                name = EVENT_NAMES.get(record.event, f"event {record.event}")
-                about = f" ({record.comment})" if record.comment else ""
-                typer.echo(f"{where} {name}{about}: {record.data.hex(' ')}")
-                continue
-            decoder = decoders.setdefault((record.interface, record.event), PacketDecoder())
-            for item in decoder.feed(record.data):
-                typer.echo(f"{where} {packet_text(item)}")
+        for line in decoded(data):
+            typer.echo(line)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
 

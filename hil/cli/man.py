@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import typer
 
 from hil import __version__
-from hil.cli.commands import Command, Parameter, commands
+from hil.cli.commands import CliCommand, CliParameter, commands
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 
 HEAD = """\
@@ -43,7 +43,7 @@ def man_page(app: typer.Typer) -> str:
     return "".join(parts)
 
 
-def _command(command: Command) -> str:
+def _command(command: CliCommand) -> str:
     words = [f"hil {command.name}"]
     words += ["[OPTION...]"] * (len(command.options) > 1) + ["COMMAND"] * bool(command.commands)
     words += [_argument(each) for each in command.arguments]
@@ -52,16 +52,16 @@ def _command(command: Command) -> str:
     return f'.SS "{_text(" ".join(words))}"\n{text}\n{_arguments(command)}{_options(command)}'
 
 
-def _argument(argument: Parameter) -> str:
+def _argument(argument: CliParameter) -> str:
     name = argument.name.upper() + "..." * argument.is_repeated
     return name if argument.is_required else f"[{name}]"
 
 
-def _arguments(command: Command) -> str:
+def _arguments(command: CliCommand) -> str:
     return "".join(f".TP\n.I {_text(each.name.upper())}\n{_about(each)}\n" for each in command.arguments)
 
 
-def _options(command: Command) -> str:
+def _options(command: CliCommand) -> str:
     text = ""
     for option in command.options:
         if option.name != "help" or not command.path:
@@ -71,7 +71,7 @@ def _options(command: Command) -> str:
     return text
 
 
-def _about(parameter: Parameter) -> str:
+def _about(parameter: CliParameter) -> str:
     told = [parameter.about] if parameter.about else []
     told += [f"[default: {parameter.default}]"] if parameter.default else []
     told += ["Needed."] if parameter.is_required and parameter.flags else []

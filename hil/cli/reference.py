@@ -6,7 +6,7 @@ import typer
 
 from hil.cli.commands import HELP, commands
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
-from hil.compose.find import bridge_reference, find_catalogue, load_verbs
+from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.operations.control_socket import CONTROL_VERSION
@@ -92,9 +92,7 @@ def _device_verbs() -> str:
         " those of all boards. A verb's role is the least that may use it.\n",
     ]
     tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
-    for name in sorted(find_catalogue().profiles):
-        own = [verb for verb in load_verbs(name).table.values() if verb not in COMMON]
-        tables[f"`{name}`"] = tuple(own)
+    tables |= {f"`{name}`": board.verbs for name, board in sorted(find_boards().items())}
     for title, verbs in tables.items():
         parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")
         for verb in verbs:

@@ -7,6 +7,8 @@ from hil import __version__
 from hil.daemon import Serving
 from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
+from hil.vocab.address import address_of
+from hil.vocab.firmware import NETWORK
 
 
 def started(serving: Serving, writer: LogWriter) -> None:
@@ -31,7 +33,10 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         device = config.devices[twin]
         profile = catalogue.profiles[device.profile]
         if name != twin:
-            lines.append(f"  {name} at {address}, {profile.network_baud} baud, packets")
+            uart = address_of(name).part
+            speaks = f", {profile.baud(uart)} baud" if profile.baud(uart) else ""
+            speaks += ", packets" if uart == NETWORK else ""
+            lines.append(f"  {name} at {address}{speaks}")
             continue
         baud = device.baud or 115200
         lines.append(

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from hil.host.doctor import Finding
+    from hil.host.doctor import Diagnosis
 
 _BAR = "▁▂▃▄▅▆▇█"
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
@@ -21,9 +21,8 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
     for row in listed["devices"]:
         profile = f"{row['profile']} {row['hardware']}"
         table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
-        if row["network"]:
-            clients = str(row["network_clients"])
-            table.add_row(f"{row['device']}.network", "", "", Text(row["network"]), clients)
+        for name, port in row["ports"].items():
+            table.add_row(name, "", "", Text(port["address"]), str(port["clients"]))
     for row in listed["taps"]:
         table.add_row(row["tap"], "tap", "", Text(row["port"]), str(row["clients"]))
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
@@ -50,11 +49,11 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         shot = row["snapshot"]
         counts = [str(row[name]) for name in ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")]
         state = "see below" if _state(row) else "ok"
-        if shot is None:
-            table.add_row(row["device"], *counts, "-", "-", "real", state)
-            continue
-        moves = (f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot))
+        is_real = row["hardware"] == "real"
+        moves = _motion(shot) if shot else ("-", "-", "real" if is_real else "-")
         table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
+        for name, other in row["snapshots"].items():
+            table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
@@ -92,14 +91,20 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
     return table
 
 
+def _motion(shot: dict[str, Any]) -> tuple[str, str, str]:
+    return f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot)
+
+
 def _mode(shot: dict[str, Any]) -> str:
     """State of an axis: a servo's mode and loop, a stepper's state."""
+    from hil.core.abi import MotionState
+
     if "motion_state" in shot:
-        return ("standby", "accel", "cruise", "decel", "stop")[int(shot["motion_state"])]
+        return MotionState(int(shot["motion_state"])).name
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
 
 
-def doctor_view(findings: list["Finding"]) -> RenderableType:
+def doctor_view(findings: list["Diagnosis"]) -> RenderableType:
     """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
     table = Table(box=None)
     for column in ("verdict", "what", "found"):

@@ -1,14 +1,14 @@
 """Builds a bench from a configuration, for the daemon and the test kit alike, and replays a log.
 
-Finds profiles, ports and bridges by their folder's name, which a configuration gives, and imports them by
-that name alone.
+Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
+alone.
 
-May import: hil.config, hil.core, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire, the standard library,
-pydantic.
+May import: hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire,
+the standard library, pydantic.
 """
 
-from hil.compose.build import bench_runtime, start_sections
+from hil.compose.build import bench_runtime, start_memories
 from hil.compose.find import find_catalogue
 from hil.host.regular_file import read_text
 
-__all__ = ["bench_runtime", "find_catalogue", "read_text", "start_sections"]
+__all__ = ["bench_runtime", "find_catalogue", "read_text", "start_memories"]

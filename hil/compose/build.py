@@ -1,12 +1,12 @@
 """Builder of devices, axes and firmware for a validated configuration."""
 
-from array import array
-from collections.abc import Callable, Iterable, Mapping
-from importlib import import_module
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from hil.compose.find import PROFILES, load_verbs, make_segment
-from hil.config import BenchConfig, Catalogue, DeviceConfig, ProfileInfo, SegmentConfig
+from hil.compose.find import make_segment
+from hil.compose.framings import framing_of
+from hil.config import BenchConfig, Catalogue, DeviceConfig, SegmentConfig
+from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.host.regular_file import read_regular
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
@@ -15,100 +15,88 @@ from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
-from hil.vocab.firmware import MAIN, NETWORK, Board, Firmware
+from hil.vocab.address import Address
+from hil.vocab.profile import MemoryFile, Profile
 
 LEAST_AXES = 8
-TABLE_LEN = 16384
-TABLE_FILE_BYTES = TABLE_LEN * 64
-"""Maximum length of a table's file: a number has some ten characters."""
-LOOKUP_SECTION = "lookup"
-"""Section of a board's memory that holds the encoder's look-up table."""
 
 
 class TableFileError(Exception):
     """A look-up table's file cannot be used: ``str(error)`` says which and why."""
 
 
-def identity_table() -> bytes:
-    """Make the table of a perfect encoder: angle = count * 360 / 16384, as float32."""
-    return array("f", [i * 360 / TABLE_LEN for i in range(TABLE_LEN)]).tobytes()
+def named_sections(board: Profile, stored: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Name all sections: version 1 of the memory files had one alone, without a name."""
+    only = board.memory_file.section if board.memory_file else ""
+    return {name or only: data for name, data in stored.items()}
 
 
-def table_from_file(path: Path) -> bytes:
-    """Read a table from a file: 16,384 numbers in degrees separated by white space or commas, as ``q`` prints
-    them, or 65,536 bytes of little-endian float32.
+def start_sections(
+    config: DeviceConfig, board: Profile, stored: Mapping[str, bytes], folder: Path
+) -> dict[str, bytes]:
+    """Make a device's memory at the start: what the configuration asks for, over what is stored. A file is
+    looked up from ``folder``.
 
     Raises:
-        TableFileError: it cannot be read, or is neither.
+        TableFileError: the configured file cannot be used.
     """
+    sections, file, wanted = named_sections(board, stored), board.memory_file, config.flash.table
+    if wanted == "stored" or file is None:
+        return sections
+    if wanted == "empty":
+        return {name: data for name, data in sections.items() if name != file.section}
+    made = file.named[wanted]() if wanted in file.named else _read(file, folder / wanted)
+    return sections | {file.section: made}
+
+
+def start_memories(
+    config: BenchConfig, catalogue: Catalogue, folder: Path = Path()
+) -> dict[str, dict[str, bytes]]:
+    """Make the memories of all devices that have none stored, as ``start_sections``."""
+    return {
+        name: start_sections(device, catalogue.boards[device.profile], {}, folder)
+        for name, device in config.devices.items()
+    }
+
+
+def _read(file: MemoryFile, path: Path) -> bytes:
     try:
-        data = read_regular(path, TABLE_FILE_BYTES)
+        return file.read(read_regular(path, file.most_bytes))
     except OSError as error:
         raise TableFileError(f"{path}: {error.strerror}") from error
-    if len(data) == TABLE_LEN * 4:
-        return data
-    try:
-        angles = array("f", [float(word) for word in data.decode().replace(",", " ").split()])
-    except (UnicodeDecodeError, ValueError) as error:
-        raise TableFileError(f"{path}: neither numbers nor 65,536 bytes of float32 ({error})") from error
-    if len(angles) != TABLE_LEN:
-        raise TableFileError(f"{path}: {len(angles):,} angles instead of {TABLE_LEN:,}")
-    return angles.tobytes()
-
-
-def start_sections(config: DeviceConfig, stored: Mapping[str, bytes], folder: Path) -> dict[str, bytes]:
-    """Make a device's memory at the start: what the configuration asks for, over what is stored. A table's
-    file is looked up from ``folder``. Version 1 of the memory files had the table alone, without a name.
-
-    Raises:
-        TableFileError: the configured table's file cannot be used.
-    """
-    stored = {name or LOOKUP_SECTION: data for name, data in stored.items()}
-    table = config.flash.table
-    if table == "stored":
-        return dict(stored)
-    if table == "empty":
-        return {name: data for name, data in stored.items() if name != LOOKUP_SECTION}
-    packed = identity_table() if table == "identity" else table_from_file(folder / table)
-    return dict(stored) | {LOOKUP_SECTION: packed}
-
-
-def load_firmware(profile: ProfileInfo) -> Callable[[Board], Firmware]:
-    """Load the class that a profile names as its firmware."""
-    module, name = profile.firmware.split(":")
-    made: Callable[[Board], Firmware] = getattr(import_module(f"{PROFILES}.{profile.name}.{module}"), name)
-    return made
+    except ValueError as error:
+        raise TableFileError(f"{path}: {error}") from error
 
 
 def make_device(
     bench: BenchRuntime,
     name: str,
     config: DeviceConfig,
-    profile: ProfileInfo,
+    catalogue: Catalogue,
     sections: Mapping[str, bytes],
     seed: int,
     group: Group,
 ) -> Device:
-    """Open an axis and make the device, which ``bench.add`` puts into its group. ``seed``: the axis's."""
-    verbs = load_verbs(profile.name)
+    """Open the axes and make the device, which ``bench.add`` puts into its group. ``seed``: of the first."""
+    profile, board = catalogue.profiles[config.profile], catalogue.boards[config.profile]
     time_out = None
-    if (stream := config.setpoints) and verbs.starve:
+    if (stream := config.setpoints) and board.starve:
         after_ns = round(stream.timeout_ms * 1e6)
-        time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, verbs.starve)
-    network = {NETWORK: profile.network_baud} if profile.network_baud is not None else {}
+        time_out = TimeOut(after_ns, stream.policy, stream.acceleration_rpm_per_s, board.starve)
     spec = DeviceSpec(
         name=name,
         profile=profile.name,
-        firmware=load_firmware(profile),
-        bauds={MAIN: config.baud} | network,
+        firmware=board.firmware,
+        bauds=config.bauds(profile),
         nvm=sections,
-        power_up=config.register_values(profile) | {"spi_previous_command": config.spi_previous_command},
+        power_up=config.power_up(profile),
         facts={"lookup_address": config.flash.address},
-        verbs=verbs.table,
+        verbs=board.table,
         time_out=time_out,
-        follow=verbs.follow,
+        follow=board.follow,
+        framing=board.framing,
     )
-    return bench.make(spec, config.axis_plan(profile, seed), group)
+    return bench.make(spec, config.axis_plans(profile, seed), group)
 
 
 def axis_seed(config: BenchConfig, index: int) -> int:
@@ -136,21 +124,28 @@ def bench_runtime(
 ) -> BenchRuntime:
     """Make all twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
     device's non-volatile sections; ``store`` keeps what they write."""
-    bench, joined = empty_bench(config, store, around), joined_devices(config)
+    bench, joined = empty_bench(config, catalogue, store, around), joined_devices(config)
     for index, (name, device) in enumerate(config.twins.items()):
-        profile, memory = catalogue.profiles[device.profile], memories.get(name, {})
-        seed = axis_seed(config, index)
+        memory, seed = memories.get(name, {}), axis_seed(config, index)
         group = bench.roster.group_of(joined[name]) if name in joined else bench.open_group()
-        bench.add(group, make_device(bench, name, device, profile, memory, seed, group))
-    join_devices(bench, config)
+        bench.add(group, make_device(bench, name, device, catalogue, memory, seed, group))
+    join_devices(bench, config, catalogue)
     return bench
 
 
-def empty_bench(config: BenchConfig, store: Store, around: Around = VIRTUAL) -> BenchRuntime:
-    """Make a bench without devices. The core has room for twice those of the configuration, and for
+def empty_bench(
+    config: BenchConfig, catalogue: Catalogue, store: Store, around: Around = VIRTUAL
+) -> BenchRuntime:
+    """Make a bench without devices. The core has room for twice the axes of the configuration, and for
     ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations."""
-    room = max(2 * len(config.devices), LEAST_AXES)
+    axes = sum(places_of(device, catalogue) for device in config.devices.values())
+    room = max(2 * axes, LEAST_AXES)
     return BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
+
+
+def places_of(device: DeviceConfig, catalogue: Catalogue) -> int:
+    """Number of the core's places that a device takes: for its axes, or for its group alone."""
+    return max(len(catalogue.profiles[device.profile].axes), 1)
 
 
 def joined_devices(config: BenchConfig) -> dict[str, str]:
@@ -158,25 +153,28 @@ def joined_devices(config: BenchConfig) -> dict[str, str]:
     return partners(config.twins, config.joints())
 
 
-def join_devices(bench: BenchRuntime, config: BenchConfig) -> None:
+def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
     """Join devices of the bench by wires and segments; those that are joined are in one group."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.ends()
-        axes = {name: bench.devices[name].axis for name in (source, target)}
-        bench.core.wire((axes[source], output), (axes[target], input_name))
+        axis = bench.roster.axis
+        bench.core.wire((axis(source), output), (axis(target), input_name))
     for segment_name, wire_config in config.segments.items():
-        _add_segment(bench, segment_name, wire_config)
+        _add_segment(bench, segment_name, wire_config, catalogue)
 
 
-def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig) -> None:
-    uarts = config.uarts()
-    group = bench.roster.group_of(uarts[0][0]) if uarts else bench.open_group()
-    segment = make_segment(group)
+def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig, catalogue: Catalogue) -> None:
+    stations = config.addresses()
+    group = bench.roster.group_of(stations[0].owner) if stations else bench.open_group()
+    framings = (bench.devices[device].framing for device, _ in stations)
+    segment = make_segment(group, framing_of(config, framings, catalogue))
     bench.roster.add_segment(name, segment, group)
-    for device, uart in uarts:
-        bench.devices[device].uarts[uart].join(segment, f"{device}.{uart}")
+    for device, part in stations:
+        uarts = bench.devices[device].uarts
+        uart = part or str(station_uart(uarts))
+        uarts[uart].join(segment, str(Address(device, uart)))
     for tap_name, tap in config.taps.items():
-        label = f"{name}.{tap_name}"
+        label = str(Address(name, tap_name))
         made = Tap(label, segment, group, config.baud, only_listens=tap.listen, is_real=tap.real)
         bench.roster.add_tap(made, group)
         segment.set_echo(label, tap.echo)

@@ -1,12 +1,15 @@
 """Check of a logged input against a bench: an input that another program wrote, or nobody, has names that are
 not here, and values that cannot be."""
 
-from hil.core.fields import FIELDS, OF_KIND
+from hil.core import CoreAxis
+from hil.core.fields import FIELDS
 from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
+from hil.sim.verb_calls import verb_problem
+from hil.vocab.address import address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
@@ -19,6 +22,11 @@ MAX_VALUE = 1e9
 SCRIPT_LIMIT = 1 << 61
 LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
+OF_AXES = (
+    *(inputs.Pin, inputs.SetField, inputs.ScriptEncoder, inputs.Drive),
+    *(inputs.Do, inputs.Follow),
+)
+"""Kinds of inputs that are for an axis, or may be."""
 
 
 def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
@@ -27,11 +35,17 @@ def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str 
         return _fault_problem(bench, target, given)
     if target in bench.taps:
         return _tap_problem(given)
-    if target not in bench.devices:
+    name, part = address_of(target)
+    if name not in bench.devices:
         return f"there is no device {target[:_SHOWN]!r}; there are {', '.join([*bench.devices, *bench.taps])}"
-    if problem := _device_problem(bench.devices[target], given):
-        return f"{target}: {problem}"
-    return None
+    device = bench.devices[name]
+    if part and part not in device.axes:
+        return no_part(name, "axis", part[:_SHOWN], device.axes)
+    if isinstance(given, OF_AXES):
+        problem = _axis_problem(device, part, given)
+    else:
+        problem = "this is for a device, not for an axis" if part else _device_problem(device, given)
+    return problem and f"{target}: {problem}"
 
 
 def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inputs.Clear) -> str | None:
@@ -75,33 +89,39 @@ def _device_problem(device: Device, given: inputs.Input) -> str | None:
             return _port_problem(device, port) or _baud_problem("client_baud", baud)
         case inputs.Play():
             return "a device takes no bursts"
-        case inputs.Pin(pin, level):
-            return _pin_problem(device, pin, level)
-        case inputs.SetField(field, value):
-            return _field_problem(device, field, value)
-        case inputs.ScriptEncoder(points, _):
-            return _script_problem(points)
-        case inputs.Drive(train):
-            if "step" not in device.axis.pins:
-                return "it has no step input"
-            return train_problem(train)
-        case inputs.Do():
-            return _verb_problem(device, given)
-        case inputs.Follow(start_ns, path):
-            return _path_problem(start_ns, path)
         case inputs.Stopped(_, _, words):
             return _words_problem(device, words)
     return None
 
 
-def _pin_problem(device: Device, pin: object, level: object) -> str | None:
-    if pin in device.axis.pins and level in (0, 1):
+def _axis_problem(device: Device, part: str, given: inputs.Input) -> str | None:
+    """Reason why an input of ``OF_AXES`` is none for this axis of a device, or None."""
+    if isinstance(given, inputs.Do):
+        return _verb_problem(device, part, given)
+    if (axis := device.axes.get(part)) is None:
+        return "it has no axis"
+    match given:
+        case inputs.Pin(pin, level):
+            return _pin_problem(axis, pin, level)
+        case inputs.SetField(field, value):
+            return _field_problem(axis, field, value)
+        case inputs.ScriptEncoder(points, _):
+            return _script_problem(points)
+        case inputs.Drive(train):
+            return train_problem(train) if "step" in axis.pins else "it has no step input"
+        case inputs.Follow(start_ns, path):
+            return _path_problem(start_ns, path)
+    return None
+
+
+def _pin_problem(axis: CoreAxis, pin: object, level: object) -> str | None:
+    if pin in axis.pins and level in (0, 1):
         return None
-    return f"its inputs are {', '.join(device.axis.pins)}; levels are 0 and 1"
+    return f"its inputs are {', '.join(axis.pins)}; levels are 0 and 1"
 
 
-def _field_problem(device: Device, field: str, value: float) -> str | None:
-    if field not in OF_KIND[device.axis.kind] or not FIELDS[field].writable:
+def _field_problem(axis: CoreAxis, field: str, value: float) -> str | None:
+    if field not in axis.kind.fields or not FIELDS[field].writable:
         return f"{field[:_SHOWN]!r} is no field that can be set"
     return None if abs(value) <= MAX_VALUE else f"{field}: write at most {MAX_VALUE:g}"
 
@@ -115,7 +135,7 @@ def _script_problem(points: tuple[tuple[int, int], ...]) -> str | None:
     return None
 
 
-def _verb_problem(device: Device, given: inputs.Do) -> str | None:
+def _verb_problem(device: Device, part: str, given: inputs.Do) -> str | None:
     if given.verb not in device.verbs:
         return f"a {device.profile} has no verb {given.verb[:_SHOWN]!r}; it has {', '.join(device.verbs)}"
     verb, parameters = device.verbs[given.verb], dict(given.parameters)
@@ -125,8 +145,10 @@ def _verb_problem(device: Device, given: inputs.Do) -> str | None:
         return f"{given.verb}: {refusal}"
     if filled.keys() != parameters.keys():
         return f"parameters of {given.verb} are {', '.join(filled)}, all of them"
+    if problem := verb_problem(device.name, device.axes, verb, part):
+        return problem
     if given.verb == "pin":
-        return _pin_problem(device, parameters["pin"], parameters["level"])
+        return _pin_problem(device.axes[part], parameters["pin"], parameters["level"])
     return None
 
 

@@ -114,12 +114,11 @@ def replay_log(read: InputLog) -> Replayed:
     Raises:
         InputLogError, ConfigError: as ``replay``.
     """
-    catalogue = find_catalogue({"memory": MemoryOptions})
+    config = from_dict(read.config, find_catalogue({"memory": MemoryOptions}))
+    catalogue = find_catalogue({"memory": MemoryOptions}, config.profile_path)
     inputs = [(logged.device, logged.input) for logged in read.inputs]
     stops = LoggedStops({(name, each.turn): each for name, each in inputs if isinstance(each, Stopped)})
-    runtime = bench_runtime(
-        from_dict(read.config, catalogue), catalogue, read.memories, _LoggedStore(), Around(guard=stops)
-    )
+    runtime = bench_runtime(config, catalogue, read.memories, _LoggedStore(), Around(guard=stops))
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
     groups = {name: runtime.roster.group_of(name) for name in runtime.devices}
     missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)

@@ -5,17 +5,17 @@ two configurations. Pure: the caller reads the files and finds the profiles and 
 which motors the core refuses. Of hil.sim and hil.wire it takes rules without state, so that a fault, a load
 or an address is refused here with a running bench's words.
 
-May import: hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
-pydantic_core, yaml.
+May import: hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath,
+pydantic, pydantic_core, yaml.
 """
 
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.document import ConfigError
 from hil.config.model import BenchConfig, DeviceConfig, PortConfig, SegmentConfig
 from hil.config.reference_page import reference
 from hil.config.schema import schema
+from hil.vocab.problem import ConfigError
 
 __all__ = [
     "BenchConfig",

@@ -1,16 +1,30 @@
 """Everything that a configuration may name: profiles with their parameters, kinds of ports and bridges."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
-from hil.config.document import Finding
-from hil.config.explain import StrictModel, findings_of, suggestion
+from hil.config.document import Document, Finding, KeyPath
+from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
+from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
-from hil.vocab.axis_plan import AXIS_PARAMETERS, FULL_PARAMETERS, AxisPlan
+from hil.core.kinds import KINDS
+from hil.vocab.address import NAME_PATTERN
+from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
+from hil.vocab.firmware import MAIN
+from hil.vocab.framing import Framing
+from hil.vocab.problem import ConfigError, Problem
+from hil.vocab.profile import Profile
+
+ONLY_AXIS = "axis"
+"""Name of the axis of a profile that does not name it."""
+MOST_AXES = 16
+PartName = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
 class AxisParameter(StrictModel):
@@ -54,30 +68,87 @@ class HardwareVersion(StrictModel):
     inputs_5V: list[str]
 
 
+ANY_SUPPLY = HardwareVersion(supply_min_V=0, supply_max_V=1000, inputs_5V=[])
+"""Version of a board whose profile has none."""
+
+
+class UartNumbers(StrictModel):
+    """Numbers of a serial interface."""
+
+    baud: int | None = Field(default=None, ge=50, le=4_000_000)
+    """Speed, unless a device sets one; None: bytes take no time, as over USB."""
+
+
+class AxisInfo(StrictModel):
+    """Axis of a kind of board."""
+
+    law: str
+    motor: str | None = None
+    """Motor of the catalogue whose numbers ``axis`` begins with."""
+    axis: dict[str, AxisParameter]
+    """Parameters by names that end in the unit."""
+    registers: dict[str, int] = Field(default={})
+
+
 class ProfileInfo(StrictModel):
     """Kind of board, as its ``profile.yaml`` describes it."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
     title: str
-    firmware: str = Field(pattern=r"^[a-z_][a-z0-9_]*:[A-Za-z_][A-Za-z0-9_]*$")
-    """Firmware as ``module:class``; the module is in the profile's folder."""
-    law: str
-    plant: Literal["simple", "full"]
+    law: str | None = None
+    """Law of its axis; None: it has none, or ``axes`` names them."""
+    motor: str | None = None
+    """Motor of the catalogue whose numbers ``axis`` begins with."""
+    plant: Literal["simple", "full"] = "simple"
     usb: Literal["native"] | None = None
     """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
-    baud: int | None = None
-    """Speed of its UART, unless a device sets one; None: bytes take no time."""
-    network_baud: int | None = None
-    """Speed of its second UART; None: it has none."""
+    uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers()}, min_length=1)
+    """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them. The first one's port is
+    at the device's own name."""
     greeting: str = ""
     """Text that the line for trying a port sends."""
     ready_after_s: float = 0.0
     """Time from power-up to the board's first answer."""
-    hardware: dict[str, HardwareVersion] = Field(min_length=1)
-    default_hardware: str
-    axis: dict[str, AxisParameter]
-    """Parameters by names that end in the unit."""
-    registers: dict[str, int]
+    hardware: dict[str, HardwareVersion] = Field(default={"1": ANY_SUPPLY}, min_length=1)
+    default_hardware: str = "1"
+    axis: dict[str, AxisParameter] = Field(default={})
+    """Parameters of its axis by names that end in the unit."""
+    registers: dict[str, int] = Field(default={})
+    named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
+    """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
+
+    @cached_property
+    def axes(self) -> Mapping[str, AxisInfo]:
+        """Axes by name, 0 to 16."""
+        if self.law is None:
+            return self.named_axes
+        return {ONLY_AXIS: AxisInfo(law=self.law, motor=self.motor, axis=self.axis, registers=self.registers)}
+
+    @property
+    def first_uart(self) -> str:
+        return next(iter(self.uarts))
+
+    def baud(self, uart: str = "") -> int | None:
+        """Speed of a serial interface unless a device sets one, by default of the first; None: bytes take no
+        time."""
+        return self.uarts[uart or self.first_uart].baud
+
+
+class Unusable(Exception):
+    """A kind of port or bridge that exists cannot be used: ``str(error)`` says why."""
+
+    def __init__(self, why: str, remedy: str) -> None:
+        super().__init__(why)
+        self.remedy = remedy
+
+
+def usable(kinds: Mapping[str, type[BaseModel]]) -> dict[str, type[BaseModel]]:
+    """Kinds that can be used: the others do not keep them from being listed."""
+    found = {}
+    for kind in kinds:
+        with suppress(Unusable):
+            found[kind] = kinds[kind]
+    return found
 
 
 @dataclass(frozen=True)
@@ -88,40 +159,122 @@ class Catalogue:
     ports: Mapping[str, type[BaseModel]]
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """Options model of each kind of bridge."""
+    boards: Mapping[str, Profile] = field(default_factory=dict)
+    """What each profile's ``board.py`` says, imported when it is asked for; raises ConfigError for one that
+    cannot be used."""
+    refused: Mapping[str, Sequence[Problem]] = field(default_factory=dict)
+    """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two."""
+    path: tuple[Path, ...] = ()
+    """Folders in which boards were looked for besides."""
+    wrong_paths: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    """Message and remedy for each of ``path`` that does not do, by its index."""
+    at: "Callable[[tuple[Path, ...]], Catalogue] | None" = None
+    """Finds the catalogue with these folders instead."""
     refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = lambda plans: {}
     """Motors, by device, that the core would not open, each with the reason: a message, a colon, a remedy."""
+    framings: Mapping[str, Framing] = field(default_factory=dict)
+    """Framings of lines by name."""
+
+    def problems(self, profile: str) -> Sequence[Problem]:
+        """Problems of a board; none for one that can be used, and for one that is unknown. Imports it."""
+        if profile in self.refused:
+            return self.refused[profile]
+        try:
+            self.boards.get(profile)
+        except ConfigError as error:
+            return error.problems
+        return ()
 
 
-def profile_from_yaml(text: str, folder: Path) -> ProfileInfo:
-    """Read a ``profile.yaml``; ``folder`` is where it stands, and the last part is the profile's name.
+def _fit_motors(document: Document) -> Iterator[Finding]:
+    """Complete the axes of a document with the numbers of their motors. Findings: no such motor."""
+    value: Any = document.value
+    if not isinstance(value, dict):
+        return
+    value, findings = _fitted(value, ())
+    if isinstance(axes := value.get("axes"), dict):
+        done = {name: _fitted(axis, ("axes", name)) for name, axis in axes.items()}
+        value |= {"axes": {name: axis for name, (axis, _) in done.items()}}
+        findings += [finding for _, found in done.values() for finding in found]
+    document.value = value
+    yield from findings
+
+
+def _fitted(value: Any, path: KeyPath) -> tuple[Any, list[Finding]]:
+    motor = value.get("motor") if isinstance(value, dict) else None
+    if not isinstance(motor, str):
+        return value, []
+    if motor not in MOTORS:
+        return value, [no_such((*path, "motor"), "motor", motor, MOTORS)]
+    own = value.get("axis", {})
+    return (value | {"axis": motor_parameters(motor, own)} if isinstance(own, dict) else value), []
+
+
+def _parameter_findings(path: KeyPath, parameter: AxisParameter, law: str) -> Iterator[Finding]:
+    known, name = (*KINDS[law].parameters, *FULL_PARAMETERS) if law in KINDS else (), str(path[-1])
+    if known and name not in known:
+        message = f"neither the law {law} nor a plant has this parameter"
+        yield Finding(path, message, suggestion(name, known), at_key=True)
+    elif not _ends_in(name, parameter.unit):
+        message = f"{shown(parameter.unit)} is not the unit that the name {name} ends in"
+        yield Finding((*path, "unit"), message, "write the value in that unit, as in kg m2 or Nm/A")
+    for key, value in (("value", parameter.value), ("full", parameter.full)):
+        if value is not None and (refusal := parameter.refusal(value)):
+            yield Finding((*path, key), *refusal)
+
+
+def _ends_in(name: str, unit: str) -> bool:
+    """Whether a parameter's name ends in its unit, of which later words may say more; one that counts kinds
+    (0: A4988) has none."""
+    if ":" in unit or not unit:
+        return ":" in unit
+    words = unit.replace("%", "pct").replace("/", " per ").split()
+    endings = ("_" + "_".join(words[:count]) for count in range(1, len(words) + 1))
+    return any(name.endswith(ending) for ending in endings)
+
+
+def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> ProfileInfo:
+    """Read a ``profile.yaml``; ``folder`` is where it stands. ``name``: the profile's, unless the folder's.
 
     Raises:
         ConfigError: with every problem of the text.
     """
     document = document_from_yaml(text, str(folder / "profile.yaml"))
     findings = document.findings
+    if wrong := list(_fit_motors(document)):
+        raise document.error([*findings, *wrong])
     try:
         info = ProfileInfo.model_validate(document.value)
     except ValidationError as error:
         raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
-    if info.name != folder.name:
-        findings.append(Finding(("name",), "this is not its folder's name", f'write "{folder.name}"'))
+    if info.name != (name or folder.name):
+        whose = "the name of its entry point" if name and name != folder.name else "its folder's name"
+        findings.append(Finding(("name",), f"this is not {whose}", f'write "{name or folder.name}"'))
     if info.default_hardware not in info.hardware:
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
-    if info.law not in AXIS_PARAMETERS:
-        findings.append(
-            Finding(("law",), "there is no such control law", suggestion(info.law, AXIS_PARAMETERS))
-        )
-    findings += [
-        Finding(("axis",), f"{name} is missing", "write it with its value, unit, about and source")
-        for name in AXIS_PARAMETERS.get(info.law, ()) + FULL_PARAMETERS * (info.plant == "full")
-        if name not in info.axis
-    ]
-    for name, parameter in info.axis.items():
-        for key, value in (("value", parameter.value), ("full", parameter.full)):
-            if value is not None and (refusal := parameter.refusal(value)):
-                findings.append(Finding(("axis", name, key), *refusal))
+    findings += _axes_findings(info)
     if findings:
         raise document.error(findings)
     return info
+
+
+def _axes_findings(info: ProfileInfo) -> Iterator[Finding]:
+    """Findings about the axes of a kind of board."""
+    if info.law is not None and info.named_axes:
+        yield Finding(("law",), "axes: names them, and each has its own", "leave this key out", at_key=True)
+    if info.law is None and info.axis:
+        yield Finding(("axis",), "there is no law for it", 'add the line "law: ..."', at_key=True)
+    for name in info.named_axes.keys() & info.uarts.keys():
+        yield Finding(("axes", name), "a UART has this name already", "give the axis another", at_key=True)
+    for name, axis in info.axes.items():
+        path = () if info.law is not None else ("axes", name)
+        kind = KINDS.get(axis.law)
+        if kind is None:
+            yield Finding((*path, "law"), "there is no such control law", suggestion(axis.law, KINDS))
+        for parameter in (kind.parameters if kind else ()) + FULL_PARAMETERS * (info.plant == "full"):
+            if parameter not in axis.axis:
+                remedy = "write it with its value, unit, about and source"
+                yield Finding((*path, "axis"), f"{parameter} is missing", remedy)
+        for parameter, described in axis.axis.items():
+            yield from _parameter_findings((*path, "axis", parameter), described, axis.law)

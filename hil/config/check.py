@@ -2,20 +2,28 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from hil.config.catalogue import Catalogue, ProfileInfo
+from hil.config.catalogue import Catalogue, ProfileInfo, Unusable
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, document_from_mapping
 from hil.config.explain import findings_of, shown, suggestion
 from hil.config.fault_findings import fault_findings
+from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
+from hil.config.path_values import is_path
 from hil.config.yaml_text import document_from_yaml
+from hil.vocab.address import DeviceParts
+from hil.vocab.problem import ConfigError, Problem
+
+PROFILE_PATH = "profile_path"
+"""Key of the folders in which more boards are."""
 
 
 def parse(text: str, file: str, catalogue: Catalogue) -> BenchConfig:
@@ -41,8 +49,9 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 
 def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
+    catalogue, wrong_paths = _with_path(document, catalogue)
     value, found, profiles = _completed(document, catalogue)
-    findings = [*document.findings, *found]
+    findings = [*document.findings, *wrong_paths, *found]
     config: BenchConfig | None = None
     try:
         config = BenchConfig.model_validate(value)
@@ -50,11 +59,34 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
         findings += findings_of(error, BenchConfig, (), document)
     if profiles is not None:
         findings += _findings_between(value, profiles)
+        findings += framing_findings(value, profiles, catalogue)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
-        raise document.error(findings)
+        raise ConfigError([*document.error(findings).problems, *_of_boards(value, catalogue)])
     return config
+
+
+def _with_path(document: Document, catalogue: Catalogue) -> tuple[Catalogue, list[Finding]]:
+    """Find the catalogue with the boards in a document's own folders, which are looked up from its file."""
+    given: Any = document.value
+    folders = given.get(PROFILE_PATH) if isinstance(given, dict) else None
+    if not isinstance(folders, list) or not catalogue.at:
+        return catalogue, []
+    base = Path(document.file).parent
+    known = {index: base / each for index, each in enumerate(folders) if is_path(each)}
+    found = catalogue.at(tuple(known.values()))
+    places = dict(enumerate(known))
+    wrong = [Finding((PROFILE_PATH, places[index]), *why) for index, why in found.wrong_paths.items()]
+    return found, wrong
+
+
+def _of_boards(value: Any, catalogue: Catalogue) -> list[Problem]:
+    """Problems of the boards that a configuration names, each once."""
+    devices = value.get("devices") if isinstance(value, dict) else None
+    raws = [raw for raw in devices.values() if isinstance(raw, dict)] if isinstance(devices, dict) else []
+    names = dict.fromkeys(raw["profile"] for raw in raws if isinstance(raw.get("profile"), str))
+    return [problem for name in names for problem in catalogue.problems(name)]
 
 
 def _completed(
@@ -67,11 +99,13 @@ def _completed(
         return given, [], None
     ports = PortsCheck(document, catalogue.ports)
     devices = {
-        name: DeviceCheck(name, raw, document, catalogue.profiles, ports)
+        name: DeviceCheck(name, raw, document, catalogue, ports)
         for name, raw in given["devices"].items()
         if isinstance(raw, dict)
     }
     findings = [finding for device in devices.values() for finding in device.findings]
+    if catalogue.path:
+        given = {**given, PROFILE_PATH: list(catalogue.path)}
     value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
     if isinstance(segments := given.get("segments"), dict):
         value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
@@ -119,6 +153,10 @@ def _bridges(
         try:
             # As JSON, so that strict still reads a path or an enumeration from text.
             options[name] = kinds[name].model_validate_json(json.dumps(dict(given or {})), strict=True)
+        except Unusable as error:
+            findings.append(
+                Finding(path, f"bridge {name} cannot be used: {error}", error.remedy, at_key=True)
+            )
         except ValidationError as error:
             findings += findings_of(error, kinds[name], path, document)
     return options, findings
@@ -128,10 +166,23 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
     """Findings between devices."""
     devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
-    full = {name for name, raw in devices.items() if raw.get("plant") == "full"} - real
+    full = {
+        axes.label(name, axis)
+        for name, raw in devices.items()
+        for axes in (DeviceParts(profiles[name].axes),)
+        for axis in axes
+        if name not in real and _plant(raw, axis) == "full"
+    }
     yield from joint_findings(value, profiles, real)
     yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
     yield from _same_at(devices)
+
+
+def _plant(raw: Mapping[str, Any], axis: str) -> object:
+    """Plant of a device's axis, by its own key or the device's."""
+    axes = raw.get("axes")
+    own = axes.get(axis) if isinstance(axes, dict) else None
+    return (own.get("plant") if isinstance(own, dict) else None) or raw.get("plant")
 
 
 def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:

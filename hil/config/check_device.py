@@ -1,37 +1,34 @@
 """Checks of a configuration's device against its profile; what the models can tell is left to them."""
 
-from collections.abc import Mapping
-from typing import Any, TypeGuard
+from dataclasses import replace
+from typing import Any
 
-from pydantic import BaseModel, ValidationError
-
-from hil.config.catalogue import HardwareVersion, ProfileInfo
+from hil.config.catalogue import Catalogue, ProfileInfo
+from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.explain import findings_of, no_such, shown, unknown_key
-from hil.config.shaft_load import LOAD_KINDS, EndStopsLoad
-from hil.vocab.axis_plan import FULL_PARAMETERS
+from hil.config.explain import nearest, no_such, suggestion
+from hil.config.flash_model import BUILT_IN_TABLES
+from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
-from hil.vocab.ports import port_label
-
-SUPPLY = "supply_V"
-"""Axis parameter that the hardware version's supply range applies to."""
 
 EMULATED_KEYS = (
     "network",
+    "ports",
     "flash",
     "hardware",
     "plant",
     "load",
     "axis",
     "registers",
+    "axes",
     "setpoints",
     "spi_previous_command",
 )
+ANY_BOARDS_TABLES = ("stored", "empty")
+"""Tables that the memory of every board can begin with."""
 REAL_BAUD = 115200
 """Baud of an adapter to a board whose profile has none (USB)."""
-START = "start_deg"
-"""Axis parameter that end stops must leave room for."""
 
 
 class DeviceCheck:
@@ -43,42 +40,102 @@ class DeviceCheck:
         name: str,
         raw: dict[str, Any],
         document: Document,
-        profiles: Mapping[str, ProfileInfo],
+        catalogue: Catalogue,
         ports: PortsCheck,
     ) -> None:
+        self.name = name
         self.path: KeyPath = ("devices", name)
         self.raw = raw
         self.document = document
         self.findings: list[Finding] = []
-        self.profile = self._profile(profiles)
+        self.profile = self._profile(catalogue)
+        self.board = catalogue.boards.get(self.profile.name) if self.profile else None
         self.completed = self._completed(ports)
 
     def _completed(self, ports: PortsCheck) -> dict[str, Any]:
         result = dict(self.raw)
-        for key, given in (("port", self.raw.get("port", DEFAULT_PORT)), (NETWORK, self.raw.get(NETWORK))):
-            if given is not None or key == "port":
-                result[key] = ports.read(port_label(str(self.path[-1]), key), (*self.path, key), given)
+        self._ports(result, ports)
         result.setdefault("hardware", "")
         profile = self.profile
         if profile is None:
-            self._load(result, None)
+            self._load_of(result, AxisCheck(self.path, self.raw, None, self.document))
         elif self.raw.get("at") is not None:
             self._real(profile, result)
         else:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
-            result.setdefault("baud", profile.baud)
-            if profile.network_baud is None and self.raw.get(NETWORK) is not None:
-                message = f"a {profile.name} has no second serial interface"
-                self._add(message, "leave this key out", NETWORK, at_key=True)
+            result.setdefault("baud", profile.baud())
             if self.raw.get(key := "setpoint_rate_Hz") is not None:
                 self._add("a twin's set-point moves at each step", "leave this key out", key, at_key=True)
-            self._axis(profile)
-            self._plant(result["plant"], profile)
-            self._load(result, profile)
-            self._hardware(profile, result["hardware"], result["plant"])
-            self._registers(profile)
+            self._uarts(profile)
+            self._axes(profile, result)
+            self._hardware(profile, result["hardware"])
+            self._table(profile)
         return result
+
+    def _ports(self, result: dict[str, Any], ports: PortsCheck) -> None:
+        """Read the ports: ``port``, ``network``, and those of ``ports``."""
+        result["port"] = ports.read(self.name, (*self.path, "port"), self.raw.get("port", DEFAULT_PORT))
+        if (given := self.raw.get(NETWORK)) is not None:
+            result[NETWORK] = ports.read(str(Address(self.name, NETWORK)), (*self.path, NETWORK), given)
+        if isinstance(others := self.raw.get("ports"), dict):
+            result["ports"] = {
+                uart: ports.read(str(Address(self.name, str(uart))), (*self.path, "ports", uart), given)
+                for uart, given in others.items()
+            }
+
+    def _uarts(self, profile: ProfileInfo) -> None:
+        """Check that the board has the UARTs that ports are for, and no UART two ports."""
+        if NETWORK not in profile.uarts and self.raw.get(NETWORK) is not None:
+            message = f"a {profile.name} has no second serial interface"
+            if len(profile.uarts) > 1:
+                message = f"a {profile.name} has no serial interface {NETWORK!r}"
+            self._add(message, "leave this key out", NETWORK, at_key=True)
+        others = self.raw.get("ports")
+        for uart in others if isinstance(others, dict) else ():
+            has_other = {profile.first_uart: "port"} | ({NETWORK: NETWORK} if self.raw.get(NETWORK) else {})
+            if uart not in profile.uarts:
+                known = [name for name in profile.uarts if name != profile.first_uart]
+                what = f"serial interface of a {profile.name}"
+                self.findings.append(no_such((*self.path, "ports", uart), what, str(uart), known))
+            elif uart in has_other:
+                message = f"the port of {uart} is the key {has_other[uart]}"
+                self._add(message, "leave one of them out", "ports", uart, at_key=True)
+
+    def _axes(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
+        """Check the axes: the first one's keys are the device's own, and may be under its name as well."""
+        first = next(iter(profile.axes), None)
+        if first is None:
+            for key in (*AXIS_KEYS, "axes"):
+                if self.raw.get(key) not in (None, {}, "simple"):  # as it stands in a log
+                    self._add(f"a {profile.name} has no axis", "leave this key out", key, at_key=True)
+            result["load"] = None
+            return
+        own = AxisCheck(self.path, self.raw, result["plant"], self.document)
+        own.check(profile, profile.axes[first], result["hardware"])
+        self._load_of(result, own)
+        given = self.raw.get("axes")
+        if not isinstance(given, dict):
+            return
+        result["axes"] = dict(given)
+        for name, raw in given.items():
+            if name not in profile.axes:
+                what = f"axis of a {profile.name}"
+                self.findings.append(no_such((*self.path, "axes", name), what, str(name), profile.axes))
+            elif isinstance(raw, dict):
+                result["axes"][name] = dict(raw)
+                plant = raw.get("plant") or result["plant"]
+                each = AxisCheck((*self.path, "axes", name), raw, plant, self.document)
+                each.check(profile, profile.axes[name], result["hardware"])
+                self._load_of(result["axes"][name], each)
+
+    def _load_of(self, result: dict[str, Any], check: AxisCheck) -> None:
+        """Take over an axis's findings, and its load as a model."""
+        if self.profile is None:
+            check.check_load(None)
+        self.findings += check.findings
+        if check.raw.get("load") is not None:
+            result["load"] = check.load
 
     def _real(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
         """Check a real board, which has its own memory, motor and network."""
@@ -88,108 +145,43 @@ class DeviceCheck:
                 self._add(message, "leave this key out, or leave out at", key, at_key=True)
             result.pop(key, None)
         result["hardware"] = profile.default_hardware
-        result.setdefault("baud", profile.baud or REAL_BAUD)
+        result.setdefault("baud", profile.baud() or REAL_BAUD)
 
-    def _profile(self, profiles: Mapping[str, ProfileInfo]) -> ProfileInfo | None:
+    def _profile(self, catalogue: Catalogue) -> ProfileInfo | None:
         name = self.raw.get("profile")
         if not isinstance(name, str):
             return None
-        profile = profiles.get(name)
+        if catalogue.problems(name):
+            self._add(f"the board {name} cannot be used", "mend what is said of it below", "profile")
+            return None
+        profile = catalogue.profiles.get(name)
         if profile is None:
-            self._unknown("profile", "profile", name, profiles)
+            finding = no_such((*self.path, "profile"), "profile", name, catalogue.profiles)
+            if not nearest(name, catalogue.profiles):
+                remedy = f"{finding.remedy}; where boards of your own are, profile_path says"
+                finding = replace(finding, remedy=remedy)
+            self.findings.append(finding)
         return profile
 
-    def _unknown(self, key: str, what: str, name: str, known: Mapping[str, object]) -> None:
-        self.findings.append(no_such((*self.path, *key.split(".")), what, name, known))
+    def _hardware(self, profile: ProfileInfo, name: object) -> None:
+        if isinstance(name, str) and name not in profile.hardware:
+            self.findings.append(
+                no_such((*self.path, "hardware"), "hardware version", name, profile.hardware)
+            )
 
     def _add(self, message: str, remedy: str, *keys: str, at_key: bool = False) -> None:
         self.findings.append(Finding((*self.path, *keys), message, remedy, at_key))
 
-    def _axis(self, profile: ProfileInfo) -> None:
-        given = self.raw.get("axis")
-        if not isinstance(given, dict):
+    def _table(self, profile: ProfileInfo) -> None:
+        """Check that the board takes the table that its memory is to begin with."""
+        flash = self.raw.get("flash")
+        table = flash.get("table") if isinstance(flash, dict) else None
+        if not isinstance(table, str) or table in ANY_BOARDS_TABLES or not self.board:
             return
-        for name, value in given.items():
-            parameter = profile.axis.get(name)
-            if parameter is None:
-                self.findings.append(unknown_key((*self.path, "axis", name), profile.axis, given))
-            elif _is_number(value) and (refusal := parameter.refusal(value)):
-                self._add(*refusal, "axis", name)
-
-    def _plant(self, plant: object, profile: ProfileInfo) -> None:
-        missing = [name for name in FULL_PARAMETERS if name not in profile.axis]
-        if plant == "full" and missing:
-            message = f"profile {profile.name} has no {missing[0]}, which the full plant needs"
-            self._add(message, "write plant: simple", "plant")
-
-    def _load(self, result: dict[str, Any], profile: ProfileInfo | None) -> None:
-        """Check the load by its kind's own model, so that problems have the file's key paths."""
-        given = self.raw.get("load")
-        if given is None:
-            return
-        result["load"] = None
-        kinds = f"known kinds are: {', '.join(LOAD_KINDS)}"
-        if not isinstance(given, dict):
-            self._add(f"a load's kind and numbers are wanted here, not {shown(given)}", kinds, "load")
-            return
-        kind = given.get("kind")
-        if kind is None:
-            self._add("the load has no kind", kinds, "load")
-        elif not isinstance(kind, str) or kind not in LOAD_KINDS:
-            self._unknown("load.kind", "kind of load", str(kind), LOAD_KINDS)
-        elif profile and result["plant"] != "full":
-            self._add("the simple plant turns nothing but load_torque_Nm", "write plant: full", "load")
-        else:
-            model = LOAD_KINDS[kind]
-            try:
-                result["load"] = model.model_validate(given)
-            except ValidationError as error:
-                self.findings += findings_of(error, model, (*self.path, "load"), self.document)
-                return
-            if profile:
-                self._start_between_stops(result["load"], profile)
-
-    def _start_between_stops(self, load: BaseModel, profile: ProfileInfo) -> None:
-        axis = self.raw.get("axis")
-        start_deg = axis.get(START) if isinstance(axis, dict) else None
-        if start_deg is None and START in profile.axis:
-            start_deg = profile.axis[START].default("full")
-        if not isinstance(load, EndStopsLoad) or not _is_number(start_deg):
-            return
-        if not load.min_deg <= start_deg <= load.max_deg:
-            remedy = f"write stops around {start_deg:g}, or another axis.{START}"
-            self._add(f"the shaft starts outside the stops, at {start_deg:g} deg", remedy, "load")
-
-    def _hardware(self, profile: ProfileInfo, name: object, plant: object) -> None:
-        if not isinstance(name, str):
-            return
-        version = profile.hardware.get(name)
-        if version is None:
-            self._unknown("hardware", "hardware version", name, profile.hardware)
-            return
-        axis = self.raw.get("axis")
-        own = axis if isinstance(axis, dict) and SUPPLY in axis else None
-        default = profile.axis[SUPPLY].default(str(plant)) if SUPPLY in profile.axis else None
-        given = own[SUPPLY] if own else default
-        if not _is_number(given) or _supplied(version, given):
-            return
-        message = f"{given:g} V is outside the supply range of {profile.name} {name}"
-        choices = [f"write {version.supply_min_V:g} to {version.supply_max_V:g}"]
-        choices += [f'hardware: "{other}"' for other, v in profile.hardware.items() if _supplied(v, given)]
-        self._add(message, ", or ".join(choices), *(("axis", SUPPLY) if own else ("hardware",)))
-
-    def _registers(self, profile: ProfileInfo) -> None:
-        given = self.raw.get("registers")
-        if not isinstance(given, dict):
-            return
-        for name in given:
-            if name not in profile.registers:
-                self.findings.append(unknown_key((*self.path, "registers", name), profile.registers, given))
-
-
-def _supplied(version: HardwareVersion, supply_volts: float) -> bool:
-    return version.supply_min_V <= supply_volts <= version.supply_max_V
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+        file, is_path = self.board.memory_file, table not in BUILT_IN_TABLES
+        if file is None and is_path:  # logs have "identity" for boards that took no notice of it
+            message = f"the memory of a {profile.name} begins with no table"
+            self._add(message, f"write {' or '.join(ANY_BOARDS_TABLES)}", "flash", "table")
+        elif file and not is_path and table not in file.named:
+            known = (*ANY_BOARDS_TABLES, *file.named)
+            self._add(f"a {profile.name} has no such table", suggestion(table, known), "flash", "table")

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel, ValidationError
 
+from hil.config.catalogue import Unusable
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.model import PortConfig
@@ -59,7 +60,11 @@ class PortsCheck:
     def _options(
         self, kind: str, options: dict[str, object], path: KeyPath, kind_path: KeyPath
     ) -> PortConfig | None:
-        model = self._kinds.get(kind)
+        try:
+            model = self._kinds.get(kind)
+        except Unusable as error:
+            self.findings.append(Finding(kind_path, f"port {kind} cannot be used: {error}", error.remedy))
+            return None
         if model is None:
             self.findings.append(no_such(kind_path, "kind of port", kind, self._kinds))
             return None

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from hil.config.model import BenchConfig, DeviceConfig
+from hil.vocab.address import owner_of
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def _bench_keys(bench: BenchConfig) -> dict[str, str]:
 
 
 def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
-    found = [fault for fault in bench.faults if fault.target.partition(".")[0] == device]
+    found = [fault for fault in bench.faults if owner_of(fault.target) == device]
     return {"faults": json.dumps([fault.model_dump(mode="json") for fault in found])} if found else {}
 
 
@@ -68,8 +69,13 @@ def _keys(device: DeviceConfig) -> dict[str, str]:
     dump = device.model_dump(mode="json")
     for key in ("port", "network"):
         if dump[key]:
-            dump[key] = {"kind": dump[key]["kind"], **dump[key]["options"]}
+            dump[key] = _port(dump[key])
+    dump["ports"] = {uart: _port(port) for uart, port in dump["ports"].items()}
     return _flat(dump)
+
+
+def _port(dump: dict[str, Any]) -> dict[str, Any]:
+    return {"kind": dump["kind"], **dump["options"]}
 
 
 def _flat(value: dict[str, Any]) -> dict[str, str]:

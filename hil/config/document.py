@@ -2,9 +2,11 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath
+
+from hil.vocab.problem import ConfigError, Problem
 
 KeyPath = tuple[str | int, ...]
 """Path to a value from the top: ``("devices", "m1", "baud")``."""
@@ -35,28 +37,6 @@ class Finding:
     remedy: str
     at_key: bool = False
     spot: Spot | None = None
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Mistake with its place. Line and column count from 1; both are 0 without a text (``from_dict``)."""
-
-    file: str
-    line: int
-    column: int
-    message: str
-    remedy: str
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}:{self.column}: {self.message} ({self.remedy})"
-
-
-class ConfigError(Exception):
-    """The configuration cannot be used. ``problems`` has every mistake found, in file order."""
-
-    def __init__(self, problems: Sequence[Problem]) -> None:
-        super().__init__("\n".join(str(problem) for problem in problems))
-        self.problems = list(problems)
 
 
 @dataclass

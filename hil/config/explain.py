@@ -11,8 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from hil.config.document import Document, Finding, KeyPath
-
-NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
+from hil.vocab.address import NAME_PATTERN
 
 
 class StrictModel(BaseModel):

@@ -6,10 +6,11 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
+from hil.config.station_names import station_addresses
+from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
-from hil.vocab.axis_plan import AXIS_PINS
-from hil.vocab.firmware import MAIN, NETWORK
+from hil.vocab.address import DeviceParts, owner_of
 
 REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
@@ -22,11 +23,8 @@ def fault_findings(
     full: Collection[str],
 ) -> Iterator[Finding]:
     """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
-    boards; ``full``: those with the full plant."""
-    places = _places(segments, devices, real)
-    for name in full:
-        if name in places:
-            places[name].add(faults.SUPPLIED)
+    boards; ``full``: addresses of axes with the full plant."""
+    places = _places(segments, devices, real, full)
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if not isinstance(entry, dict):
             continue
@@ -58,19 +56,15 @@ def fault_findings(
 
 
 def _places(
-    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str], full: Collection[str]
 ) -> dict[str, set[str]]:
     """All targets, each with the kinds of target that it is."""
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:
             places[name] = {faults.PORT}
-            continue
-        twin = {faults.DEVICE, faults.SHAFT, faults.PORT, faults.TWIN_PORT}
-        is_servo = not AXIS_PINS[profile.law].outputs
-        places[name] = places[f"{name}.{MAIN}"] = twin | ({faults.SERVO} if is_servo else set())
-        if profile.network_baud is not None:
-            places[f"{name}.{NETWORK}"] = twin
+        else:
+            places |= _of_twin(name, profile, full)
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if not isinstance(segment, dict):
             continue
@@ -78,9 +72,25 @@ def _places(
         for tap in _names(segment.get("taps")):
             places[f"{name}.{tap}"] = {faults.STATION}
         for station in _names(segment.get("stations")):
-            full = station if "." in station else f"{station}.{NETWORK}"
-            places.setdefault(full, set()).add(faults.STATION)
+            if owner_of(station) not in real:
+                for address in station_addresses(station, devices):
+                    places.setdefault(address, set()).add(faults.STATION)
     return places
+
+
+def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str, set[str]]:
+    """Targets that a twin is: itself, its UARTs and its axes."""
+    ports, axes = {faults.DEVICE, faults.PORT, faults.TWIN_PORT}, DeviceParts(profile.axes)
+    shafts = {each: _of_axis(axes.label(name, each), info.law, full) for each, info in axes.items()}
+    places = {f"{name}.{each}": kinds for each, kinds in shafts.items()}
+    only: set[str] = set(*shafts.values()) if len(shafts) == 1 else set()
+    places |= {f"{name}.{uart}": ports | only for uart in profile.uarts}
+    places[name] = ports | shafts.get(axes.first, set())
+    return {name: places.pop(name)} | places
+
+
+def _of_axis(address: str, law: str, full: Collection[str]) -> set[str]:
+    return {*KINDS[law].fault_targets, *([faults.SUPPLIED] if address in full else [])}
 
 
 def _names(value: Any) -> list[str]:

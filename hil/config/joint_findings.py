@@ -7,8 +7,11 @@ from collections.abc import Collection, Iterator, Mapping
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
-from hil.vocab.axis_plan import AXIS_PINS, CLOCK_IN, CLOCK_OUT, MAX_WIRES
-from hil.vocab.firmware import MAIN, NETWORK
+from hil.config.station_names import station_uart
+from hil.core.abi import WIRES
+from hil.core.kinds import CLOCK_IN, CLOCK_OUT, KINDS, AxisKind
+from hil.vocab.address import DeviceParts, address_of, no_part, pin_of
+from hil.vocab.firmware import NETWORK
 
 Devices = Mapping[str, ProfileInfo]
 
@@ -37,36 +40,52 @@ def _wire_findings(wires: object, devices: Devices, real: Collection[str]) -> It
         if any(ends):
             yield from filter(None, ends)
             continue
-        (source, output), (device, pin) = (wire[end].split(".", 1) for end in ("from", "to"))
+        (source, output), (axis, pin) = (_pin(wire[end], devices) for end in ("from", "to"))
         if (output == CLOCK_OUT) != (pin == CLOCK_IN):
             remedy = f"wire {CLOCK_OUT} to {CLOCK_IN}, and other outputs to other inputs"
             yield Finding(path, f"{shown(output)} and {shown(pin)} do not fit", remedy)
             continue
         begun[source] += output != CLOCK_OUT
-        if begun[source] == MAX_WIRES + 1:
-            message = f"{source} has {MAX_WIRES} wires already"
+        if begun[source] == WIRES + 1:
+            message = f"{source} has {WIRES} wires already"
             yield Finding((*path, "from"), message, "begin this one at another device")
-        inputs = AXIS_PINS[devices[device].law].inputs
-        driver = driven.setdefault((device, inputs.get(pin, pin)), index)
+        inputs = _kind(axis, devices).inputs
+        driver = driven.setdefault((axis, inputs.get(pin, pin)), index)
         if driver != index:
             message = f"{wire['to']} is driven by {wires[driver]['from']} already"
             yield Finding((*path, "to"), message, "an input takes one wire: take one of them out")
 
 
+def _pin(text: str, devices: Devices) -> tuple[str, str]:
+    """Address of an axis, as hil writes it, and pin."""
+    axis, pin = pin_of(text)
+    device, part = address_of(axis)
+    return DeviceParts(devices[device].axes).label(device, part), pin
+
+
+def _kind(axis: str, devices: Devices) -> AxisKind:
+    device, part = address_of(axis)
+    return KINDS[DeviceParts(devices[device].axes)[part].law]
+
+
 def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[str]) -> Finding | None:
-    device, dot, pin = text.partition(".")
-    if not dot:
+    axis, pin = pin_of(text)
+    if not axis:
         return Finding(path, f"{shown(text)} is no pin", "write the device and its pin, as in s1.clk")
+    device, part = address_of(axis)
     if no_twin := _no_twin(path, device, devices, real, "wire it by hand; wires here join twins"):
         return no_twin
-    pins = AXIS_PINS[devices[device].law]
-    wanted, other = (pins.inputs, pins.outputs) if end == "to" else (pins.outputs, pins.inputs)
-    wanted_names = [*wanted, CLOCK_IN if end == "to" else CLOCK_OUT] if pins.outputs else [*wanted]
+    axes = devices[device].axes
+    if not axes or (part and part not in axes):
+        return Finding(path, no_part(device, "axis", part, axes), "write the device, its axis and its pin")
+    kind, device = _kind(axis, devices), axis
+    wanted, other = (kind.inputs, kind.outputs) if end == "to" else (kind.outputs, kind.inputs)
+    wanted_names = [*wanted, CLOCK_IN if end == "to" else CLOCK_OUT] if kind.has_clock else [*wanted]
     if pin in wanted_names:
         return None
     if pin in (*other, CLOCK_OUT if end == "to" else CLOCK_IN):
-        kind = "an output" if end == "to" else "an input"
-        return Finding(path, f"{pin} of {device} is {kind}", _choice(device, wanted_names))
+        what = "an output" if end == "to" else "an input"
+        return Finding(path, f"{pin} of {device} is {what}", _choice(device, wanted_names))
     remedy = suggestion(pin, wanted_names) if wanted_names else _choice(device, [])
     return Finding(path, f"{device} has no pin {shown(pin)}", remedy)
 
@@ -86,17 +105,25 @@ def _segment_findings(segments: object, devices: Devices, real: Collection[str])
             if not isinstance(station, str):
                 continue
             path = ("segments", name, "stations", index)
-            device, dot, uart = station.partition(".")
-            uart = uart if dot else NETWORK
+            device, part = address_of(station)
             if no_twin := _no_twin(path, device, devices, real, "stations here are twins"):
                 yield no_twin
-            elif uart not in (MAIN, NETWORK):
-                remedy = suggestion(uart, (MAIN, NETWORK))
-                yield Finding(path, f"{device} has no serial interface {shown(uart)}", remedy)
-            elif uart == NETWORK and devices[device].network_baud is None:
-                yield Finding(path, f"a {devices[device].name} has no network", "leave it out")
-            elif uart == MAIN and devices[device].baud is None:
-                message = f"the serial interface of a {devices[device].name} is USB"
+                continue
+            profile = devices[device]
+            uart = part or station_uart(profile.uarts) or ""
+            is_usb = uart in profile.uarts and profile.baud(uart) is None
+            if (is_usb and not part) or uart == NETWORK not in profile.uarts:
+                yield Finding(path, f"a {profile.name} has no network", "leave it out")
+            elif not uart:
+                remedy = f"write {device}.UART, with one of {', '.join(profile.uarts)}"
+                yield Finding(path, f"{device} has several serial interfaces", remedy)
+            elif uart not in profile.uarts:
+                message = f"{device} has no serial interface {shown(uart)}"
+                yield Finding(path, message, suggestion(uart, profile.uarts))
+            elif is_usb:
+                message = f"the serial interface of a {profile.name} is USB"
+                if len(profile.uarts) > 1:
+                    message = f"the serial interface {uart} of a {profile.name} is USB"
                 yield Finding(path, message, "leave it out")
             elif where := taken.get((device, uart)):
                 yield Finding(path, f"{device}.{uart} is on segment {where} already", "take one of them out")

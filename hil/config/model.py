@@ -5,46 +5,23 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
     SerializeAsAny,
-    WithJsonSchema,
 )
 from pydantic_core import PydanticCustomError
 
-from hil.config.catalogue import ProfileInfo
-from hil.config.explain import NAME_PATTERN, StrictModel, suggestion
+from hil.config.catalogue import ONLY_AXIS, ProfileInfo
+from hil.config.explain import StrictModel
+from hil.config.flash_model import FlashConfig
+from hil.config.path_values import usable_path
 from hil.config.shaft_load import LoadConfig
+from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
-
-BUILT_IN_TABLES = ("stored", "identity", "empty")
-_TABLE_FILE_PATTERN = "[./]"
-
-
-def _usable_path(value: Any) -> Any:
-    if isinstance(value, str) and (not value or "\0" in value):
-        raise PydanticCustomError("path", "this is not a path", {"remedy": "write the path, or null"})
-    if isinstance(value, str) and value.startswith("~"):
-        raise PydanticCustomError("path", "no shell expands ~ here", {"remedy": "write the whole path"})
-    return value
-
-
-def _table(value: str) -> str:
-    if value in BUILT_IN_TABLES:
-        return value
-    if "/" not in value and "." not in value:
-        raise PydanticCustomError(
-            "table",
-            "there is no such table",
-            {"remedy": suggestion(value, BUILT_IN_TABLES) + "; a file is written with its folder, as in ./x"},
-        )
-    usable: str = _usable_path(value)
-    return usable
 
 
 def _serial_url(value: Any) -> Any:
@@ -54,34 +31,8 @@ def _serial_url(value: Any) -> Any:
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
-_Path = Annotated[Path, Field(strict=False), BeforeValidator(_usable_path)]
-_Table = Annotated[
-    str,
-    AfterValidator(_table),
-    WithJsonSchema(
-        {"anyOf": [{"enum": list(BUILT_IN_TABLES)}, {"type": "string", "pattern": _TABLE_FILE_PATTERN}]}
-    ),
-]
+_Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
-
-
-class FlashConfig(StrictModel):
-    """Content of the board's flash when the bench starts for the first time."""
-
-    table: _Table = Field(
-        default="stored",
-        description="The encoder's look-up table: `stored` is what the last calibration left in the state"
-        " directory; `identity` is that of a perfect encoder, angle = count * 360 / 16384; `empty` is a"
-        " board that was never calibrated, all zeros; else the path of a file.",
-    )
-    address: int = Field(
-        default=0xB900,
-        ge=0,
-        le=0x2FF00,
-        multiple_of=256,
-        description="Where the look-up table is in the board's flash, as the calibration prints it. It"
-        " depends on how the firmware was linked.",
-    )
 
 
 class PortConfig(StrictModel):
@@ -112,6 +63,21 @@ class SetpointsConfig(StrictModel):
     )
 
 
+class AxisConfig(StrictModel):
+    """An axis of a board with several: keys that differ from the profile's."""
+
+    plant: Literal["simple", "full"] | None = Field(
+        default=None, description="The model of its motor and load; null: the device's."
+    )
+    load: LoadConfig | None = Field(default=None, description="What its shaft turns, as the device's `load`.")
+    axis: Mapping[str, float] = Field(
+        default={}, description="Its parameters that differ from the profile's."
+    )
+    registers: Mapping[str, _Register] = Field(
+        default={}, description="Registers of its encoder at power-up that differ from the profile's."
+    )
+
+
 class DeviceConfig(StrictModel):
     """A board, emulated or real."""
 
@@ -130,6 +96,11 @@ class DeviceConfig(StrictModel):
         default=None,
         description="Where clients reach the board's second serial interface (a SAC's network posts), as"
         " `port`; null: no port there. Its name is the device's with `.network`.",
+    )
+    ports: Mapping[Name, PortConfig] = Field(
+        default={},
+        description="Where clients reach the board's other serial interfaces, by their names in the profile,"
+        " each as `port`. The name of such a port is `device.interface`, as in `arm.logger`.",
     )
     baud: int | None = Field(
         default=None,
@@ -156,11 +127,17 @@ class DeviceConfig(StrictModel):
     )
     axis: Mapping[str, float] = Field(
         default={},
-        description="Axis parameters that differ from the profile's; each name ends in its unit.",
+        description="Axis parameters that differ from the profile's; each name ends in its unit. Of a board"
+        " with several axes these are of the first, as are `load` and `registers`.",
     )
     registers: Mapping[str, _Register] = Field(
         default={},
         description="Contents of the encoder's registers at power-up that differ from the profile's.",
+    )
+    axes: Mapping[Name, AxisConfig] = Field(
+        default={},
+        description="Axes of a board with several, by their names in the profile, as in `elbow`: what differs"
+        " from the profile.",
     )
     setpoints: SetpointsConfig | None = Field(
         default=None,
@@ -181,31 +158,72 @@ class DeviceConfig(StrictModel):
         " first answer belongs to this; 0xFFFF reads the angle.",
     )
 
-    def axis_parameters(self, profile: ProfileInfo) -> dict[str, float]:
-        """All axis parameters: the profile's for this plant, with this device's own in their place."""
-        defaults = {name: parameter.default(self.plant) for name, parameter in profile.axis.items()}
-        return defaults | dict(self.axis)
+    def port_of(self, uart: str) -> PortConfig | None:
+        """Port of a UART by its name; empty: of the first."""
+        return self.ports_by_uart().get(uart)
 
-    def axis_plan(self, profile: ProfileInfo, seed: int) -> AxisPlan:
-        """Plan that the core opens this device's axis with."""
-        load = self.load.parts() if self.load else Load()
-        return AxisPlan(self.axis_parameters(profile), self.plant, load, seed, profile.law)
+    def ports_by_uart(self) -> dict[str, PortConfig]:
+        """Ports by the names of UARTs; the first one's is empty."""
+        network = {NETWORK: self.network} if self.network else {}
+        return {"": self.port} | network | dict(self.ports)
 
-    def register_values(self, profile: ProfileInfo) -> dict[str, int]:
-        """All registers at power-up: the profile's, with this device's own in their place."""
-        return dict(profile.registers) | dict(self.registers)
+    def bauds(self, profile: ProfileInfo) -> dict[str, int | None]:
+        """Speeds of the UARTs by their names."""
+        of_profile = {name: numbers.baud for name, numbers in profile.uarts.items()}
+        return of_profile | {profile.first_uart: self.baud}
+
+    def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
+        """All keys of an axis: those under its name, over the device's own of the first axis."""
+        given, is_first = self.axes.get(name, AxisConfig()), name == next(iter(profile.axes))
+        return AxisConfig(
+            plant=given.plant or self.plant,
+            load=given.load or (self.load if is_first else None),
+            axis=(dict(self.axis) if is_first else {}) | dict(given.axis),
+            registers=(dict(self.registers) if is_first else {}) | dict(given.registers),
+        )
+
+    def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
+        """All parameters of an axis: the profile's for its plant, with its own in their place."""
+        own = self.axis_config(profile, name)
+        defaults = {key: each.default(str(own.plant)) for key, each in profile.axes[name].axis.items()}
+        return defaults | dict(own.axis)
+
+    def axis_plans(self, profile: ProfileInfo, seed: int) -> dict[str, AxisPlan]:
+        """Plans that the core opens this device's axes with, by name. ``seed``: the first axis's."""
+        plans = {}
+        for index, (name, info) in enumerate(profile.axes.items()):
+            own = self.axis_config(profile, name)
+            load = own.load.parts() if own.load else Load()
+            plans[name] = AxisPlan(
+                self.axis_parameters(profile, name),
+                own.plant or self.plant,
+                load,
+                seed + (index << 28),
+                info.law,
+            )
+        return plans
+
+    def register_values(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, int]:
+        """All registers of an axis at power-up: the profile's, with its own in their place."""
+        return dict(profile.axes[name].registers) | dict(self.axis_config(profile, name).registers)
+
+    def power_up(self, profile: ProfileInfo) -> dict[str, dict[str, int]]:
+        """Fields of the axes that the power sets, by the axis's name."""
+        spi = {"spi_previous_command": self.spi_previous_command}
+        return {name: self.register_values(profile, name) | spi for name in profile.axes}
 
 
 class WireConfig(StrictModel):
     """A wire from an output to an input."""
 
-    from_: str = Field(alias="from", description="A device and one of its outputs, as in `s1.clk`.")
-    to: str = Field(description="A device and one of its inputs, as in `m1.step`.")
+    from_: str = Field(
+        alias="from", description="A device and one of its outputs, as in `s1.clk`, or in `arm.elbow.clk`."
+    )
+    to: str = Field(description="A device and one of its inputs, as in `m1.step`, or in `arm.elbow.step`.")
 
     def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Device and pin of the output, and of the input."""
-        (source, _, output), (target, _, pin) = self.from_.partition("."), self.to.partition(".")
-        return (source, output), (target, pin)
+        """Axis and pin of the output, and of the input."""
+        return pin_of(self.from_), pin_of(self.to)
 
 
 class TapConfig(StrictModel):
@@ -221,6 +239,11 @@ class TapConfig(StrictModel):
     )
     listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
     echo: bool = Field(default=False, description="It hears what it sends itself.")
+    framing: str | None = Field(
+        default=None,
+        description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
+        " `modbus_rtu`; null: as the boards on it speak, `sac` if none does.",
+    )
 
 
 class SegmentConfig(StrictModel):
@@ -228,8 +251,8 @@ class SegmentConfig(StrictModel):
 
     stations: list[str] = Field(
         default=[],
-        description="Devices on this wire, each by its network UART, as in `s1`; `s1.main` is the UART that"
-        " the device's port is at.",
+        description="Devices on this wire, each by its network UART, as in `s1`, or by its only one; another"
+        " is written with its name: `s1.main` is the UART that the device's port is at.",
     )
 
     taps: Mapping[Name, TapConfig] = Field(
@@ -239,10 +262,9 @@ class SegmentConfig(StrictModel):
         default=38400, ge=300, le=4_000_000, description="The speed at which taps send and listen, in baud."
     )
 
-    def uarts(self) -> list[tuple[str, str]]:
-        """Device and serial interface of each station."""
-        split = [station.partition(".") for station in self.stations]
-        return [(device, uart or NETWORK) for device, _, uart in split]
+    def addresses(self) -> list[Address]:
+        """Address of each station's UART; ``station_uart`` says which one has no name here."""
+        return [address_of(station) for station in self.stations]
 
 
 class FaultConfig(BaseModel):
@@ -280,6 +302,11 @@ class BenchConfig(StrictModel):
         default={},
         description="Doors for other protocols, each under the name of its kind, with that kind's options.",
     )
+    profile_path: list[_Path] = Field(
+        default=[],
+        description="Folders with boards of your own, each a folder with `board.py` and `profile.yaml`."
+        " A relative one is looked up from the configuration's folder.",
+    )
     rate_hz: int = Field(
         default=1000,
         ge=100,
@@ -307,8 +334,8 @@ class BenchConfig(StrictModel):
 
     def joints(self) -> list[tuple[str, ...]]:
         """Devices that share their time, by wire and by segment."""
-        wired = [tuple(device for device, _ in wire.ends()) for wire in self.wires]
-        return [*wired, *(tuple(name for name, _ in each.uarts()) for each in self.segments.values())]
+        wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
+        return [*wired, *(tuple(at.owner for at in each.addresses()) for each in self.segments.values())]
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:

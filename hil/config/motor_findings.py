@@ -7,7 +7,9 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
 from hil.config.model import BenchConfig
 from hil.config.shaft_load import ConstantLoad
+from hil.core.kinds import KINDS
 from hil.sim.load_limit import load_problem
+from hil.vocab.address import Address, DeviceParts, address_of
 from hil.vocab.axis_plan import AxisPlan
 
 LOAD = "load_torque_Nm"
@@ -15,32 +17,46 @@ LOAD = "load_torque_Nm"
 
 def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
     """Findings of motors that the core would not open, and of loads that the bench would not take."""
-    plans = {
-        name: device.axis_plan(catalogue.profiles[device.profile], 0) for name, device in config.twins.items()
+    motors = {
+        Address(name, axis): (device, plan)
+        for name, device in config.twins.items()
+        for axis, plan in device.axis_plans(catalogue.profiles[device.profile], 0).items()
     }
-    refused = catalogue.refused_motors(plans)
-    for name, plan in plans.items():
-        device = config.devices[name]
-        if name in refused:
-            what, _, remedy = refused[name].partition(": ")
-            yield Finding(("devices", name, "axis"), what, remedy)
-        yield from _load_findings(config, name, plan)
-        torque_Nm = device.load.torque_Nm if isinstance(device.load, ConstantLoad) else 0.0
-        if problem := load_problem(torque_Nm, plan.holding_Nm):
-            yield _refused(("devices", name, "load", "torque_Nm"), torque_Nm, problem)
+    refused = catalogue.refused_motors({str(at): plan for at, (_, plan) in motors.items()})
+    for at, (device, plan) in motors.items():
+        profile = catalogue.profiles[device.profile]
+        path: KeyPath = ("devices", at.owner, "axes", at.part)
+        if at.part not in device.axes:  # what is there is the device's own, or the profile's
+            path = ("devices", at.owner)
+        if str(at) in refused:
+            what, _, remedy = refused[str(at)].partition(": ")
+            yield Finding((*path, "axis"), what, remedy)
+        yield from _load_findings(config, at, (*path, "axis", LOAD), plan, DeviceParts(profile.axes))
+        load = device.axis_config(profile, at.part).load
+        torque_Nm = load.torque_Nm if isinstance(load, ConstantLoad) else 0.0
+        if problem := load_problem(torque_Nm, _holding_Nm(plan)):
+            yield _refused((*path, "load", "torque_Nm"), torque_Nm, problem)
 
 
-def _load_findings(config: BenchConfig, name: str, plan: AxisPlan) -> Iterator[Finding]:
-    """Findings of a device's own load, then of those of the faults: each beside all before it."""
-    loads: list[tuple[KeyPath, float]] = [(("devices", name, "axis", LOAD), plan.parameters[LOAD])]
+def _load_findings(
+    config: BenchConfig, at: Address, path: KeyPath, plan: AxisPlan, axes: DeviceParts[object]
+) -> Iterator[Finding]:
+    """Findings of an axis's own load, then of those of the faults: each beside all before it."""
+    loads: list[tuple[KeyPath, float]] = [(path, plan.parameters[LOAD])]
     for index, fault in enumerate(config.faults):
-        if fault.fault == "shaft_load" and fault.target.partition(".")[0] == name:
+        target = address_of(fault.target)
+        is_here = target.owner == at.owner and (len(axes) == 1 or (target.part or axes.first) == at.part)
+        if fault.fault == "shaft_load" and is_here:
             loads.append((("faults", index, "torque_Nm"), (fault.model_extra or {})["torque_Nm"]))
     before_Nm: list[float] = []
     for path, torque_Nm in loads:
-        if problem := load_problem(torque_Nm, plan.holding_Nm, before_Nm):
+        if problem := load_problem(torque_Nm, _holding_Nm(plan), before_Nm):
             yield _refused(path, torque_Nm, problem)
         before_Nm.append(torque_Nm)
+
+
+def _holding_Nm(plan: AxisPlan) -> float:
+    return KINDS[plan.law].holding_Nm(plan.parameters)
 
 
 def _refused(path: KeyPath, torque_Nm: float, problem: str) -> Finding:

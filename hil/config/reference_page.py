@@ -4,7 +4,8 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
+from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo
+from hil.config.motors import MEANINGS, MOTORS
 from hil.config.schema import schema
 from hil.config.shaft_load import LOAD_KINDS
 
@@ -27,12 +28,15 @@ def reference(catalogue: Catalogue) -> str:
         "## Load: `devices.<name>.load`",
         "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
         *_loads(definitions),
+        "## Axes of a board with several: `devices.<name>.axes.<axis>`",
+        keys_table(definitions["AxisConfig"]),
         "## Segments: `segments.<name>`",
         keys_table(definitions["SegmentConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
         keys_table(definitions["TapConfig"]),
         "## Ports: `devices.<name>.port`",
-        "Either the kind's name alone, or a mapping of `kind` and the options below; so is `network`.",
+        "Either the kind's name alone, or a mapping of `kind` and the options below; so are `network` and"
+        " each of `ports`.",
     ]
     for port in device["properties"]["port"]["anyOf"][1:]:
         kind = port["properties"].pop("kind")["const"]
@@ -44,7 +48,24 @@ def reference(catalogue: Catalogue) -> str:
     sections.append("## Profiles: `devices.<name>.profile`")
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])
+    sections += [
+        "## Motors: `motor` of a `profile.yaml`",
+        "A profile that names one has its numbers, and writes in `axis` only what differs or comes besides.",
+        *_motors(),
+    ]
     return "\n\n".join(sections) + "\n"
+
+
+def _motors() -> Iterable[str]:
+    for name, motor in MOTORS.items():
+        yield f"### `{name}`: {motor.title}"
+        yield _table(
+            ("`axis`", "Value", "Unit", "Source"),
+            (
+                (f"`{key}`", _two(each.value, each.full), MEANINGS[key]["unit"], each.source)
+                for key, each in motor.figures.items()
+            ),
+        )
 
 
 def _loads(definitions: dict[str, Any]) -> Iterable[str]:
@@ -107,22 +128,29 @@ def _profile(profile: ProfileInfo) -> list[str]:
             for name, version in profile.hardware.items()
         ),
     )
+    axes = (_axis(name if len(profile.axes) > 1 else "", info) for name, info in profile.axes.items())
+    return [f"### `{profile.name}`: {profile.title}", hardware, *(table for each in axes for table in each)]
+
+
+def _axis(name: str, info: AxisInfo) -> list[str]:
+    """Tables of an axis. ``name``: of one of several."""
+    keys = f"axes.{name}." if name else ""
     axis = _table(
-        ("`axis`", "Default", "Unit", "Meaning", "Source"),
+        (f"`{keys}axis`", "Default", "Unit", "Meaning", "Source"),
         (
-            (f"`{name}`", _axis_default(item), item.unit, item.about, item.source)
-            for name, item in profile.axis.items()
+            (f"`{each}`", _two(item.value, item.full), item.unit, item.about, item.source)
+            for each, item in info.axis.items()
         ),
     )
     registers = _table(
-        ("`registers`", "Default"),
-        ((f"`{name}`", f"`0x{value:04X}`") for name, value in profile.registers.items()),
+        (f"`{keys}registers`", "Default"),
+        ((f"`{each}`", f"`0x{value:04X}`") for each, value in info.registers.items()),
     )
-    return [f"### `{profile.name}`: {profile.title}", hardware, axis, registers]
+    return [axis, registers]
 
 
-def _axis_default(item: AxisParameter) -> str:
-    return f"{item.value:g}" if item.full is None else f"{item.value:g}; `plant: full`: {item.full:g}"
+def _two(value: float, full: float | None) -> str:
+    return f"{value:g}" if full is None else f"{value:g}; `plant: full`: {full:g}"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

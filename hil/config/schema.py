@@ -5,9 +5,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hil.config.catalogue import AxisParameter, Catalogue, ProfileInfo
+from hil.config.catalogue import AxisInfo, AxisParameter, Catalogue, ProfileInfo, usable
 from hil.config.check_ports import DEFAULT_PORT
 from hil.config.model import BenchConfig
+from hil.vocab.address import NAME_PATTERN
 
 
 def schema(catalogue: Catalogue) -> dict[str, object]:
@@ -22,9 +23,10 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
     device = definitions["DeviceConfig"]
     properties = device["properties"]
     properties["profile"]["enum"] = sorted(catalogue.profiles)
+    ports, bridges = usable(catalogue.ports), usable(catalogue.bridges)
     kinds = [
-        {"enum": sorted(catalogue.ports)},
-        *(_port(kind, model, definitions) for kind, model in sorted(catalogue.ports.items())),
+        {"enum": sorted(ports)},
+        *(_port(kind, model, definitions) for kind, model in sorted(ports.items())),
     ]
     for port in (properties["port"], definitions["TapConfig"]["properties"]["port"]):
         port |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
@@ -34,12 +36,14 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         "default": None,
         "anyOf": [{"type": "null"}, *kinds],
     }
+    properties["ports"]["additionalProperties"] = False
+    properties["ports"]["patternProperties"] = {NAME_PATTERN: {"anyOf": copy.deepcopy(kinds)}}
     definitions["TapConfig"].pop("required", None)
     result["properties"]["bridges"] |= {
         "additionalProperties": False,
         "properties": {
             kind: {"anyOf": [{"type": "null"}, _options(f"bridge_{kind}_", model, definitions)]}
-            for kind, model in sorted(catalogue.bridges.items())
+            for kind, model in sorted(bridges.items())
         },
     }
     # The catalogue fills these in when they are left out.
@@ -79,19 +83,26 @@ def _profile(profile: ProfileInfo) -> dict[str, Any]:
                     "default": profile.default_hardware,
                     "description": versions,
                 },
-                "axis": {
-                    "properties": {name: _parameter(item) for name, item in profile.axis.items()},
-                    "additionalProperties": False,
-                },
-                "registers": {
-                    "properties": {
-                        name: {"default": value, "description": f"Register {name} at power-up."}
-                        for name, value in profile.registers.items()
-                    },
+                **_axis(next(iter(profile.axes.values()), None)),
+                "axes": {
+                    "properties": {name: {"properties": _axis(info)} for name, info in profile.axes.items()},
                     "additionalProperties": False,
                 },
             }
         },
+    }
+
+
+def _axis(info: AxisInfo | None) -> dict[str, Any]:
+    """Properties that the keys of an axis have by its profile; None: there is no axis."""
+    parameters = {name: _parameter(item) for name, item in info.axis.items()} if info else {}
+    registers = {
+        name: {"default": value, "description": f"Register {name} at power-up."}
+        for name, value in (info.registers if info else {}).items()
+    }
+    return {
+        "axis": {"properties": parameters, "additionalProperties": False},
+        "registers": {"properties": registers, "additionalProperties": False},
     }
 
 

@@ -11,7 +11,8 @@ import yaml
 from yaml.composer import Composer
 from yaml.resolver import Resolver
 
-from hil.config.document import MAX_DEPTH, ConfigError, Document, Finding, KeyPath, Problem, Spot, is_unicode
+from hil.config.document import MAX_DEPTH, Document, Finding, KeyPath, Spot, is_unicode
+from hil.vocab.problem import ConfigError, Problem
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT_TAGS = {"str", "timestamp", "value", "merge"}

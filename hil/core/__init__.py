@@ -5,8 +5,18 @@
 May import: hil.vocab, the pure standard library.
 """
 
-from hil.core._native import WATCHES
+from hil.core.abi import WATCHES
 from hil.core.core import Core, CoreAxis, CoreMotion
 from hil.core.fields import FIELDS, Snapshot
+from hil.core.kinds import KINDS, AxisKind
 
-__all__ = ["FIELDS", "WATCHES", "Core", "CoreAxis", "CoreMotion", "Snapshot"]
+__all__ = [
+    "FIELDS",
+    "KINDS",
+    "WATCHES",
+    "AxisKind",
+    "Core",
+    "CoreAxis",
+    "CoreMotion",
+    "Snapshot",
+]

@@ -1,23 +1,10 @@
-from typing import TypedDict
-
 from typing_extensions import Buffer
 
-TABLE_LEN: int
-WATCHES: int
+from hil.core.abi import ReplayRow, RtStats
+
 FIELDS: tuple[tuple[str, str, str, bool, str, int], ...]
 
-class RtStats(TypedDict):
-    ticks: int
-    missed: int
-    elapsed_ns: int
-    overruns: int
-    wake_latency: list[int]
-    longest_latency_ns: int
-    latency_total_ns: int
-    fifo_errno: int
-    pin_errno: int
-    lock_errno: int
-    running: bool
+def axis_bytes(law: int) -> int: ...
 
 class NativeCore:
     event_fd: int
@@ -28,7 +15,7 @@ class NativeCore:
     def axis_open(
         self,
         group: int,
-        law: str,
+        law: int,
         motor: dict[str, float],
         full: dict[str, float] | None,
         load: dict[str, float] | None,
@@ -87,25 +74,6 @@ class Watchdog:
     def leave(self) -> bool: ...
     def bells(self) -> int: ...
     def bells_in_work(self) -> tuple[int, int]: ...
-
-class ReplayRow(TypedDict):
-    y_meas: float
-    y_excite: float
-    yw: float
-    e: float
-    ITerm: float
-    DTerm: float
-    v: float
-    u: float
-    U: int
-    vref1: int
-    vref2: int
-    in1: int
-    in2: int
-    in3: int
-    in4: int
-    wrap_count: int
-    led: int
 
 class Replay:
     def __init__(self, table: Buffer) -> None: ...

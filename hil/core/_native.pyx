@@ -9,14 +9,15 @@ from libc.string cimport memcpy, memset
 
 from hil.core.hil_core cimport *
 
-TABLE_LEN = HIL_TABLE_LEN
-WATCHES = HIL_WATCHES
-
 FIELDS = tuple(
     (hil_field_table[i].name.decode(), hil_field_table[i].type.decode(), hil_field_table[i].unit.decode(),
      bool(hil_field_table[i].writable), hil_field_table[i].meaning.decode(), hil_field_table[i].kind)
     for i in range(HIL_FIELDS)
 )
+
+
+def axis_bytes(int law):
+    return hil_axis_bytes(law)
 
 
 cdef tuple unpack(const hil_snapshot *s):
@@ -59,20 +60,19 @@ cdef class NativeCore:
     def group_close(self, int group):
         hil_group_close(self.core, group)
 
-    def axis_open(self, int group, str law, dict motor, dict full, dict load, uint64_t seed):
+    def axis_open(self, int group, int law, dict motor, dict full, dict load, uint64_t seed):
         cdef hil_axis_params p
         memset(&p, 0, sizeof(p))
         p.inertia_kg_m2 = motor["inertia_kg_m2"]
         p.viscous_Nm_s_per_rad = motor["viscous_Nm_s_per_rad"]
         p.torque_constant_Nm_per_A = motor["torque_constant_Nm_per_A"]
-        p.sense_resistor_ohm = motor["sense_resistor_ohm"]
+        p.sense_resistor_ohm = motor.get("sense_resistor_ohm", 1.0)
         p.start_deg = motor["start_deg"]
         p.load_torque_Nm = motor["load_torque_Nm"]
         p.rotor_teeth = int(motor["rotor_teeth"])
-        if law == "sac":
-            p.law = 1
-            p.driver = int(motor["driver"])
-            p.phase_current_A = motor["phase_current_A"]
+        p.law = law
+        p.driver = int(motor.get("driver", 0))
+        p.phase_current_A = motor.get("phase_current_A", 0.0)
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there
@@ -136,12 +136,17 @@ cdef class NativeCore:
 
     def table(self, int axis):
         cdef const float *table = hil_axis_table(self.core, axis)
+        if table is NULL:
+            raise ValueError("this axis has no table")
         return (<const char *>table)[:HIL_TABLE_LEN * 4]
 
     def write_table(self, int axis, const unsigned char[::1] packed):
         if packed.shape[0] != HIL_TABLE_LEN * 4:
             raise ValueError(f"a table is {HIL_TABLE_LEN * 4} bytes, not {packed.shape[0]}")
-        memcpy(hil_axis_table(self.core, axis), &packed[0], HIL_TABLE_LEN * 4)
+        cdef float *table = hil_axis_table(self.core, axis)
+        if table is NULL:
+            raise ValueError("this axis has no table")
+        memcpy(table, &packed[0], HIL_TABLE_LEN * 4)
 
     def pin(self, int axis, int pin, int level):
         hil_axis_pin(self.core, axis, pin, level)
@@ -168,24 +173,24 @@ cdef class NativeCore:
 
     def motion_write(self, int axis, int slot, dict entry):
         cdef motion_entry e = entry
-        if not 0 <= slot < 32:
-            raise IndexError(f"slot {slot}: there are 0 to 31")
+        if not 0 <= slot < MOTION_SLOTS:
+            raise IndexError(f"slot {slot}: there are 0 to {MOTION_SLOTS - 1}")
         hil_motion_write(self.core, axis, slot, &e)
 
     def motion_read(self, int axis, int slot):
         cdef motion_entry e
-        if not 0 <= slot < 32:
-            raise IndexError(f"slot {slot}: there are 0 to 31")
+        if not 0 <= slot < MOTION_SLOTS:
+            raise IndexError(f"slot {slot}: there are 0 to {MOTION_SLOTS - 1}")
         hil_motion_read(self.core, axis, slot, &e)
         return e
 
     def motion_xref_write(self, int axis, int index, int slot):
-        if not 0 <= index <= 30:
-            raise IndexError(f"index {index}: there are 0 to 30")
+        if not 0 <= index <= MOTION_QUEUE:
+            raise IndexError(f"index {index}: there are 0 to {MOTION_QUEUE}")
         hil_motion_xref_write(self.core, axis, index, slot)
 
     def motion_xref(self, int axis):
-        return tuple(hil_motion_xref(self.core, axis, i) for i in range(31))
+        return tuple(hil_motion_xref(self.core, axis, i) for i in range(MOTION_QUEUE + 1))
 
     def motion_do(self, int axis, int call, int64_t x, int64_t y):
         hil_motion_do(self.core, axis, call, x, y)
@@ -235,6 +240,8 @@ cdef class NativeCore:
             failed = hil_axis_follow(self.core, axis, start_ns, n, rows)
         finally:
             free(rows)
+        if failed == -3:
+            raise ValueError("this axis follows no paths")
         if failed == -2:
             raise ValueError("a path's pieces are finite and shorter than 146 years")
         if failed:
@@ -290,13 +297,7 @@ cdef class NativeCore:
     def rt_stats(self):
         cdef hil_rt_stats s
         hil_rt_stats_read(self.core, &s)
-        return {
-            "ticks": s.ticks, "missed": s.missed, "elapsed_ns": s.elapsed_ns, "overruns": s.overruns,
-            "wake_latency": [s.wake_latency[i] for i in range(HIL_HISTOGRAM_LEN)],
-            "longest_latency_ns": s.longest_latency_ns, "latency_total_ns": s.latency_total_ns,
-            "fifo_errno": s.fifo_errno, "pin_errno": s.pin_errno, "lock_errno": s.lock_errno,
-            "running": s.running != 0,
-        }
+        return s
 
     def take_due(self):
         cdef int groups[64]
@@ -357,15 +358,6 @@ cdef class Watchdog:
         return hil_watchdog_bells_in_work(self.watchdog, 0), hil_watchdog_bells_in_work(self.watchdog, 1)
 
 
-cdef dict as_dict(const hil_replay_row *row):
-    return {
-        "y_meas": row.y_meas, "y_excite": row.y_excite, "yw": row.yw, "e": row.e, "ITerm": row.ITerm,
-        "DTerm": row.DTerm, "v": row.v, "u": row.u, "U": row.U, "vref1": row.vref1, "vref2": row.vref2,
-        "in1": row.in1, "in2": row.in2, "in3": row.in3, "in4": row.in4, "wrap_count": row.wrap_count,
-        "led": row.led,
-    }
-
-
 cdef class Replay:
     """The Mechaduino's law alone; one call a control step."""
     cdef hil_replay *replay
@@ -373,7 +365,7 @@ cdef class Replay:
     def __cinit__(self, const unsigned char[::1] table):
         if table.shape[0] != HIL_TABLE_LEN * 4:
             raise ValueError(f"a table is {HIL_TABLE_LEN * 4} bytes, not {table.shape[0]}")
-        cdef float aligned[16384]
+        cdef float aligned[HIL_TABLE_LEN]
         memcpy(aligned, &table[0], sizeof(aligned))
         self.replay = hil_replay_new(aligned)
         if self.replay is NULL:
@@ -390,9 +382,9 @@ cdef class Replay:
     def step(self, int raw):
         cdef hil_replay_row row
         hil_replay_step(self.replay, raw, &row)
-        return as_dict(&row)
+        return row
 
     def output(self, float theta_deg, int effort):
         cdef hil_replay_row row
         hil_replay_output(self.replay, theta_deg, effort, &row)
-        return as_dict(&row)
+        return row

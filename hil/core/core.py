@@ -3,41 +3,16 @@
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from enum import IntEnum
 from fractions import Fraction
 
 from hil.core._native import NativeCore
-from hil.core.fields import INDEX, SERVO, STEPPER, Snapshot
-from hil.vocab.axis_plan import (
-    AXIS_PARAMETERS,
-    CLOCK_OUT,
-    CLOCK_OUT_HZ,
-    FULL_PARAMETERS,
-    OUTPUTS,
-    PINS,
-    STEPPER_PINS,
-    AxisPlan,
-)
-from hil.vocab.firmware import CoreEvent
+from hil.core.abi import Call, Event, Fault, Law
+from hil.core.fields import INDEX, Snapshot
+from hil.core.kinds import CLOCK_OUT, CLOCK_OUT_HZ, KINDS, AxisKind
+from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
-
-FAULTS = (
-    *("jam", "open_a", "open_b", "slip_counts", "noise_counts", "noise_seed", "supply_V", "shift_rev"),
-    *("load_Nm", "freeze", "open_line"),
-)
-"""Names of HIL_FAULT_* of ``native/types.h``, in its order."""
-EVENT_KINDS = {1: "step_response", 2: "enable", 3: "command_begun", 4: "command_ended", 5: "estop"}
-"""Names of ``hil_event_kind`` in ``native/types.h``."""
-
-_Call = IntEnum(
-    "_Call",
-    "ENQUEUE ONCE RETARGET PULSE STOP NEXT FINISH LOOP_BOUNDS LOOP_PASSES LOOP_ARRAY"
-    " RELEASE_SYNC GAP THROTTLE REPORT",
-    start=0,
-)
-"""Names of hil_motion_call, in its order."""
 
 SEED_MASK = (1 << 64) - 1
 
@@ -70,19 +45,23 @@ class CoreAxis:
     Every call acts at the group's present time and needs the caller to own the group.
     """
 
-    kind = SERVO
-    pins: Mapping[str, int] = PINS
-    """Numbers of its inputs by name."""
-
-    def __init__(self, native: NativeCore, axis: int) -> None:
+    def __init__(self, native: NativeCore, axis: int, kind: AxisKind) -> None:
         self._native = native
         self.id = axis
+        self.kind = kind
+        self.pins = kind.inputs
+        """Numbers of its inputs by name."""
         self.nominal_supply_V = native.supply_V(axis)
         """Supply of the full plant as it was opened, 0 for the simple one."""
         self.holding_Nm = 0.0
-        """Holding torque, ``AxisPlan.holding_Nm``."""
+        """Maximum torque of the motor, without that of its magnets."""
         self.set_load_Nm = 0.0
         """Load torque as it was set last, without that of faults."""
+
+    @property
+    def motion(self) -> "CoreMotion | None":
+        """The same axis as a motion engine; None: it has none."""
+        return None
 
     def get(self, field: str) -> float:
         """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
@@ -122,12 +101,13 @@ class CoreAxis:
         self._native.pin(self.id, self.pins[name], level)
 
     def fault(self, what: str, value: float) -> None:
-        """Begin a fault of ``FAULTS``, or end it (0).
+        """Begin a fault of ``hil.core.abi.Fault``, or end it (0).
 
         Raises:
+            KeyError: there is no such fault.
             ValueError: this axis cannot have it.
         """
-        self._native.fault(self.id, FAULTS.index(what), value)
+        self._native.fault(self.id, Fault[what], value)
 
     def supply_V(self) -> float:
         """Supply of the full plant now, 0 for the simple one."""
@@ -142,7 +122,7 @@ class CoreAxis:
         """Drive the inputs by a signal source from now on; no rows: none. Rows are (at_ns from now, pin,
         level, steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
         self._native.drive(
-            self.id, [(at_ns, PINS[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
+            self.id, [(at_ns, self.pins[pin], level, steps, ns) for at_ns, pin, level, steps, ns in rows]
         )
 
     def follow(self, path: Sequence[PathPiece], start_ns: int = 0) -> None:
@@ -175,18 +155,19 @@ class CoreAxis:
         return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:
-        return Snapshot(self._native.snapshot(self.id), self.kind)
+        return Snapshot(self._native.snapshot(self.id), self.kind.fields)
 
     def published(self) -> Snapshot:
         """State as of the last release, in real time of the last 20 ms; from any thread, owner or not."""
-        return Snapshot(self._native.published(self.id), self.kind)
+        return Snapshot(self._native.published(self.id), self.kind.fields)
 
 
 class CoreMotion(CoreAxis):
     """Axis of a stepper; a firmware sees it as ``hil.vocab.motion.Motion``."""
 
-    kind = STEPPER
-    pins = STEPPER_PINS
+    @property
+    def motion(self) -> "CoreMotion":
+        return self
 
     def loop(self, on: bool) -> None:
         """End all motion where a control loop would be stopped: a stepper has none."""
@@ -203,40 +184,40 @@ class CoreMotion(CoreAxis):
         self._native.motion_write(self.id, slot, {name: int(value) for name, value in vars(entry).items()})
 
     def enqueue(self, slot: int) -> None:
-        self._do(_Call.ENQUEUE, slot)
+        self._do(Call.enqueue, slot)
 
     def run_once(self, slot: int) -> None:
-        self._do(_Call.ONCE, slot)
+        self._do(Call.once, slot)
 
     def run_continuous(self) -> None:
-        self._do(_Call.ONCE, CONTINUOUS_SLOT)
+        self._do(Call.once, CONTINUOUS_SLOT)
 
     def retarget(self, rpm: int, cycle_us: int) -> None:
-        self._do(_Call.RETARGET, rpm, cycle_us)
+        self._do(Call.retarget, rpm, cycle_us)
 
     def pulse(self, ccw: bool) -> None:
-        self._do(_Call.PULSE, ccw)
+        self._do(Call.pulse, ccw)
 
     def stop(self, dec_hundredths: int | None) -> None:
-        self._do(_Call.STOP, -1 if dec_hundredths is None else dec_hundredths)
+        self._do(Call.stop, -1 if dec_hundredths is None else dec_hundredths)
 
     def next(self, is_graceful: bool) -> None:
-        self._do(_Call.NEXT, is_graceful)
+        self._do(Call.next, is_graceful)
 
     def finish(self) -> None:
-        self._do(_Call.FINISH)
+        self._do(Call.finish)
 
     def loop_start(self, slot: int) -> None:
-        self._do(_Call.LOOP_BOUNDS, slot, 0)
+        self._do(Call.loop_bounds, slot, 0)
 
     def loop_finish(self, slot: int) -> None:
-        self._do(_Call.LOOP_BOUNDS, 0, slot)
+        self._do(Call.loop_bounds, 0, slot)
 
     def loop_passes(self, passes: int) -> None:
-        self._do(_Call.LOOP_PASSES, passes)
+        self._do(Call.loop_passes, passes)
 
     def loop_array(self, passes: int) -> None:
-        self._do(_Call.LOOP_ARRAY, passes)
+        self._do(Call.loop_array, passes)
 
     def xref(self) -> tuple[int, ...]:
         return self._native.motion_xref(self.id)
@@ -245,28 +226,34 @@ class CoreMotion(CoreAxis):
         self._native.motion_xref_write(self.id, index, slot)
 
     def release_sync(self) -> None:
-        self._do(_Call.RELEASE_SYNC)
+        self._do(Call.release_sync)
 
     def gap(self, on: bool) -> None:
-        self._do(_Call.GAP, on)
+        self._do(Call.gap, on)
 
     def encoder_mode(self, is_throttle: bool) -> None:
-        self._do(_Call.THROTTLE, is_throttle)
+        self._do(Call.throttle, is_throttle)
 
     def report(self, on: bool) -> None:
-        self._do(_Call.REPORT, on)
+        self._do(Call.report, on)
 
-    def record_edges(self, on: bool, outputs: Iterable[str] = OUTPUTS) -> None:
-        """Keep the edges of these outputs from now on for ``take_edges``, or of none. For virtual time."""
-        self._native.record_edges(self.id, sum(1 << OUTPUTS[name] for name in outputs) if on else 0)
+    def record_edges(self, on: bool, outputs: Iterable[str] | None = None) -> None:
+        """Keep the edges of these outputs, or of all, from now on for ``take_edges``, or of none. For virtual
+        time."""
+        numbers = self.kind.outputs
+        names = numbers if outputs is None else outputs
+        self._native.record_edges(self.id, sum(1 << numbers[name] for name in names) if on else 0)
 
     def take_edges(self) -> list[tuple[int, str, int]]:
         """Edges since the last call: (at_ns, output, level)."""
-        names = list(OUTPUTS)
+        names = {number: name for name, number in self.kind.outputs.items()}
         return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
 
     def _do(self, call: int, x: int = 0, y: int = 0) -> None:
         self._native.motion_do(self.id, call, int(x), int(y))
+
+
+_FACES = {Law.mechaduino: CoreAxis, Law.sac: CoreMotion}
 
 
 class Core:
@@ -282,13 +269,14 @@ class Core:
         Raises:
             ValueError: such a motor is too stiff to be integrated.
         """
-        motor = {"sense_resistor_ohm": 1.0} | {n: plan.parameters[n] for n in AXIS_PARAMETERS[plan.law]}
+        kind = KINDS[plan.law]
+        motor = {name: plan.parameters[name] for name in kind.parameters}
         full = None
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
-        axis = self.native.axis_open(group, plan.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
-        made = CoreMotion(self.native, axis) if plan.law == "sac" else CoreAxis(self.native, axis)
-        made.holding_Nm = plan.holding_Nm
+        axis = self.native.axis_open(group, kind.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
+        made = _FACES[kind.law](self.native, axis, kind)
+        made.holding_Nm = kind.holding_Nm(plan.parameters)
         made.set_load_Nm = motor["load_torque_Nm"]
         return made
 
@@ -302,11 +290,12 @@ class Core:
         if name == CLOCK_OUT:
             to_axis.set("clock_Hz", CLOCK_OUT_HZ)
             return
-        self.native.wire(from_axis.id, OUTPUTS[name], to_axis.id, to_axis.pins[input_name])
+        self.native.wire(from_axis.id, from_axis.kind.outputs[name], to_axis.id, to_axis.pins[input_name])
 
-    def take_events(self, group: int) -> list[CoreEvent]:
-        """Events from interrupts of this group since the last call, in time's order."""
+    def take_events(self, group: int) -> list[tuple[SimTimeNs, int, str, float]]:
+        """Events from interrupts of this group since the last call, in time's order: the time, the axis's
+        number, the kind's name, the value."""
         return [
-            CoreEvent(SimTimeNs(at_ns), axis, EVENT_KINDS[kind], value)
+            (SimTimeNs(at_ns), axis, Event(kind).name, value)
             for at_ns, axis, kind, value in self.native.take_events(group)
         ]

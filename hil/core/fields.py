@@ -1,11 +1,12 @@
 """The fields of an axis, by name, from the native core's one table (``native/fields.def``)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from typing import Any
 
 from hil.core import _native
+from hil.core.abi import Kind
 
 
 @dataclass(frozen=True)
@@ -17,28 +18,29 @@ class Field:
     unit: str
     writable: bool
     meaning: str
-    kind: int = 0
-    """Kind of axis that has it: 0 any, 1 servos, 2 steppers."""
+    kind: int = Kind.any
+    """Kind of axis that has it, of ``hil.core.abi.Kind``."""
 
 
 FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
 INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
-SERVO, STEPPER = 1, 2
-OF_KIND: dict[int, dict[str, int]] = {
-    kind: {name: INDEX[name] for name, field in FIELDS.items() if field.kind in (0, kind)}
-    for kind in (SERVO, STEPPER)
-}
-"""Indices in the table, by name, of the fields that a kind of axis has."""
+
+
+def fields_of(kind: Kind) -> dict[str, int]:
+    """Indices in the table, by name, of the fields that a kind of axis has."""
+    return {name: INDEX[name] for name, field in FIELDS.items() if field.kind in (Kind.any, kind)}
 
 
 class Snapshot:
-    """State of an axis at one simulated time: an attribute for each field that its kind of axis has."""
+    """State of an axis at one simulated time: an attribute for each field that its kind of axis has.
+
+    ``values``: of all fields of the table; ``names``: indices of those that it has."""
 
     __slots__ = ("_names", "_values")
 
-    def __init__(self, values: tuple[float, ...], kind: int = SERVO) -> None:
+    def __init__(self, values: tuple[float, ...], names: Mapping[str, int]) -> None:
         self._values = values
-        self._names = OF_KIND[kind]
+        self._names = names
 
     def __getattr__(self, name: str) -> Any:
         try:

@@ -1,12 +1,28 @@
 # cython: language_level=3
-# What _native.pyx uses of native/hil_core.h.
+# Written by `make abi` from native/abi.def and the C headers: change those.
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint32_t, uint64_t
 
 cdef extern from "native/hil_core.h" nogil:
-    int HIL_TABLE_LEN, HIL_HISTOGRAM_LEN, HIL_FIELDS
-    ctypedef struct hil_core
+    enum:
+        HIL_TABLE_LEN
+        HIL_HISTOGRAM_LEN
+        HIL_WATCHES
+        HIL_WIRES
+        MOTION_QUEUE
+        MOTION_SLOTS
+        MOTION_CONTINUOUS_SLOT
+        MOTION_ONE_SHOT_SLOT
+        HIL_FIELDS
     ctypedef int hil_field
+    ctypedef int hil_law
+    ctypedef int hil_motion_call
+    ctypedef struct hil_core:
+        pass
     ctypedef struct hil_snapshot:
+        pass
+    ctypedef struct hil_watchdog:
+        pass
+    ctypedef struct hil_replay:
         pass
     ctypedef struct hil_field_info:
         const char *name
@@ -16,18 +32,11 @@ cdef extern from "native/hil_core.h" nogil:
         size_t offset
         int writable
         int kind
-    const hil_field_info hil_field_table[]
     ctypedef struct hil_event:
         int64_t at_ns
         int32_t axis
         int32_t kind
         double value
-    ctypedef struct hil_edges:
-        int64_t at_ns
-        int64_t steps
-        int64_t duration_ns
-        int32_t pin
-        int32_t level
     ctypedef struct hil_full_params:
         double phase_resistance_ohm
         double phase_inductance_H
@@ -47,44 +56,12 @@ cdef extern from "native/hil_core.h" nogil:
         double min_deg
         double max_deg
         int32_t end_stops
-    ctypedef struct motion_entry:
-        uint32_t steps
-        uint32_t rpm
-        uint32_t cycle_us
-        uint32_t wait_us
-        int32_t acc_hundredths
-        int32_t dec_hundredths
-        uint8_t is_ccw
-        uint8_t is_linear
-        uint8_t extra_pulses
-        uint8_t is_sync
-        uint8_t is_pulses
-    ctypedef struct motion_setup:
-        int32_t steps_per_rev
-        int32_t slow_rpm
-        int32_t microstep_exponent
-        int32_t pulse_us
-        int32_t interrupt_overhead_us
-        int32_t clock_correction_us
-        int32_t is_clock_internal
-        int32_t is_cw_high
-        int32_t ops
-        int32_t mode_pins
-        int64_t external_clock_Hz
-    ctypedef int hil_motion_call
-    ctypedef struct hil_edge:
+    ctypedef struct hil_edges:
         int64_t at_ns
+        int64_t steps
+        int64_t duration_ns
         int32_t pin
         int32_t level
-    void hil_motion_setup(hil_core *, int, const motion_setup *)
-    void hil_motion_write(hil_core *, int, int, const motion_entry *)
-    void hil_motion_read(hil_core *, int, int, motion_entry *)
-    void hil_motion_xref_write(hil_core *, int, int, int)
-    int hil_motion_xref(hil_core *, int, int)
-    void hil_motion_do(hil_core *, int, hil_motion_call, int64_t, int64_t)
-    void hil_axis_record_edges(hil_core *, int, int)
-    int hil_axis_take_edges(hil_core *, int, hil_edge *, int)
-    int hil_wire(hil_core *, int, int, int, int)
     ctypedef struct hil_axis_params:
         int32_t law
         int32_t driver
@@ -117,69 +94,118 @@ cdef extern from "native/hil_core.h" nogil:
         int pin_errno
         int lock_errno
         int running
-    hil_core *hil_core_new(int, int *)
-    void hil_core_free(hil_core *)
-    int hil_group_open(hil_core *, int64_t)
-    void hil_group_close(hil_core *, int)
-    int hil_axis_open(hil_core *, int, const hil_axis_params *)
-    void hil_axis_power_up(hil_core *, int)
-    int64_t hil_group_advance(hil_core *, int, int64_t)
-    int64_t hil_group_now(const hil_core *, int)
-    void hil_group_set_horizon(hil_core *, int, int64_t)
-    int hil_group_failed(const hil_core *, int)
-    int hil_group_has_news(const hil_core *, int)
-    int hil_group_take_event(hil_core *, int, hil_event *)
-    void hil_group_acquire(hil_core *, int)
-    void hil_group_release(hil_core *, int)
-    double hil_axis_get(hil_core *, int, hil_field)
-    int hil_axis_set(hil_core *, int, hil_field, double)
-    void hil_axis_output(hil_core *, int, float, int)
-    void hil_axis_vref(hil_core *, int, int, int)
-    void hil_axis_loop(hil_core *, int, int)
-    int hil_axis_spi(hil_core *, int, int)
-    float *hil_axis_table(hil_core *, int)
-    void hil_axis_pin(hil_core *, int, int, int)
-    int hil_axis_fault(hil_core *, int, int, double)
-    double hil_axis_supply_V(const hil_core *, int)
-    int hil_axis_script_encoder(hil_core *, int, int, const int64_t *, const int64_t *, int)
-    int hil_axis_drive(hil_core *, int, int, const hil_edges *)
     ctypedef struct hil_path_piece:
         int64_t duration_ns
         double r
         double per_s
         double per_s2
         double per_s3
-    int hil_axis_follow(hil_core *, int, int64_t, int, const hil_path_piece *)
-    int HIL_WATCHES
-    int hil_axis_watch(hil_core *, int, int, int64_t, int64_t, int)
-    int hil_axis_take_samples(hil_core *, int, int, hil_snapshot *, int)
-    int64_t hil_axis_lost_samples(const hil_core *, int, int)
-    void hil_axis_snapshot(hil_core *, int, hil_snapshot *)
-    void hil_axis_published(const hil_core *, int, hil_snapshot *)
-    int hil_rt_start(hil_core *, const hil_rt_options *)
-    void hil_rt_stop(hil_core *)
-    int64_t hil_rt_now(const hil_core *)
-    void hil_rt_stats_read(const hil_core *, hil_rt_stats *)
-    int hil_rt_take_due(hil_core *, int *, int)
-    ctypedef struct hil_watchdog
-    hil_watchdog *hil_watchdog_new(int, void (*)(int) noexcept nogil, const char *)
-    void hil_watchdog_arm(hil_watchdog *, int64_t, int64_t)
-    void hil_watchdog_enter(hil_watchdog *, const char *)
-    int hil_watchdog_leave(hil_watchdog *)
-    void hil_watchdog_aside(hil_watchdog *)
-    void hil_watchdog_resume(hil_watchdog *, const char *)
-    int64_t hil_watchdog_bells(const hil_watchdog *)
-    int hil_watchdog_bells_in_work(const hil_watchdog *, int)
-    void hil_watchdog_close(hil_watchdog *w)
-    void hil_watchdog_free(hil_watchdog *)
+    ctypedef struct hil_edge:
+        int64_t at_ns
+        int32_t pin
+        int32_t level
+    ctypedef struct motion_entry:
+        uint32_t steps
+        uint32_t rpm
+        uint32_t cycle_us
+        uint32_t wait_us
+        int32_t acc_hundredths
+        int32_t dec_hundredths
+        uint8_t is_ccw
+        uint8_t is_linear
+        uint8_t extra_pulses
+        uint8_t is_sync
+        uint8_t is_pulses
+    ctypedef struct motion_setup:
+        int32_t steps_per_rev
+        int32_t slow_rpm
+        int32_t microstep_exponent
+        int32_t pulse_us
+        int32_t interrupt_overhead_us
+        int32_t clock_correction_us
+        int32_t is_clock_internal
+        int32_t is_cw_high
+        int32_t ops
+        int32_t mode_pins
+        int64_t external_clock_Hz
     ctypedef struct hil_replay_row:
-        float y_meas, y_excite, yw, e, ITerm, DTerm, v, u
-        int32_t U, wrap_count
-        int16_t vref1, vref2
-        int8_t in1, in2, in3, in4, led
-    ctypedef struct hil_replay
-    hil_replay *hil_replay_new(const float *)
-    int hil_replay_set(hil_replay *, hil_field, double)
-    void hil_replay_step(hil_replay *, int, hil_replay_row *)
-    void hil_replay_output(hil_replay *, float, int, hil_replay_row *)
-    void hil_replay_free(hil_replay *)
+        float y_meas
+        float y_excite
+        float yw
+        float e
+        float ITerm
+        float DTerm
+        float v
+        float u
+        int32_t U
+        int32_t wrap_count
+        int16_t vref1
+        int16_t vref2
+        int8_t in1
+        int8_t in2
+        int8_t in3
+        int8_t in4
+        int8_t led
+    const hil_field_info hil_field_table[]
+    hil_core *hil_core_new(int max_axes, int *event_fd)
+    void hil_core_free(hil_core *c)
+    int hil_group_open(hil_core *c, int64_t now_ns)
+    void hil_group_close(hil_core *c, int group)
+    int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
+    int64_t hil_axis_bytes(hil_law law)
+    void hil_axis_power_up(hil_core *c, int axis)
+    int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
+    int64_t hil_group_now(const hil_core *c, int group)
+    void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
+    int hil_group_failed(const hil_core *c, int group)
+    int hil_group_has_news(const hil_core *c, int group)
+    int hil_group_take_event(hil_core *c, int group, hil_event *out)
+    void hil_group_acquire(hil_core *c, int group)
+    void hil_group_release(hil_core *c, int group)
+    double hil_axis_get(hil_core *c, int axis, hil_field field)
+    int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
+    void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
+    void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
+    void hil_axis_loop(hil_core *c, int axis, int on)
+    int hil_axis_spi(hil_core *c, int axis, int command)
+    float *hil_axis_table(hil_core *c, int axis)
+    void hil_axis_pin(hil_core *c, int axis, int pin, int level)
+    int hil_axis_fault(hil_core *c, int axis, int what, double value)
+    double hil_axis_supply_V(const hil_core *c, int axis)
+    int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
+    int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
+    int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces)
+    void hil_motion_setup(hil_core *c, int axis, const motion_setup *setup)
+    void hil_motion_write(hil_core *c, int axis, int slot, const motion_entry *entry)
+    void hil_motion_read(hil_core *c, int axis, int slot, motion_entry *out)
+    void hil_motion_xref_write(hil_core *c, int axis, int index, int slot)
+    int hil_motion_xref(hil_core *c, int axis, int index)
+    void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y)
+    void hil_axis_record_edges(hil_core *c, int axis, int outputs)
+    int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
+    int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
+    int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity)
+    int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max)
+    int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot)
+    void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
+    void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out)
+    int hil_rt_start(hil_core *c, const hil_rt_options *options)
+    void hil_rt_stop(hil_core *c)
+    int64_t hil_rt_now(const hil_core *c)
+    void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out)
+    int hil_rt_take_due(hil_core *c, int *groups, int max)
+    hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int) noexcept nogil, const char *file)
+    void hil_watchdog_arm(hil_watchdog *w, int64_t cpu_ns, int64_t wall_ns)
+    void hil_watchdog_enter(hil_watchdog *w, const char *work)
+    int hil_watchdog_leave(hil_watchdog *w)
+    void hil_watchdog_aside(hil_watchdog *w)
+    void hil_watchdog_resume(hil_watchdog *w, const char *work)
+    int64_t hil_watchdog_bells(const hil_watchdog *w)
+    int hil_watchdog_bells_in_work(const hil_watchdog *w, int wall)
+    void hil_watchdog_close(hil_watchdog *w)
+    void hil_watchdog_free(hil_watchdog *w)
+    hil_replay *hil_replay_new(const float *table)
+    int hil_replay_set(hil_replay *p, hil_field field, double value)
+    void hil_replay_step(hil_replay *p, int raw, hil_replay_row *row)
+    void hil_replay_output(hil_replay *p, float theta_deg, int effort, hil_replay_row *row)
+    void hil_replay_free(hil_replay *p)

@@ -75,7 +75,7 @@ class AxisLimits:
 
 
 @dataclass(frozen=True)
-class AxisState:
+class PointState:
     """State of an axis at one time. A trapezoid starts with any acceleration."""
 
     position_deg: float
@@ -84,8 +84,8 @@ class AxisState:
 
 
 @dataclass(frozen=True)
-class Segment:
-    """Segment of constant jerk: the state at its start, which is ``start_s`` after the trajectory's."""
+class Piece:
+    """Piece of constant jerk: the state at its start, which is ``start_s`` after the trajectory's."""
 
     start_s: float
     length_s: float
@@ -125,17 +125,17 @@ class Trajectory:
         """Duration, after which every axis is exactly at its end, at rest or at the velocity asked for."""
         return self._course.duration_ns
 
-    def at(self, at_ns: int) -> tuple[AxisState, ...]:
+    def at(self, at_ns: int) -> tuple[PointState, ...]:
         """State of each axis at this time; before the start as at it."""
-        return tuple(AxisState(*self._course.at(axis, at_ns)) for axis in range(self.axes))
+        return tuple(PointState(*self._course.at(axis, at_ns)) for axis in range(self.axes))
 
     def positions_deg(self, from_ns: int, step_ns: int, count: int) -> "array[float]":
         """Positions of all axes at ``count`` times, one time after the other: those of ``at``, but faster."""
         return self._course.positions(from_ns, step_ns, count)
 
-    def segments(self, axis: int) -> tuple[Segment, ...]:
+    def segments(self, axis: int) -> tuple[Piece, ...]:
         """Segments of one axis; none if it stands. Raises IndexError for another axis."""
-        return tuple(Segment(*values) for values in self._course.segments_of(axis))
+        return tuple(Piece(*values) for values in self._course.segments_of(axis))
 
     def stop(self, at_ns: int, limits: Sequence[AxisLimits]) -> "Trajectory":
         """Plan a stop from the state at ``at_ns``, which is the new trajectory's time 0. Along the line of a
@@ -184,7 +184,7 @@ class Trajectory:
 
 
 def plan_joint(
-    starts: Sequence[AxisState],
+    starts: Sequence[PointState],
     targets_deg: Sequence[float],
     limits: Sequence[AxisLimits],
     kind: Kind = "s_curve",
@@ -219,7 +219,7 @@ def plan_line(
 
 
 def plan_velocity(
-    starts: Sequence[AxisState],
+    starts: Sequence[PointState],
     velocities_deg_per_s: Sequence[float],
     limits: Sequence[AxisLimits],
     kind: Kind = "s_curve",
@@ -258,7 +258,7 @@ def plan_spline_within(points_deg: Sequence[Sequence[float]], limits: Sequence[A
     """
     times_ns = [0]
     for here, there in pairwise(points_deg):
-        chord = plan_joint([AxisState(p) for p in here], there, limits)
+        chord = plan_joint([PointState(p) for p in here], there, limits)
         times_ns.append(times_ns[-1] + chord.duration_ns)
     plan = plan_spline(points_deg, times_ns[: len(points_deg)])
     return plan._stretched(plan._course.fit(limits, True))

@@ -4,9 +4,10 @@ Pure: time comes in as an argument, what the board sends goes out through its UA
 store is handed to the caller.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main, Request
+from hil.vocab.framing import Item
 from hil.vocab.time import FOREVER, SimTimeNs
 
 STEPS_WITHOUT_TIME = 1_000_000
@@ -46,6 +47,8 @@ class Runtime:
         self.polls_from_ns = FOREVER
         """Time from which the program reads bytes as they come."""
         self.due_ns = SimTimeNs(0)
+        self.takes: Callable[[Sequence[Item]], bool] | None = None
+        """Taker of packets for what the program waits for: ``ByteAvailable.takes``."""
 
     def resume(self, now_ns: SimTimeNs) -> None:
         """Let the program run as far as it gets at ``now_ns``.
@@ -65,6 +68,12 @@ class Runtime:
             self._begin(self._print_returns(now_ns))
         raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
 
+    def go_on_waiting(self, now_ns: SimTimeNs, start_ns: SimTimeNs) -> None:
+        """Note that ``takes`` has spared the program the turn in which it would have begun to wait anew:
+        from ``start_ns`` on, when what was printed lets it."""
+        self._ready_ns = self.polls_from_ns = start_ns
+        self.due_ns = start_ns if now_ns < start_ns else FOREVER
+
     def commit_done(self, durable: bool) -> None:
         """Take the store's answer to a commit; call ``resume`` next."""
         self._committing = False
@@ -80,12 +89,16 @@ class Runtime:
         self._answer = None
         self._ready_ns = start_ns
         self._deadline_ns = FOREVER
-        self.polls_from_ns = start_ns if isinstance(request, ByteAvailable) else FOREVER
+        self.polls_from_ns = FOREVER
+        self.takes = None
         if isinstance(request, Delay):
             self._deadline_ns = SimTimeNs(start_ns + request.duration_ns)
         elif isinstance(request, ByteAvailable):
+            self.polls_from_ns = start_ns
             if request.timeout_ns is not None:
                 self._deadline_ns = SimTimeNs(start_ns + request.timeout_ns)
+            else:
+                self.takes = request.takes
         elif isinstance(request, Commit):
             self._committing = True
             self._commit(request)

@@ -10,26 +10,27 @@ class RxBuffer:
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
-        self._unread = bytearray()
+        self.unread = bytearray()
+        """Bytes in the buffer, the held one not among them; to be looked at only."""
         self._held = -1
 
     def feed(self, data: bytes, *, at_once: bool = False) -> int:
         """Take bytes from the line; answers how many found room. ``at_once``: all do, read as they come."""
         taken = data if at_once else data[: self.room()]
-        self._unread.extend(taken)
+        self.unread.extend(taken)
         return len(taken)
 
     def room(self) -> int:
         """Number of bytes that ``feed`` would take now."""
-        return self._capacity - len(self._unread)
+        return self._capacity - len(self.unread)
 
     def available(self) -> int:
         """Unread bytes in the buffer, the held one not counted."""
-        return len(self._unread)
+        return len(self.unread)
 
     def read_all(self) -> bytes:
-        data = bytes(self._unread)
-        self._unread.clear()
+        data = bytes(self.unread)
+        self.unread.clear()
         return data
 
     def read(self) -> int:
@@ -40,7 +41,7 @@ class RxBuffer:
 
     def peek(self) -> int:
         """Answer the next byte and hold it until ``read``; -1 if there is none."""
-        if self._held < 0 and self._unread:
-            self._held = self._unread[0]
-            del self._unread[:1]
+        if self._held < 0 and self.unread:
+            self._held = self.unread[0]
+            del self.unread[:1]
         return self._held

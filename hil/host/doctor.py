@@ -43,7 +43,7 @@ _Judgement = tuple[Verdict, *tuple[str, ...]]
 
 
 @dataclass(frozen=True)
-class Finding:
+class Diagnosis:
     """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs,
     and could run better. What is ok has no cost and no remedy."""
 
@@ -54,7 +54,7 @@ class Finding:
     remedy: str = ""
 
 
-def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
+def judge(system: System, tried: Tried, devices: int) -> list[Diagnosis]:
     """Judge a system for a bench of so many devices; answers all findings, the worst first."""
     judgements: dict[str, _Judgement] = {
         "real-time priority": _real_time(system, tried),
@@ -78,15 +78,15 @@ def judge(system: System, tried: Tried, devices: int) -> list[Finding]:
         "runtime directory": _folder(tried.runtime_dir, tried.runtime_failure, "--runtime-dir"),
         "state directory": _folder(tried.state_dir, tried.state_failure, "--state-dir"),
     }
-    return worst_first([Finding(name, *judgement) for name, judgement in judgements.items()])
+    return worst_first([Diagnosis(name, *judgement) for name, judgement in judgements.items()])
 
 
-def worst_first(findings: list[Finding]) -> list[Finding]:
+def worst_first(findings: list[Diagnosis]) -> list[Diagnosis]:
     """Sort findings by verdict, the worst first; those of one verdict stay in their order."""
     return sorted(findings, key=lambda finding: WORST_FIRST.index(finding.verdict))
 
 
-def healthy(findings: list[Finding]) -> bool:
+def healthy(findings: list[Diagnosis]) -> bool:
     return all(finding.verdict != "problem" for finding in findings)
 
 

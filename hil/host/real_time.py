@@ -11,7 +11,7 @@ from hil.host.refusal import memory_refused, pin_refused, raise_rtprio, real_tim
 from hil.host.system import System, read_system
 
 if TYPE_CHECKING:
-    from hil.core._native import RtStats
+    from hil.core.abi import RtStats
 
 WANTED_PRIORITY = 80
 """Wanted priority: above interrupt threads (50) of a real-time kernel, below its watchdogs (99)."""

@@ -5,7 +5,7 @@ The one place for these texts: ``hil serve``, ``hil status`` and ``hil doctor`` 
 
 from dataclasses import dataclass
 
-from hil.host.system import CAP_IPC_LOCK, CAP_SYS_NICE, UNLIMITED, Limit, System
+from hil.host.system import CAP_IPC_LOCK, CAP_SYS_NICE, UNLIMITED, ResourceLimit, System
 
 MEMLOCK_MB = 45
 """Locked memory that the remedies grant: the code, the stack and hundreds of axes, with room."""
@@ -19,7 +19,7 @@ ALLOW_SECCOMP = (
 
 
 @dataclass(frozen=True)
-class Refusal:
+class SystemRefusal:
     cause: str
     remedy: str
 
@@ -27,46 +27,48 @@ class Refusal:
         return f"{self.cause}: {self.remedy}"
 
 
-def real_time_refused(system: System, priority: int) -> Refusal:
+def real_time_refused(system: System, priority: int) -> SystemRefusal:
     if not system.may(CAP_SYS_NICE) and not (system.rtprio and system.rtprio.allows(priority)):
-        return Refusal(f"RLIMIT_RTPRIO is {rtprio_words(system.rtprio)}", raise_rtprio(system, priority))
+        return SystemRefusal(
+            f"RLIMIT_RTPRIO is {rtprio_words(system.rtprio)}", raise_rtprio(system, priority)
+        )
     if starved := [group.file for group in system.rt_groups if group.budget_us == 0]:
-        return Refusal(
+        return SystemRefusal(
             "this control group has no real-time budget",
             # Top down: a group cannot have more than the one above it.
             f"as root `echo {BUDGET_US} | tee {' '.join(reversed(starved))}`",
         )
     if system.rt_groups_without_budgets:
-        return Refusal(
+        return SystemRefusal(
             "this kernel has CONFIG_RT_GROUP_SCHED, and control groups of version 2 get no real-time budget",
             "`rt_group_sched=0` on the kernel's command line (Linux 6.16), or a kernel without it",
         )
     if system.rt_runtime_us == 0:
-        return Refusal("kernel.sched_rt_runtime_us is 0", restore_rt_runtime())
+        return SystemRefusal("kernel.sched_rt_runtime_us is 0", restore_rt_runtime())
     if system.seccomp:
-        return Refusal("a seccomp filter refuses it", ALLOW_SECCOMP.format(calls="sched_setscheduler"))
-    return Refusal(
+        return SystemRefusal("a seccomp filter refuses it", ALLOW_SECCOMP.format(calls="sched_setscheduler"))
+    return SystemRefusal(
         "the limits allow it, the kernel does not", "see `dmesg` for a security module that says why"
     )
 
 
-def memory_refused(system: System) -> Refusal:
+def memory_refused(system: System) -> SystemRefusal:
     limited = not (system.memlock and system.memlock.soft == UNLIMITED)
     if not limited or system.may(CAP_IPC_LOCK):
         if system.seccomp:
-            return Refusal("a seccomp filter refuses mlock", ALLOW_SECCOMP.format(calls="mlock"))
-        return Refusal(
+            return SystemRefusal("a seccomp filter refuses mlock", ALLOW_SECCOMP.format(calls="mlock"))
+        return SystemRefusal(
             "the limits allow it, the kernel does not",
             "free some memory, or raise the control group's memory.max",
         )
-    return Refusal(f"RLIMIT_MEMLOCK is {_kilobytes(system.memlock)}", raise_memlock(system))
+    return SystemRefusal(f"RLIMIT_MEMLOCK is {_kilobytes(system.memlock)}", raise_memlock(system))
 
 
-def pin_refused(cpu: int) -> Refusal:
-    return Refusal(f"CPU {cpu} is not allowed", "choose a cpu: that `taskset -p $$` allows")
+def pin_refused(cpu: int) -> SystemRefusal:
+    return SystemRefusal(f"CPU {cpu} is not allowed", "choose a cpu: that `taskset -p $$` allows")
 
 
-def rtprio_words(limit: Limit | None) -> str:
+def rtprio_words(limit: ResourceLimit | None) -> str:
     if limit is None:
         return "not known"
     soft, hard = ("unlimited" if n == UNLIMITED else n for n in (limit.soft, limit.hard))
@@ -95,5 +97,5 @@ def restore_rt_runtime() -> str:
     return f"as root `sysctl -w kernel.sched_rt_runtime_us={DEFAULT_RT_RUNTIME_US}`"
 
 
-def _kilobytes(limit: Limit | None) -> str:
+def _kilobytes(limit: ResourceLimit | None) -> str:
     return "not known" if limit is None else f"{limit.soft // 1024} kB"

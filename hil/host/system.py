@@ -16,7 +16,7 @@ ALL_IDS = "4294967295"
 
 
 @dataclass(frozen=True)
-class Limit:
+class ResourceLimit:
     """Resource limit; UNLIMITED is -1."""
 
     soft: int
@@ -44,9 +44,9 @@ class Budget:
 class System:
     """Reading of the system. None, an empty text or an empty tuple: it does not say."""
 
-    rtprio: Limit | None
-    memlock: Limit | None
-    nofile: Limit | None
+    rtprio: ResourceLimit | None
+    memlock: ResourceLimit | None
+    nofile: ResourceLimit | None
     capabilities: frozenset[int]
     """Effective capabilities; none in a user namespace, where they do not reach what this is about."""
     seccomp: bool
@@ -160,12 +160,12 @@ def _cpus(listed: str) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _limits(text: str) -> dict[str, Limit]:
+def _limits(text: str) -> dict[str, ResourceLimit]:
     def number(word: str) -> int:
         return UNLIMITED if word == "unlimited" else int(word)
 
     rows = re.findall(r"^Max ([a-z ]+?) {2,}(\d+|unlimited) +(\d+|unlimited)", text, re.M)
-    return {name: Limit(number(soft), number(hard)) for name, soft, hard in rows}
+    return {name: ResourceLimit(number(soft), number(hard)) for name, soft, hard in rows}
 
 
 def _mounts(files: Files) -> Iterator[tuple[str, str, str, str]]:

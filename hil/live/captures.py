@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 from hil import __version__
 from hil.vocab.segment import SegmentEvent
-from hil.wire.pcapng import Event, header, record
+from hil.wire.pcapng import Interface, RecordKind, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
 
 
 class Capture:
-    """Capture for one reader. ``sources`` are names of ports, in the order of the capture's interfaces."""
+    """Capture for one reader. ``sources`` are ports and segments."""
 
-    def __init__(self, sources: Sequence[str], epoch_ns: int) -> None:
+    def __init__(self, sources: Sequence[Interface], epoch_ns: int) -> None:
         self.sources = sources
         self._epoch_ns = epoch_ns
         self._writer: asyncio.StreamWriter | None = None
@@ -26,7 +26,9 @@ class Capture:
         self._writer = writer
         writer.write(header(f"hil {__version__}", self.sources))
 
-    def put(self, source: int, event: Event, data: bytes = b"", comment: str = "", at_ns: int = -1) -> None:
+    def put(
+        self, source: int, event: RecordKind, data: bytes = b"", comment: str = "", at_ns: int = -1
+    ) -> None:
         """Write a record; ``at_ns``: simulated time, else now."""
         writer = self._writer
         if writer is None or writer.is_closing():
@@ -37,14 +39,14 @@ class Capture:
             return
         if self._is_losing:
             self._is_losing = False
-            writer.write(record(source, time_ns, Event.LOST, comment="the reader was too slow"))
+            writer.write(record(source, time_ns, RecordKind.LOST, comment="the reader was too slow"))
         writer.write(record(source, time_ns, event, data, comment))
 
     def passed(self, source: int, towards: str, data: bytes) -> None:
         """Record bytes that have passed at a port, with their direction."""
-        self.put(source, Event.TX if towards == "board" else Event.RX, data)
+        self.put(source, RecordKind.TX if towards == "board" else RecordKind.RX, data)
 
     def heard(self, source: int, event: SegmentEvent) -> None:
         """Record traffic of a segment: bursts with their times; readings of a disturbed line, with errors."""
-        kind = Event.FRAMING_ERROR if event.is_damaged else Event.RX
+        kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)

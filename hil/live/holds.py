@@ -3,29 +3,31 @@
 from collections.abc import Iterable
 
 from hil.live.places import Places
+from hil.vocab.address import owner_of
 
 
 class Holds:
-    """Devices by the runs that have them, or wait for them."""
+    """Devices by the runs that have axes of them, or wait for these."""
 
     def __init__(self, places: Places) -> None:
         self._places = places
         self._runs: dict[str, tuple[str, ...]] = {}
 
-    def take(self, run: str, devices: Iterable[str]) -> None:
-        """Give a run that was accepted these devices until ``release``."""
-        self._runs[run] = tuple(devices)
+    def take(self, run: str, axes: Iterable[str]) -> None:
+        """Give a run that was accepted the axes at these addresses until ``release``."""
+        self._runs[run] = tuple(axes)
 
     def release(self, run: str) -> None:
         self._runs.pop(run, None)
 
     def taken(self) -> dict[str, str]:
-        """Devices that are in a run or will be, each with the run that was accepted last."""
-        return {device: run for run, devices in self._runs.items() for device in devices}
+        """Axes that are in a run or will be, each with the run that was accepted last."""
+        return {axis: run for run, axes in self._runs.items() for axis in axes}
 
     def problems(self, devices: Iterable[str]) -> list[str]:
         """Reasons why these devices cannot be exchanged now, a line for each."""
-        leaving, taken, boards = list(devices), self.taken(), self._places.boards
+        leaving, boards = list(devices), self._places.boards
+        taken = {owner_of(axis): run for axis, run in self.taken().items()}
         talking = [name for name in leaving if name in boards and boards[name].end.is_busy]
         return [
             f"{name} is in run {taken[name]}: wait for its end, or cancel it"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hil import __version__
 from hil.compose.build import empty_bench
-from hil.live.apply.bench_plan import Plan
+from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.fail_first import Apply
 from hil.live.apply.reload import Reloader
 from hil.live.apply.staging import Stage
@@ -30,9 +30,10 @@ from hil.live.runs.real_axes import AllAxes, RealAxes
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
-from hil.runs import BenchAxes
+from hil.runs import TwinAxes
 from hil.sim.bench import Around, BenchRuntime
 from hil.sim.input_log import InputLogWriter
+from hil.vocab.axis import Axes
 from hil.vocab.ports import PortContext
 
 
@@ -70,16 +71,23 @@ class LiveBench:
 
 @dataclass(frozen=True)
 class LiveRuns:
-    """Parts for a bench's runs: its own runs, its parts in those of others, and its real boards as axes."""
+    """Parts for a bench's runs: its own runs, its parts in those of others, and its axes, of which ``real``
+    has those of real boards."""
 
     queue: RunQueue
     parts: Parts
     others: OtherBenches
+    axes: Axes
     real: RealAxes
 
 
 def make_live(
-    stack: AsyncExitStack, configured: Configured, plan: Plan, files: NvmStore, at: Paths, watch_idle_s: float
+    stack: AsyncExitStack,
+    configured: Configured,
+    plan: BenchPlan,
+    files: NvmStore,
+    at: Paths,
+    watch_idle_s: float,
 ) -> LiveBench:
     """Make a bench without devices, which stands still; ``plan`` is the first that it will get. ``stack``
     puts it away.
@@ -97,7 +105,9 @@ def make_live(
     stack.callback(lines.close)
     commits = Commits(files, loop)
     stack.push_async_callback(commits.end)  # its answers to commits are inputs, for the log too
-    sim = empty_bench(config, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log))
+    sim = empty_bench(
+        config, configured.catalogue, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log)
+    )
     stack.callback(sim.stop)
     faults, holds = FaultRegistry(sim, places), Holds(places)
     watches = Watches(sim, config.speed, watch_idle_s)
@@ -121,13 +131,13 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
     """Make the parts for runs of a bench that runs; ``stack`` ends what moves."""
     real, others = RealAxes(live.places, live.configured, live.sim), OtherBenches(live.bridges)
     stack.push_async_callback(real.close)
-    axes = AllAxes(BenchAxes(live.sim, live.watches.sampler), real)
+    axes = AllAxes(TwinAxes(live.sim, live.watches.sampler), real)
     queue = RunQueue(axes, live.configured, clock, others, live.holds)
     stack.push_async_callback(queue.close)
-    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, real)
+    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, axes, real)
 
 
-def _input_log(stack: AsyncExitStack, plan: Plan, path: Path) -> InputLogWriter:
+def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWriter:
     file = LogFile(path, asyncio.get_running_loop())
     stack.callback(file.close)
     memories = {name: plan.sections(name, memory.content.sections) for name, memory in plan.memories.items()}

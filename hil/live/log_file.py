@@ -23,7 +23,7 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
     dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
     for device in dumped["devices"].values():
         device["port"] = "memory"
-        device["network"] = None
+        device |= {"network": None, "ports": {}}
         if device["at"]:
             for key in EMULATED_KEYS:
                 device.pop(key)

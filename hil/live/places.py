@@ -9,14 +9,13 @@ from hil.live.board_end import BoardEnd
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.sim.device import Device
-from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import port_label
+from hil.vocab.address import owner_of
 
 log = logging.getLogger("hil")
 
 
 class Places:
-    """Joints by label: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
+    """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
     board). In order: UARTs, taps, real boards, each as they came. Only ``hil.live.apply`` changes them."""
 
     def __init__(self) -> None:
@@ -39,8 +38,8 @@ class Places:
 
     def of_device(self, name: str) -> list[Joint[Any]]:
         """Joints of a device: those of a twin's UARTs that have a port, or that of a real board."""
-        labels = (port_label(name, uart) for uart in (MAIN, NETWORK))
-        return [self[label] for label in labels if label in self and label not in self.taps]
+        joints: Iterator[Joint[Any]] = chain(self.uarts.values(), self.boards.values())
+        return [joint for joint in joints if owner_of(joint.label) == name]
 
     def addresses(self) -> list[tuple[str, str]]:
         """All labels, and the address at which clients reach each."""

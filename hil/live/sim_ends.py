@@ -10,7 +10,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
-from hil.vocab.firmware import MAIN
+from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns, resample
@@ -25,14 +25,15 @@ and the bootloader runs first."""
 
 @dataclass(eq=False)
 class UartEnd:
-    """End at one of a twin's UARTs, and the line between it and the port. ``native_usb``: the board's own
+    """End at one of a twin's UARTs (``name``; empty: the first), and the line between it and the port.
+    ``native_usb``: the board's own
     processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     bench: BenchRuntime
     lines: Lines
     joint: "Joint[UartEnd]"
     device: Device
-    name: str = MAIN
+    name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
@@ -140,12 +141,9 @@ class UartEnd:
         if out:
             self.joint.send(bytes(out))
         due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
-        if not self._is_held:
-            return due_ns
-        room_ns = self._uart.room_ns(now_ns)
-        if room_ns == FOREVER:
+        if self._is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()
-        return min(due_ns, room_ns)
+        return min(due_ns, self._uart.room_ns(now_ns)) if self._is_held else due_ns
 
 
 def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:

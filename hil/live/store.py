@@ -45,7 +45,7 @@ class StoreError(Exception):
     """The store cannot be used: ``str(error)`` says what to look at, in one line."""
 
 
-class Files:
+class StoreCalls:
     """Calls to the operating system that the store makes. Each raises OSError."""
 
     def read(self, path: Path) -> bytes:
@@ -70,7 +70,7 @@ class Files:
 class NvmStore:
     """Directory of ``<device>.nvm`` files. One process at a time may use a directory."""
 
-    def __init__(self, directory: Path, files: Files | None = None) -> None:
+    def __init__(self, directory: Path, files: StoreCalls | None = None) -> None:
         """``directory`` exists and is on a file system that has hard links.
 
         Raises:
@@ -79,7 +79,7 @@ class NvmStore:
         if not directory.is_dir():
             raise StoreError(f"{directory} is not a directory: create it, writable for the daemon")
         self._directory = directory
-        self._files = files or Files()
+        self._files = files or StoreCalls()
         self._queue: SimpleQueue[tuple[str, bytes, Done] | None] = SimpleQueue()
         self._closed = False
         self._worker = threading.Thread(target=self._work, name="nvm-store", daemon=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import Sampler, Subscription
 from hil.telemetry.sampler import MAX_SAMPLES_PER_S
+from hil.vocab.address import owner_of
 
 MAX_WATCHES = 256
 """Maximum number of watches of the control socket's clients."""
@@ -34,19 +35,21 @@ class Watches:
 
     def exchanged(self, names: Collection[str]) -> None:
         """Note that these devices were added, removed or exchanged, in this very step."""
-        for device in names:
-            if device in self._bench.devices:
-                self.sampler.exchanged(device)
+        for axis in self.sampler.watched():
+            if owner_of(axis) not in names:
+                continue
+            if axis in self._bench.roster.axes:
+                self.sampler.exchanged(axis)
             else:
-                self.sampler.gone(device)
+                self.sampler.gone(axis)
 
-    def open(self, device: str, signals: tuple[str, ...], interval_ns: int) -> int:
+    def open(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> int:
         """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
         if len(self._open) >= MAX_WATCHES:
             raise ValueError(f"{MAX_WATCHES} watches are open already; end one, or use one of them")
         loop = asyncio.get_running_loop()
         watch, self._next_id = self._next_id, self._next_id + 1
-        self._open[watch] = _Watch(self.sampler.subscribe(device, signals, interval_ns), loop.time())
+        self._open[watch] = _Watch(self.sampler.subscribe(axis, signals, interval_ns), loop.time())
         self._poll()
         return watch
 

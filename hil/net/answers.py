@@ -19,6 +19,8 @@ _ROW: dict[str, Any] = {
     "address": str,
     "clients": int,
     "network": _MAYBE_TEXT,
+    "ports": {str: {"address": str, "clients": int}},
+    "axes": [str],
     "failed": _MAYBE_TEXT,
 }
 _LIST: dict[str, Any] = {
@@ -58,7 +60,13 @@ _STATUS: dict[str, Any] = (
         "devices": [
             _ROW
             | dict.fromkeys(("rx_bytes", "tx_bytes", "dropped_bytes", "overrun_bytes"), int)
-            | {"note": _MAYBE_TEXT, "port_failure": _MAYBE_TEXT, "flash": str, "snapshot": _SHOT}
+            | {
+                "note": _MAYBE_TEXT,
+                "port_failure": _MAYBE_TEXT,
+                "flash": str,
+                "snapshot": _SHOT,
+                "snapshots": {str: _SHOT},
+            }
         ],
         "health": {"state": str, "problems": [{"about": str, "what": str, "remedy": str}]},
         "bridges": {str: _BRIDGE},

@@ -5,8 +5,8 @@ import re
 from collections.abc import Coroutine, Mapping
 from typing import Any
 
-from hil.compose.find import load_dialogues
-from hil.core.fields import OF_KIND, SERVO, packed
+from hil.core import CoreAxis
+from hil.core.fields import packed
 from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
@@ -15,12 +15,13 @@ from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_reading import read_field
-from hil.sim.inputs import Bytes, Drive, InputLogError, Pin, Play, Reset, SetField, bursts_problem
+from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.settable import SETTABLE, setting_problem
+from hil.vocab.address import address_of, no_part, owner_of
+from hil.vocab.axis import Axes
 from hil.vocab.desk_protocol import Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
-from hil.vocab.ports import port_label
 from hil.vocab.verbs import Verb, VerbRefused
 from hil.wire.step_dir import Train, train_length_ns, train_problem
 
@@ -32,10 +33,19 @@ _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
 class BoardOperations:
-    """Operations on the boards of a bench. ``real``: its real boards as axes, which carry out dialogues."""
+    """Operations on the boards of a bench. ``axes``: all of them; ``real``: those of real boards, which carry
+    out dialogues."""
 
-    def __init__(self, sim: BenchRuntime, places: Places, configured: Configured, real: RealAxes) -> None:
-        self._sim, self._places, self._configured, self._real = sim, places, configured, real
+    def __init__(
+        self, sim: BenchRuntime, places: Places, configured: Configured, axes: Axes, real: RealAxes
+    ) -> None:
+        self._sim, self._places, self._configured, self._axes, self._real = (
+            sim,
+            places,
+            configured,
+            axes,
+            real,
+        )
 
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
         """Reset a board; a real one by a dialogue."""
@@ -45,23 +55,22 @@ class BoardOperations:
 
     def pin(self, asked: Asked, pin: str, level: float) -> Done:
         """Drive an input pin, whatever the firmware does: a level at a pin is there."""
-        device = self._twin(asked.target)
-        if pin not in device.axis.pins:
-            pins = ", ".join(device.axis.pins)
-            raise VerbRefused("bad_parameter", f"pins of {device.name} are {pins}")
-        return Done(self._sim.give(device, Pin(pin, int(level))), {})
+        pins = self._axis(asked).pins
+        if pin not in pins:
+            raise VerbRefused("bad_parameter", f"pins of {asked.target} are {', '.join(pins)}")
+        return self._give(asked, Pin(pin, int(level)))
 
     def set_field(self, asked: Asked, field: str, value: Any) -> Done:
         """Set a field of the axis; answers its value."""
-        device = self._twin(asked.target)
-        fields = [name for name in SETTABLE if name in OF_KIND[device.axis.kind]]
+        fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
         if field not in fields:
             raise VerbRefused(
-                "no_parameter", f"fields of {device.name} that can be set are {', '.join(fields)}"
+                "no_parameter", f"fields of {asked.target} that can be set are {', '.join(fields)}"
             )
-        if problem := setting_problem(self._sim.faults, device, field, value):
+        device, part = self._twin(asked.target), address_of(asked.target).part
+        if problem := setting_problem(self._sim.faults, device, field, value, part):
             raise VerbRefused("bad_parameter", problem)
-        return Done(self._sim.give(device, SetField(field, float(value))), {field: value})
+        return self._give(asked, SetField(field, float(value)), {field: value})
 
     def type(self, asked: Asked, text: str) -> Done:
         r"""Type a text with ``\r``, ``\xHH`` and the like."""
@@ -72,11 +81,11 @@ class BoardOperations:
         return self._type(asked.target, bytes.fromhex(data))
 
     def _type(self, target: str, data: bytes) -> Done:
-        name, dot, uart = target.partition(".")
-        uart = uart if dot else MAIN
+        name, uart = address_of(target)
         board, device = self._places.boards.get(name), self._sim.devices.get(name)
-        if uart not in (device.uarts if device else (MAIN,)):
-            raise VerbRefused("no_device", f"{name} has no serial interface {uart!r}")
+        if uart not in (device.uarts if device else ("", MAIN)):
+            known = device.uarts if device else {MAIN: None}
+            raise VerbRefused("no_device", no_part(name, "serial interface", uart, known))
         if device is None and board is not None:
             try:
                 board.end.send(data)
@@ -86,9 +95,9 @@ class BoardOperations:
         device = self._twin(name)
         if device.failed:
             raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
-        if place := self._places.uarts.get(port_label(name, uart)):
+        if place := self._places.uarts.get(device.uarts.label(name, uart)):
             return Done(place.end.type(data), {})
-        return Done(self._sim.give(device, Bytes(data, port=uart)), {})
+        return Done(self._sim.give(device, Bytes(data, port=device.uarts.short(uart))), {})
 
     def do(
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
@@ -96,11 +105,12 @@ class BoardOperations:
         """Carry out a verb of the board's own table."""
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
-        return Done(*self._sim.do(self._twin(asked.target), verb.name, parameters))
+        device, part = self._twin(asked.target), address_of(asked.target).part
+        return Done(*self._sim.do(device, verb.name, parameters, part))
 
     async def _by_dialogue(self, name: str, verb: str) -> Done:
         profile = self._configured.config.devices[name].profile
-        if (dialogue := load_dialogues(profile).get(verb)) is None:
+        if (dialogue := self._configured.catalogue.boards[profile].dialogues.get(verb)) is None:
             raise VerbRefused(
                 "cannot", f"{name} is a real {profile}: its terminal has no {verb}; do it at the board"
             )
@@ -115,10 +125,9 @@ class BoardOperations:
     async def drive(self, asked: Asked, train: list[Any]) -> Done:
         """Play a pulse train; answers when it began, and its length."""
         rows = await off_loop(train, _train, train)
-        device = self._twin(asked.target)  # the bench went on while they were read
-        if "step" not in device.axis.pins:
-            raise VerbRefused("cannot", f"{device.name} has no step input")
-        return Done(self._sim.give(device, Drive(rows)), {"length_ns": train_length_ns(rows)})
+        if "step" not in self._axis(asked).pins:  # the bench went on while they were read
+            raise VerbRefused("cannot", f"{asked.target} has no step input")
+        return self._give(asked, Drive(rows), {"length_ns": train_length_ns(rows)})
 
     async def play(self, asked: Asked, bursts: list[Any]) -> Done:
         """Play bursts at a tap."""
@@ -150,7 +159,7 @@ class BoardOperations:
         last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
         pause_s = _POLL_NS / 1e9 / speed
         await asyncio.sleep(pause_s)  # what a main program does begins with its next step
-        while sim.devices.get(device.name) is device and self._is_under_way(device, end_ns):
+        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, end_ns):
             if sim.now_ns >= last_ns:
                 raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
             await asyncio.sleep(max(min(pause_s, (end_ns - sim.now_ns) / 1e9 / speed), pause_s / 10))
@@ -158,22 +167,31 @@ class BoardOperations:
             return {"interrupted": True}  # a reload has taken it away
         if set_point is None or ends_after_ns is None:
             return {"interrupted": False}
-        short = abs(sim.snapshot(device.name).r - set_point)
-        return {"interrupted": bool(short > abs(set_point) * 1e-6 + 1e-4)}
+        stands_at = self._axes[asked.target].state().commanded_deg
+        is_short = stands_at is not None and abs(stands_at - set_point) > abs(set_point) * 1e-6 + 1e-4
+        return {"interrupted": is_short}
 
-    def _is_under_way(self, device: Device, end_ns: float) -> bool:
-        """Whether what a verb began goes on, as the board's state tells."""
+    def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
+        """Whether what a verb began goes on, as the axis's state tells. Of a path its verb told the end;
+        ramps of the board's own end when they do."""
         if device.failed:
             return False
-        state = self._sim.snapshot(device.name)
-        if device.axis.kind == SERVO:
-            return device.is_busy or (bool(state.following) and self._sim.now_ns < end_ns + _POLL_NS)
-        return bool(state.motion_state or state.pending)
+        follows = device.follows_paths and self._axis(asked).kind.follows_paths
+        may_be = not follows or self._sim.now_ns < end_ns + _POLL_NS
+        return device.is_busy or (may_be and self._axes[asked.target].state().is_under_way)
 
-    def _twin(self, name: str) -> Device:
-        if (device := self._sim.devices.get(name)) is None:
-            raise VerbRefused("no_device", f"no device {name!r}; a reload has taken it away")
+    def _twin(self, address: str) -> Device:
+        if (device := self._sim.devices.get(owner_of(address))) is None:
+            raise VerbRefused("no_device", f"no device {address!r}; a reload has taken it away")
         return device
+
+    def _axis(self, asked: Asked) -> CoreAxis:
+        if asked.target not in self._sim.roster.axes:
+            raise VerbRefused("no_device", f"no axis {asked.target!r}; a reload has taken it away")
+        return self._sim.roster.axis(asked.target)
+
+    def _give(self, asked: Asked, given: Input, answer: Mapping[str, Any] | None = None) -> Done:
+        return Done(self._sim.take(asked.target, given)[0], answer or {})
 
 
 def _train(rows: list[Any]) -> Train:

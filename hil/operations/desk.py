@@ -9,13 +9,14 @@ from hil.config.explain import suggestion
 from hil.operations.looking_on import LookingOn
 from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
+from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.operation import Target
 from hil.vocab.verbs import VerbRefused, checked
 
 CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
 _SHOWN = 80
-_OF_DEVICES = (Target.DEVICE, Target.TWIN, Target.UART)
+_OF_DEVICES = (Target.DEVICE, Target.MEMBER, Target.TWIN, Target.UART)
 
 
 class Desk:
@@ -43,8 +44,8 @@ class Desk:
         if (known := OPERATIONS.get(operation)) is None:
             raise no_operation(operation)
         require_role(source, operation, known.role)
-        self._find(known.target, target)
-        asked, values = Asked(source, target), checked(operation, known.parameters, given)
+        asked = Asked(source, self._find(known.target, target))
+        values = checked(operation, known.parameters, given)
         return self._do(asked, **values) if operation == "do" else self._answerers[operation](asked, **values)
 
     def watch(
@@ -57,19 +58,24 @@ class Desk:
         interval_ns: int | Fraction = 0,
     ) -> Watch:
         if what is Watched.SAMPLES:
-            self._find(Target.TWIN, target)
+            target = self._find(Target.TWIN, target)
         return self._looks.open(what, target, call, interval_ns)
 
-    def _find(self, kind: Target, target: str) -> None:
-        """Refuse devices that are not there, and real ones where the axis has to be seen."""
+    def _find(self, kind: Target, target: str) -> str:
+        """Address that a target means, as hil writes it. Refuses devices and axes that are not there, and
+        real ones where the axis has to be seen; whether a UART is there, who types there finds."""
         if kind not in _OF_DEVICES:
-            return
-        name = target.partition(".")[0] if kind is Target.UART else target
-        if name not in self._devices:
+            return target
+        name = owner_of(target) if kind is Target.UART else target
+        found = self._devices.get(name)
+        if found is None or (kind is Target.DEVICE and found.name != owner_of(target)):
             known = ", ".join(self._devices)
             raise VerbRefused("no_device", f"no device {shown(name)}; there are {known}")
-        if kind is Target.TWIN and self._devices[name].is_real:
+        if kind is Target.TWIN and found.is_real:
             raise VerbRefused("cannot", f"{name} is a real board: {CANNOT}")
+        if kind is Target.TWIN and not found.fields:
+            raise VerbRefused("cannot", f"{name}, a {found.profile}, has no axis")
+        return target if kind is Target.UART else found.name
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:
         """Carry out a verb of the device. One that all boards have is an operation itself."""

@@ -3,54 +3,70 @@
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from hil.compose.find import load_dialogues, load_verbs
-from hil.core.fields import FIELDS, OF_KIND, OFFSETS
+from hil.core import AxisKind
+from hil.core.fields import FIELDS, OFFSETS
 from hil.live.configured import Configured
 from hil.sim.bench import BenchRuntime
 from hil.sim.settable import SETTABLE
+from hil.vocab.address import Address, address_of
 from hil.vocab.desk_protocol import AxisField, DeviceInfo
-
-STATE = (
-    *("at_ns", "position_deg", "yw", "velocity_rpm", "torque_Nm"),
-    *("loop_on", "mode", "r", "u", "following"),
-    *("commanded_deg", "lag_steps", "lost_steps", "motion_state", "speed_rpm", "queue_position", "pending"),
-)
-"""Fields of an axis in its short state; each kind has some of them."""
+from hil.vocab.profile import Profile
+from hil.vocab.verbs import Verb
 
 
 class Devices(Mapping[str, DeviceInfo]):
-    """Devices by name, of the configuration at the moment of the look."""
+    """Devices, and further axes of them, by address, of the configuration at the moment of the look."""
 
     def __init__(self, sim: BenchRuntime, configured: Configured) -> None:
         self._sim = sim
         self._configured = configured
 
-    def __getitem__(self, name: str) -> DeviceInfo:
+    def __getitem__(self, address: str) -> DeviceInfo:
+        name, part = address_of(address)
         device = self._configured.config.devices[name]
-        kind = None if device.at is not None else self._sim.devices[name].axis.kind
-        return _info(name, device.profile, kind)
+        board = self._configured.catalogue.boards[device.profile]
+        if device.at is not None and not part:
+            return _real(name, device.profile, board)
+        if device.at is not None or (part not in (axes := self._sim.devices[name].axes) and part):
+            raise KeyError(address)
+        kind = axes[part].kind if axes else None
+        return _twin(axes.label(name, part), device.profile, board, kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._configured.config.devices)
+        for name, device in self._configured.config.devices.items():
+            yield name
+            axes = list(self._sim.devices[name].axes) if device.at is None else []
+            yield from (str(Address(name, axis)) for axis in axes[1:])
 
     def __len__(self) -> int:
-        return len(self._configured.config.devices)
+        return sum(1 for _ in self)
 
 
 @lru_cache(2048)
-def _info(name: str, profile: str, kind: int | None) -> DeviceInfo:
-    table = load_verbs(profile).table
-    if kind is not None:
-        return DeviceInfo(name, profile, False, table, _fields(kind))
-    dialogues = load_dialogues(profile)
+def _twin(address: str, profile: str, board: Profile, kind: AxisKind | None) -> DeviceInfo:
+    """Describe a device with its first axis, or another of its axes."""
+    is_other, has_axis = bool(address_of(address).part), kind is not None
+    verbs = {name: verb for name, verb in board.table.items() if _can(verb, is_other, has_axis)}
+    return DeviceInfo(address, profile, False, verbs, _fields(kind, board.shown_first) if kind else {})
+
+
+def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:
+    """Whether a verb can be asked there: of a device, or only of another axis of one."""
+    is_of_axis = verb.is_of_axis or verb.name == "pin"
+    return is_of_axis if is_other else has_axis or not is_of_axis
+
+
+@lru_cache(2048)
+def _real(name: str, profile: str, board: Profile) -> DeviceInfo:
+    table, dialogues = board.table, board.dialogues
     verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in dialogues}
     return DeviceInfo(name, profile, True, verbs, {})
 
 
 @lru_cache
-def _fields(kind: int) -> Mapping[str, AxisField]:
+def _fields(kind: AxisKind, shown_first: tuple[str, ...]) -> Mapping[str, AxisField]:
     return {
-        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in SETTABLE, name in STATE)
+        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in SETTABLE, name in shown_first)
         for name, f in FIELDS.items()
-        if name in OF_KIND[kind]
+        if name in kind.fields
     }

@@ -46,7 +46,7 @@ _BACK = {
 
 
 @dataclass(frozen=True)
-class Problem:
+class HealthProblem:
     """Problem of a bench. ``about`` is the device, port or segment, empty for the whole bench."""
 
     kind: str
@@ -67,7 +67,7 @@ class Health:
     state_dir: Path
     is_service: bool
 
-    def problems(self) -> list[Problem]:
+    def problems(self) -> list[HealthProblem]:
         """All present problems, the bench's own first."""
         return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
 
@@ -76,50 +76,52 @@ class Health:
         found = self.problems()
         return {"state": "degraded" if found else "ok", "problems": [asdict(problem) for problem in found]}
 
-    def _of_bench(self) -> Iterator[Problem]:
+    def _of_bench(self) -> Iterator[HealthProblem]:
         for missing, remedy in self.grant.missing.items():
-            yield Problem("real_time", "", f"no {missing}", remedy)
+            yield HealthProblem("real_time", "", f"no {missing}", remedy)
         again = "see `hil doctor` and docs/how-to/real-time.md"
         if (share := self.vitals.missed_share) > MISSED_SHARE:
-            yield Problem("wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again)
+            yield HealthProblem(
+                "wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again
+            )
         if (late_ns := self.vitals.loop_worst_ns) > LOOP_LATE_NS:
             what = f"answers were held up for {late_ns / 1e6:.0f} ms in the last minute"
-            yield Problem("loop", "", what, "take load off this computer, or devices off this bench")
+            yield HealthProblem("loop", "", what, "take load off this computer, or devices off this bench")
         process = read_process()
         if process.open_fds * 10 > process.max_fds * 9:
             what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"
             remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
-            yield Problem("descriptors", "", what, remedy)
+            yield HealthProblem("descriptors", "", what, remedy)
 
-    def _of_devices(self) -> Iterator[Problem]:
+    def _of_devices(self) -> Iterator[HealthProblem]:
         for name, device in self.sim.devices.items():
             if device.failed:
                 again = f"`hil reset {name}` restarts it"
                 remedy = again if device.has_power else "`hil fault clear` ends the fault"
-                yield Problem("device", name, f"stopped: {device.failed}", remedy)
+                yield HealthProblem("device", name, f"stopped: {device.failed}", remedy)
         for name, why in self.commits.failures.items():
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"
-            yield Problem("flash", name, f"its flash was not written: {why}", remedy)
+            yield HealthProblem("flash", name, f"its flash was not written: {why}", remedy)
 
-    def _of_ports(self) -> Iterator[Problem]:
+    def _of_ports(self) -> Iterator[HealthProblem]:
         boards = self.places.boards
         for name, place in (self.places.uarts | self.places.taps).items():
             if place.failure:
-                yield Problem("port", name, place.failure, "restart the bench")
+                yield HealthProblem("port", name, place.failure, "restart the bench")
         for name, board in boards.items():
             line = board.end.line
             if away := line.stats().away:
                 back = _back(away, self.is_service)
                 what = f"{line.address}: {board.end.failure or away}"
-                yield Problem("port", name, what, f"{back}; it is tried again each second")
+                yield HealthProblem("port", name, what, f"{back}; it is tried again each second")
             if board.failure:
-                yield Problem("port", name, board.failure, "restart the bench")
+                yield HealthProblem("port", name, board.failure, "restart the bench")
 
-    def _of_segments(self) -> Iterator[Problem]:
+    def _of_segments(self) -> Iterator[HealthProblem]:
         for name, segment in self.sim.segments.items():
             for address, stations in segment.clashes().items():
                 what = f"two stations have one address {address}: {', '.join(stations)}"
-                yield Problem("segment", name, what, "give each an address of its own")
+                yield HealthProblem("segment", name, what, "give each an address of its own")
 
 
 def _back(why: str, is_service: bool) -> str:

@@ -13,9 +13,10 @@ from hil.live.watches import Watches
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
-from hil.telemetry import DEFAULT_SIGNALS, Sampler, check_signals
+from hil.telemetry import Sampler, check_signals
 from hil.vocab.desk_protocol import Watch, Watched
 from hil.vocab.verbs import VerbRefused
+from hil.wire.pcapng import Interface
 
 SAMPLES_AT_A_TIME = 5000
 
@@ -59,9 +60,9 @@ class LookingOn:
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """Begin a watch that keeps samples; answers its number, for those who come back for them."""
-        kind = self._sim.devices[asked.target].axis.kind
+        kind = self._sim.roster.axis(asked.target).kind
         try:
-            names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
+            names = check_signals(signals or kind.default_signals, kind)
             return {"watch": self._watches.open(asked.target, names, interval_ns), "signals": names}
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
@@ -87,7 +88,13 @@ class LookingOn:
         for name in ports:
             if name not in segments and name not in self._places:
                 raise self._no_place(name)
-        capture = Capture(ports, self._clock.epoch_ns)
+        lines = [
+            Interface(name, segments[name].framing.name, segments[name].baud)
+            if name in segments
+            else Interface(name)
+            for name in ports
+        ]
+        capture = Capture(lines, self._clock.epoch_ns)
         ends = [
             _listening(segments[name].watchers, partial(capture.heard, index))
             if name in segments
@@ -128,10 +135,10 @@ class Samples:
     """Watch on samples of an axis, which wait in the core until they are taken."""
 
     def __init__(
-        self, sampler: Sampler, device: str, interval_ns: int | Fraction, call: Callable[[bytes], object]
+        self, sampler: Sampler, axis: str, interval_ns: int | Fraction, call: Callable[[bytes], object]
     ) -> None:
         self._sampler = sampler
-        self._subscription = sampler.subscribe(device, (), interval_ns)
+        self._subscription = sampler.subscribe(axis, (), interval_ns)
         self._call = call
 
     @property
@@ -139,7 +146,7 @@ class Samples:
         return self._subscription.lost
 
     def take(self) -> None:
-        self._sampler.poll_device(self._subscription.device)
+        self._sampler.poll_axis(self._subscription.axis)
         for packed in self._subscription.take_packed():
             self._call(packed)
 

@@ -35,7 +35,7 @@ def make_desk(
     metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
     looks = LookingOn(sim, places, clock, live.watches, queue)
     reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
-    boards = BoardOperations(sim, places, configured, runs.real)
+    boards = BoardOperations(sim, places, configured, runs.axes, runs.real)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
         "list": lambda asked: reports.listed(),

@@ -62,7 +62,7 @@ class Scrape(NamedTuple):
         return {place.label: place.port for place in self.of.places.joints()}
 
 
-class Row(NamedTuple):
+class MetricRow(NamedTuple):
     """A metric and how to read it."""
 
     metric: Metric
@@ -148,8 +148,8 @@ def _boards(s: Scrape) -> Values:
 
 def _metric(
     name: str, kind: Any, about: str, read: Callable[[Scrape], Values], labels: tuple[str, ...] = ()
-) -> Row:
-    return Row(Metric(name, kind, about, labels), read)
+) -> MetricRow:
+    return MetricRow(Metric(name, kind, about, labels), read)
 
 
 PORT, SEGMENT, BRIDGE = ("port",), ("segment",), ("bridge",)

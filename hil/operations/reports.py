@@ -18,10 +18,11 @@ from hil.live.port_joint import Joint
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
+from hil.vocab.address import Address, address_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.firmware import NETWORK
-from hil.vocab.ports import PortStats, port_label
+from hil.vocab.ports import PortStats
 from hil.vocab.verbs import described
 
 NAMED = 5
@@ -63,15 +64,25 @@ class Reports:
             "address": place.port.address if place else "",
             "clients": place.port.stats().clients if place else 0,
             "network": None,
+            "ports": {},
+            "axes": [],
             "failed": None,
         }
         if name in self.places.boards:
             return row | {"hardware": "real", "at": config.at}
-        network = self.places.uarts.get(port_label(name, NETWORK))
+        device = self.sim.devices[name]
+        ports = {
+            joint.label: {"address": joint.port.address, "clients": joint.port.stats().clients}
+            for joint in self.places.of_device(name)
+            if address_of(joint.label).part
+        }
+        network = ports.get(str(Address(name, NETWORK)), {"address": None, "clients": 0})
         return row | {
-            "network": network.port.address if network else None,
-            "network_clients": network.port.stats().clients if network else 0,
-            "failed": self.sim.devices[name].failed,
+            "network": network["address"],
+            "network_clients": network["clients"],
+            "ports": ports,
+            "axes": [device.axes.label(name, axis) for axis in device.axes],
+            "failed": device.failed,
         }
 
     def status(self) -> dict[str, Any]:
@@ -111,7 +122,12 @@ class Reports:
             "note": "; ".join([*([note] if note else []), *device.notes.values()]) or None,
             "flash": self.commits.failures.get(name, "ok"),
             "port_failure": place.failure,
-            "snapshot": device.axis.published().as_dict(),
+            "snapshot": device.axes[""].published().as_dict() if device.axes else None,
+            "snapshots": {
+                device.axes.label(name, axis): each.published().as_dict()
+                for axis, each in device.axes.items()
+                if axis != device.axes.first
+            },
         }
 
     def health_in_short(self) -> dict[str, Any]:
@@ -148,6 +164,7 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
         "flash": "ok",
         "port_failure": board.failure,
         "snapshot": None,
+        "snapshots": {},
         "board": {"connects": line.connects, "rx_bytes": line.rx_bytes, "tx_bytes": line.tx_bytes},
     }
 

@@ -103,6 +103,7 @@ def _common(name: str, target: Target, *, takes_time: bool = False) -> Operation
 
 
 BENCH, DEVICE, TWIN, UART = Target.BENCH, Target.DEVICE, Target.TWIN, Target.UART
+MEMBER = Target.MEMBER
 PLACE, TAP, RUN = Target.PLACE, Target.TAP, Target.RUN
 VIEWER, OPERATOR, ADMIN = Role.VIEWER, Role.OPERATOR, Role.ADMIN
 _ROWS = (
@@ -114,7 +115,7 @@ _ROWS = (
     _asked("metrics", BENCH, VIEWER, "all metrics, each read when its turn comes"),
     _asked("segments", BENCH, VIEWER, "each segment's stations, taps and counters"),
     _asked("benches", BENCH, VIEWER, "other benches that are joined, and their clocks", takes_time=True),
-    _asked("verbs", DEVICE, VIEWER, "what can be asked of a device, with the parameters"),
+    _asked("verbs", MEMBER, VIEWER, "what can be asked of a device, with the parameters"),
     # A board.
     _asked("state", TWIN, VIEWER, "all fields of an axis, now"),
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
@@ -127,7 +128,7 @@ _ROWS = (
     _asked("send", UART, OPERATOR,
            "type bytes at a serial interface (s1.network: the second one), as a client does",
            Parameter("data", "what is typed", form=HEX)),
-    _asked("do", DEVICE, VIEWER, "carry out a verb of the device (see Verbs), by who has the verb's role",
+    _asked("do", MEMBER, VIEWER, "carry out a verb of the device (see Verbs), by who has the verb's role",
            _name("name", "the verb's name"), Parameter("parameters", "the verb's own", form=OBJECT),
            takes_time=True),
     _asked("wait", TWIN, VIEWER,

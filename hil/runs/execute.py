@@ -3,21 +3,20 @@
 from collections.abc import Generator, Mapping, Sequence
 from typing import Protocol
 
-from hil.runs.axes import RunBench
-from hil.runs.plan import Phrase, Plan
-from hil.runs.progress import AxisReport, Ended, How, Progress
+from hil.runs.plan import Move, Phrase, Plan
+from hil.runs.progress import AxisReport, Ended, Progress
 from hil.runs.run_axis import RunAxis
 from hil.runs.run_document import WaitUntil
-from hil.sim.inputs import Do
+from hil.vocab.axis import Axes, How
 
 POLL_NS = 10_000_000
 """Interval of looks at an axis while it moves."""
 BEGINS_NS = 1_000_000
-"""Delay until a stepper's motion shows: it begins at the first tick of its clock after the command."""
+"""Delay until a motion by an axis's own ramps shows: from the command to the first tick of its clock."""
 STAND_NS = 3_600_000_000_000
-"""Time after its phrase until a stepper that still turns has failed."""
+"""Time after its phrase until an axis that is not at its end has failed."""
 CHECK_NS = 50_000_000
-"""Interval of checks that a servo still does what the run wants of it."""
+"""Interval of checks that an axis still follows the path that the run gave it."""
 SETTLE_NS = 200_000_000
 """Time for a shaft to come to rest after its set-point did."""
 
@@ -33,12 +32,12 @@ class Baton(Protocol):
 class Soon:
     """``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
 
-    def __init__(self, bench: RunBench, lead_ns: int) -> None:
-        self._bench = bench
+    def __init__(self, clock: Axes, lead_ns: int) -> None:
+        self._clock = clock
         self._lead_ns = lead_ns
 
     def start_ns(self, phrase: int) -> int:
-        return self._bench.now_ns + self._lead_ns
+        return self._clock.now_ns + self._lead_ns
 
 
 class Told:
@@ -58,13 +57,13 @@ class Execution:
     def __init__(
         self,
         plan: Plan,
-        bench: RunBench,
+        axes: Axes,
         baton: Baton,
         devices: Mapping[str, str] | None = None,
         progress: Progress | None = None,
     ) -> None:
         self.plan = plan
-        self._bench = bench
+        self._bench = axes
         self._baton = baton
         self._devices = {axis: axis for axis in plan.run.axes} if devices is None else devices
         self._axes: dict[str, RunAxis] = {}
@@ -114,8 +113,7 @@ class Execution:
         for name, rules in run.axes.items():
             if device := self._devices.get(name):
                 report = self.progress.axes[name] = AxisReport(self.plan.ends_deg[name])
-                before = self.plan.axes[name]
-                self._axes[name] = RunAxis(name, device, self._bench, before, rules, report, run.on_fault)
+                self._axes[name] = RunAxis(name, self._bench[device], rules, report, run.on_fault)
 
     # ---- its phrases ----
 
@@ -133,13 +131,13 @@ class Execution:
                 end_ns = max(end_ns, axis.follow(path, start_ns, phrase.duration_ns))
         for event in phrase.events:
             if axis := self._axes.get(event.axis):
-                axis.give(Do(event.verb, tuple(event.parameters.items()), start_ns + event.at_ns))
-        end_ns += BEGINS_NS if phrase.steppers else 0
+                axis.give(event, start_ns)
+        end_ns += BEGINS_NS if phrase.awaited else 0
         marks = [(start_ns + at_ns, number) for number, (at_ns, _) in enumerate(phrase.marks, 1)]
         yield from self._until(end_ns, marks)
         self._steps_before += len(phrase.marks)
         give_up_ns = end_ns + STAND_NS
-        while any(axis.turns for name, axis in self._axes.items() if name in phrase.steppers):
+        while any(axis.is_under_way for name, axis in self._axes.items() if name in phrase.awaited):
             if self._bench.now_ns > give_up_ns:
                 raise Ended("failed", "a stepper does not come to its end", self.plan.run.on_fault)
             yield from self._until(self._bench.now_ns + POLL_NS)
@@ -152,12 +150,12 @@ class Execution:
         for axis in self._axes.values():
             axis.check_path()
         for event in phrase.events:
-            if event.axis in self._axes and event.verb == "move_abs":
-                self._axes[event.axis].check_end(float(event.parameters["position_deg"]))
+            if event.axis in self._axes and isinstance(event, Move):
+                self._axes[event.axis].check_end(event.position_deg)
 
     def _wait(self, wait: WaitUntil) -> Generator[int, None, None]:
         axis, give_up_ns = self._axes[wait.axis], self._bench.now_ns + round(wait.timeout_s * 1e9)
-        while not self._is_met(axis.fields(wait.field)[0], wait.above, wait.below):
+        while not self._is_met(axis.axis.field(wait.field), wait.above, wait.below):
             if self._bench.now_ns >= give_up_ns:
                 raise axis.failed(f"{wait.axis}.{wait.field} was not in its range for {wait.timeout_s:g} s")
             yield from self._until(min(self._bench.now_ns + POLL_NS, give_up_ns))
@@ -179,7 +177,7 @@ class Execution:
 
     def _have_reached(self, at_ns: int) -> bool:
         """Whether the axes' values are of this time or later: a board that has much to do comes behind."""
-        return not any(axis.fields("at_ns")[0] < at_ns for axis in self._axes.values())
+        return not any(axis.state().at_ns < at_ns for axis in self._axes.values())
 
     def _look(self) -> None:
         if self._asked:

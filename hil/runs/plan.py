@@ -7,8 +7,8 @@ from itertools import pairwise
 from struct import Struct
 
 from hil.core.trajectory import Trajectory
-from hil.runs.axes import AxisNow
 from hil.runs.run_document import RunDocument, WaitUntil
+from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_S
 
@@ -16,26 +16,44 @@ _PIECE = Struct("<q4d")
 
 
 @dataclass(frozen=True)
-class Event:
-    """Verb that is carried out ``at_ns`` after its phrase's start."""
+class Move:
+    """Motion of an axis to an angle by ramps of its own, ``at_ns`` after its phrase's start."""
 
     at_ns: int
     axis: str
-    verb: str
-    parameters: Mapping[str, float | str]
+    position_deg: float
+    velocity_rpm: int
+
+    def give(self, axis: Axis, start_ns: int) -> None:
+        """Give it to its axis, in a phrase that starts then. Raises VerbRefused."""
+        axis.move(self.position_deg, self.velocity_rpm, start_ns + self.at_ns)
+
+
+@dataclass(frozen=True)
+class Level:
+    """Level of an axis's input from ``at_ns`` after its phrase's start."""
+
+    at_ns: int
+    axis: str
+    pin: str
+    level: int
+
+    def give(self, axis: Axis, start_ns: int) -> None:
+        """Give it to its axis, as ``Move.give``."""
+        axis.set_pin(self.pin, self.level, start_ns + self.at_ns)
 
 
 @dataclass(frozen=True)
 class Phrase:
-    """Motion that goes by the clock from one common start. ``paths``: those of servos, from the start to
-    ``duration_ns``. ``marks``: when which step begins. After it the ``steppers`` have to stand (and real
-    servos to have confirmed their last set-point), and the condition of ``wait`` to hold."""
+    """Motion that goes by the clock from one common start. ``paths``: those of axes that follow them, from
+    the start to ``duration_ns``. ``marks``: when which step begins. After it those ``awaited`` have to be at
+    their ends, for they alone know when that is, and the condition of ``wait`` has to be met."""
 
     duration_ns: int
     paths: Mapping[str, tuple[PathPiece, ...]]
-    events: tuple[Event, ...]
+    events: tuple[Move | Level, ...]
     marks: tuple[tuple[int, int], ...]
-    steppers: frozenset[str] = frozenset()
+    awaited: frozenset[str] = frozenset()
     wait: WaitUntil | None = None
 
 
@@ -53,7 +71,7 @@ class Plan:
         """Digest of the motion: the same for the same motion, to the bit."""
         total = sha256()
         for phrase in self.phrases:
-            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.steppers), phrase.wait)
+            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.awaited), phrase.wait)
             total.update(repr((timing, phrase.events)).encode())
             for axis, path in phrase.paths.items():
                 total.update(axis.encode())
@@ -70,16 +88,16 @@ class Phrases:
     def __init__(self, axes: Mapping[str, AxisNow]) -> None:
         self.ended: list[Phrase] = []
         self.position_deg = {name: axis.position_deg for name, axis in axes.items()}
-        self.servos = [name for name, axis in axes.items() if axis.kind == "servo"]
-        self._real = {name for name, axis in axes.items() if axis.is_real}
+        self.followers = [name for name, axis in axes.items() if axis.follows_paths]
+        self._silent = {name for name, axis in axes.items() if not axis.tells_position}
         self._begin()
 
     def _begin(self) -> None:
         self._at_ns = 0
-        self._pieces: dict[str, list[PathPiece]] = {name: [] for name in self.servos}
-        self._events: list[Event] = []
+        self._pieces: dict[str, list[PathPiece]] = {name: [] for name in self.followers}
+        self._events: list[Move | Level] = []
         self._marks: list[tuple[int, int]] = []
-        self._steppers: set[str] = set()
+        self._sent: set[str] = set()
 
     def end(self, wait: WaitUntil | None = None) -> None:
         """End the phrase: what was planned so far goes by one clock."""
@@ -90,18 +108,21 @@ class Phrases:
                 if any(piece.per_s or piece.per_s2 or piece.per_s3 for piece in pieces)
             }
             events = tuple(sorted(self._events, key=lambda event: event.at_ns))
-            stand = frozenset(self._steppers | (self._real & set(paths)))
-            self.ended.append(Phrase(self._at_ns, paths, events, tuple(self._marks), stand, wait))
+            awaited = frozenset(self._sent | (self._silent & set(paths)))
+            self.ended.append(Phrase(self._at_ns, paths, events, tuple(self._marks), awaited, wait))
         self._begin()
 
     def mark(self, step: int) -> None:
         self._marks.append((self._at_ns, step))
 
-    def happen(self, axis: str, verb: str, parameters: Mapping[str, float | str]) -> None:
-        """Add a verb that is carried out as the step begins."""
-        self._events.append(Event(self._at_ns, axis, verb, parameters))
-        if verb == "move_abs":
-            self._steppers.add(axis)
+    def send(self, axis: str, position_deg: float, velocity_rpm: int) -> None:
+        """Send an axis that follows no paths to an angle as the step begins."""
+        self._events.append(Move(self._at_ns, axis, position_deg, velocity_rpm))
+        self._sent.add(axis)
+
+    def drive(self, axis: str, pin: str, level: int) -> None:
+        """Drive an axis's input as the step begins."""
+        self._events.append(Level(self._at_ns, axis, pin, level))
 
     def move(
         self,
@@ -110,14 +131,15 @@ class Phrases:
         moved: Sequence[str] = (),
         trajectory: Trajectory | None = None,
     ) -> None:
-        """Move axes to their targets, servos ``moved``, in order, by ``trajectory``. Other servos stand."""
-        for name in self.servos:
+        """Move axes to their targets, ``moved`` of those that follow paths, in order, by ``trajectory``; the
+        others of them stand."""
+        for name in self.followers:
             pieces = _pieces(trajectory, moved.index(name)) if trajectory and name in moved else []
             if duration_ns:
                 self._pieces[name] += pieces or [PathPiece(duration_ns, self.position_deg[name])]
         self._at_ns += duration_ns
         self.position_deg |= targets_deg
-        if not self._steppers.isdisjoint(targets_deg):
+        if not self._sent.isdisjoint(targets_deg):
             self.end()
 
 

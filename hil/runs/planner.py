@@ -8,18 +8,19 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import suggestion
 from hil.core.trajectory import (
     AxisLimits,
-    AxisState,
     PlanError,
     PlanProblem,
+    PointState,
     Trajectory,
     plan_joint,
     plan_line,
     plan_spline,
     plan_spline_within,
 )
-from hil.runs.axes import AxisNow
 from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
+from hil.vocab.address import pin_of
+from hil.vocab.axis import AxisNow
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
@@ -57,7 +58,7 @@ def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Fi
             yield Finding(path, f"there is no device {name!r}", suggestion(name, axes), at_key=True)
         elif why := axes[name].why_not:
             yield Finding(path, why, "leave it out, or wait", at_key=True)
-        elif axes[name].is_real and run.axes[name].following_error_deg is not None:
+        elif not axes[name].tells_position and run.axes[name].following_error_deg is not None:
             why = f"{name} is a real board, whose terminal tells no position while it moves"
             yield Finding((*path, "following_error_deg"), why, "leave it out")
         if (rules := run.axes[name]).min_deg > rules.max_deg:
@@ -135,43 +136,41 @@ class StepPlanner:
         kind = next(name for name in ("move", "move_by", "line", "line_by") if getattr(step, name))
         is_line = kind.startswith("line")
         self._check_targets((*path, kind), targets_deg, is_line)
-        servos = [name for name in targets_deg if name in self.phrases.servos]
+        followers = [name for name in targets_deg if name in self.phrases.followers]
         duration_ns = None if step.in_s is None else round(step.in_s * NS_PER_S)
-        trajectory = self._trajectory(path, kind, servos, targets_deg, duration_ns) if servos else None
+        trajectory = self._trajectory(path, kind, followers, targets_deg, duration_ns) if followers else None
         planned_ns = trajectory.duration_ns if trajectory else duration_ns or 0
         for name, target_deg in targets_deg.items():
-            if name not in servos:
-                self._turn_stepper(path, name, target_deg, planned_ns, duration_ns is not None)
-        self.phrases.move(targets_deg, planned_ns, servos, trajectory)
+            if name not in followers:
+                self._send(path, name, target_deg, planned_ns, duration_ns is not None)
+        self.phrases.move(targets_deg, planned_ns, followers, trajectory)
 
     def _trajectory(
         self,
         path: KeyPath,
         kind: str,
-        servos: Sequence[str],
+        followers: Sequence[str],
         targets_deg: Mapping[str, float],
         duration_ns: int | None,
     ) -> Trajectory:
-        here = [self.phrases.position_deg[name] for name in servos]
-        there = [targets_deg[name] for name in servos]
-        limits = [_limits(self._run.axes[name]) for name in servos]
+        here = [self.phrases.position_deg[name] for name in followers]
+        there = [targets_deg[name] for name in followers]
+        limits = [_limits(self._run.axes[name]) for name in followers]
         try:
             if kind.startswith("line"):
                 return plan_line(here, there, limits, self._run.profile, duration_ns)
-            return plan_joint([AxisState(p) for p in here], there, limits, self._run.profile, duration_ns)
+            return plan_joint([PointState(p) for p in here], there, limits, self._run.profile, duration_ns)
         except PlanError as error:
             if error.problem is PlanProblem.TOO_SHORT and error.least_ns is not None:
                 least_s = ceil(error.least_ns / 1e6) / 1e3
                 remedy = f"write {least_s:g} or more"
                 raise _Impossible((*path, "in_s"), "it cannot be done so quickly", remedy) from None
-            name = servos[error.axis] if error.axis is not None else ", ".join(servos)
+            name = followers[error.axis] if error.axis is not None else ", ".join(followers)
             what = f"{name}: {error.what}"
             raise _Impossible((*path, kind), what, "see the limits of the axes") from None
 
-    def _turn_stepper(
-        self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool
-    ) -> None:
-        """Plan a stepper's ramp: from the common start, at a speed that takes about as long as the others."""
+    def _send(self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool) -> None:
+        """Plan a motion by an axis's own ramps, at a speed that takes about as long as the others."""
         rpm = most_rpm = self._run.axes[name].velocity_rpm
         if planned_ns:
             angle_deg = abs(target_deg - self.phrases.position_deg[name])
@@ -181,8 +180,7 @@ class StepPlanner:
                 remedy = f"write {ceil(least_s * 1e3) / 1e3:g} or more"
                 self._find((*path, "in_s"), f"{name} cannot be so quick", remedy)
             rpm = min(rpm, wanted_rpm)
-        parameters = {"position_deg": target_deg, "velocity_rpm": max(int(rpm), 1)}
-        self.phrases.happen(name, "move_abs", parameters)
+        self.phrases.send(name, target_deg, max(int(rpm), 1))
 
     def _spline(self, place: KeyPath, points: Sequence[SplinePoint]) -> None:
         names = list(points[0].positions_deg)
@@ -231,7 +229,7 @@ class StepPlanner:
             if not rules.min_deg <= target_deg <= rules.max_deg:
                 what = f"{name} may not go to {target_deg:g} deg"
                 findings.append((place, what, _range(rules)))
-            if needs_path and self._axes[name].kind != "servo":
+            if needs_path and not self._axes[name].follows_paths:
                 what = f"{name} makes ramps of its own, and keeps to no line or spline"
                 findings.append((place, what, "use move for it"))
         for finding in findings:
@@ -270,14 +268,14 @@ class StepPlanner:
 
     def _pins(self, path: KeyPath, pins: Mapping[str, int]) -> None:
         for which, level in pins.items():
-            axis, _, pin = which.partition(".")
+            axis, pin = pin_of(which)
             place = (*path, which)
             if axis not in self._run.axes:
                 self._find(*self._no_axis(place, axis))
             elif pin not in self._axes[axis].pins:
                 self._find(place, f"{axis} has no input {pin!r}", suggestion(pin, self._axes[axis].pins))
             else:
-                self.phrases.happen(axis, "pin", {"pin": pin, "level": level})
+                self.phrases.drive(axis, pin, level)
 
     def _no_axis(self, place: KeyPath, name: str) -> tuple[KeyPath, str, str]:
         return place, f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)

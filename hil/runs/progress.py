@@ -1,9 +1,9 @@
 """Progress of a run, and its end."""
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any
 
-How = Literal["grace", "prejudice"]
+from hil.vocab.axis import How
 
 
 @dataclass

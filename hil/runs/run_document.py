@@ -11,6 +11,7 @@ from hil.config.explain import StrictModel, findings_of
 from hil.config.model import Name
 from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
+from hil.vocab.address import NAME_PATTERN
 
 DOCUMENT_BYTES = 1 << 20
 AXES = 64
@@ -18,8 +19,9 @@ STEPS = 10_000
 """Maximum number of steps of a run, repetitions counted."""
 _DAY_S = 86_400.0
 
-AXIS_PATTERN = r"^([a-z][a-z0-9_-]{0,31}/)?[a-z][a-z0-9_-]{0,31}$"
-"""Pattern of a device's name, or of one of another bench: ``lathe/m1``."""
+_NAME = NAME_PATTERN.strip("^$")
+AXIS_PATTERN = rf"^({_NAME}/)?{_NAME}([.]{_NAME})?$"
+"""Pattern of an axis's address, or of one of another bench: ``lathe/m1``."""
 
 AxisName = Annotated[str, Field(pattern=AXIS_PATTERN)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -116,7 +118,7 @@ class _Step(StrictModel):
     dwell_s: Seconds | None = Field(default=None, description="Stand for so long.")
     wait_until: WaitUntil | None = Field(default=None, description="Until a field of an axis is in a range.")
     pins: dict[str, Literal[0, 1]] | None = Field(
-        default=None, min_length=1, description="Inputs of boards to levels, as in `{m1.D3: 1}`."
+        default=None, min_length=1, description="Inputs of axes to levels, as in `{m1.D3: 1}`."
     )
     repeat: Repeat | None = Field(default=None, description="Do earlier steps again.")
     in_s: Seconds | None = Field(
@@ -134,7 +136,8 @@ class RunDocument(StrictModel):
     axes: dict[AxisName, AxisRules] = Field(
         min_length=1,
         max_length=AXES,
-        description="The devices that take part; those of another bench as `lathe/m1`.",
+        description="The axes that take part, by their addresses, as in `m1` or `arm.elbow`; those of another"
+        " bench as `lathe/m1`.",
     )
     profile: Literal["trapezoid", "s_curve"] = Field(
         default="s_curve", description="Of moves and lines: limits of acceleration, or of jerk too."

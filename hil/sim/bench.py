@@ -11,7 +11,7 @@ from functools import partial
 from typing import Protocol
 
 from hil.core import Core, Snapshot
-from hil.sim.device import Answer, Device, Home
+from hil.sim.device import Device, Home
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
@@ -21,6 +21,8 @@ from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
 from hil.sim.segment_tap import Tap
+from hil.sim.verb_calls import Answer, axes_of
+from hil.vocab.address import address_of
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
@@ -69,28 +71,32 @@ class LaterVerbs:
     """Verbs to be carried out later. A power-up, or a verb that ends motions, cancels those of its device."""
 
     def __init__(self) -> None:
-        self._ends = Counter[str]()
-        """Number of verbs that ended the motions of a device."""
+        self._ends = Counter[tuple[str, str]]()
+        """Number of verbs that ended the motions of an axis, by device and axis."""
 
-    def note(self, device: Device, given: Do) -> None:
-        if device.verbs[given.verb].effect == Effect.ENDS:
-            self._ends[device.name] += 1
+    def note(self, device: Device, part: str, given: Do) -> None:
+        verb = device.verbs[given.verb]
+        if verb.effect == Effect.ENDS:
+            for axis in axes_of(device.axes, verb, part) or [""]:
+                self._ends[device.name, axis] += 1
 
-    def add(self, group: Group, device: Device, given: Do, at_ns: int, on_refused: Refused) -> None:
+    def add(
+        self, group: Group, device: Device, part: str, given: Do, at_ns: int, on_refused: Refused
+    ) -> None:
         """Carry out a verb at a time that has not come; ``on_refused`` is called if it cannot be."""
-        epoch = self._epoch(device)
+        epoch = self._epoch(device, part)
 
         def due(now_ns: SimTimeNs) -> None:
-            if epoch == self._epoch(device):
+            if epoch == self._epoch(device, part):
                 try:
-                    group.apply(device, given)
+                    group.apply(device, given, part)
                 except VerbRefused as refusal:
                     on_refused(refusal)
 
         group.at(at_ns, due)
 
-    def _epoch(self, device: Device) -> tuple[int, int]:
-        return self._ends[device.name], device.power_ups
+    def _epoch(self, device: Device, part: str) -> tuple[int, int]:
+        return self._ends[device.name, part or device.axes.first], device.power_ups
 
 
 class BenchRuntime:
@@ -131,11 +137,12 @@ class BenchRuntime:
         self.core.native.group_close(group.id)
         del self._groups[group.id]
 
-    def make(self, spec: DeviceSpec, plan: AxisPlan, group: Group) -> Device:
-        """Make a device with its axis, for a group; ``add`` puts it there."""
+    def make(self, spec: DeviceSpec, plans: Mapping[str, AxisPlan], group: Group) -> Device:
+        """Make a device with its axes, planned by name, for a group; ``add`` puts it there."""
         around = self._around
         home = Home(around.guard, self._commit, around.on_failed, self._stopped, group.note_due)
-        device = Device(spec, self.core.open_axis(group.id, plan), home)
+        axes = {name: self.core.open_axis(group.id, plan) for name, plan in plans.items()}
+        device = Device(spec, axes, home)
         if self.log:
             for name, uart in device.uarts.items():
                 uart.listeners.append(partial(self.log.sent, device, name))
@@ -157,7 +164,7 @@ class BenchRuntime:
         """Remove a device that has a group of its own, with its faults."""
         device, group = self.roster.remove_device(name)
         with self.drive.owning(group):
-            self.faults.forget(name)
+            self.faults.forget(name, device.axes.values())
             device.close()
         self.discard(group)
 
@@ -183,8 +190,8 @@ class BenchRuntime:
         arrival_ns: SimTimeNs | None = None,
         on_refused: Refused = lambda refusal: None,
     ) -> tuple[SimTimeNs, Answer]:
-        """Let an input from outside take effect on a target's name: at its arrival, by default now, or at the
-        time its group has reached if that is later. Returns the effective time, and a verb's answer.
+        """Let an input from outside take effect at a target's address: at its arrival, by default now, or at
+        the time its group has reached if that is later. Returns the effective time, and a verb's answer.
         ``on_refused`` is called when a verb that is to be done later cannot be.
 
         Raises:
@@ -210,23 +217,26 @@ class BenchRuntime:
         if target in self.taps:
             self.taps[target].apply(given, at_ns)
             return {}
-        device = self.devices[target]
+        name, part = address_of(target)
+        device = self.devices[name]
         if isinstance(given, Do):
             if given.at_ns is not None and given.at_ns > at_ns:
-                self._later.add(group, device, given, given.at_ns, on_refused)
+                self._later.add(group, device, part, given, given.at_ns, on_refused)
                 return {}
-            self._later.note(device, given)
-        return group.apply(device, given)
+            self._later.note(device, part, given)
+        return group.apply(device, given, part)
 
-    def give(self, to: Device | Tap, given: Input) -> SimTimeNs:
-        """Let an input take effect now, as ``take``; answers its effective time."""
-        return self.take(to.name, given)[0]
+    def give(self, to: Device | Tap, given: Input, part: str = "") -> SimTimeNs:
+        """Let an input take effect now, as ``take``; answers its effective time. ``part``: name of the axis
+        that it is for."""
+        target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
+        return self.take(target, given)[0]
 
     def do(
-        self, device: Device, verb: str, parameters: Mapping[str, float | str]
+        self, device: Device, verb: str, parameters: Mapping[str, float | str], part: str = ""
     ) -> tuple[SimTimeNs, Answer]:
-        """Carry out a verb of the device's table now, as ``take``."""
-        return self.take(device.name, Do(verb, tuple(parameters.items())))
+        """Carry out a verb of the device's table now, as ``take``. ``part``: name of the axis asked."""
+        return self.take(device.axes.label(device.name, part), Do(verb, tuple(parameters.items())))
 
     def inject(self, fault: Fault) -> int:
         """Begin a fault; answers its number.
@@ -249,22 +259,24 @@ class BenchRuntime:
 
     # ---- looking ----
 
-    def watch(self, device: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
-        """Sample a device's axis from now on; ``CoreAxis.watch``."""
-        with self.drive.looking_at(self.roster.group_of(device)):
-            self.devices[device].axis.watch(slot, interval_ns, capacity)
+    def watch(self, axis: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
+        """Sample the axis at an address from now on; ``CoreAxis.watch``."""
+        with self.drive.looking_at(self.roster.group_of(axis)):
+            self.roster.axis(axis).watch(slot, interval_ns, capacity)
 
-    def snapshot(self, device: str) -> Snapshot:
-        group = self.roster.group_of(device)
+    def snapshot(self, axis: str) -> Snapshot:
+        """State of the axis at an address. Raises KeyError: there is none."""
+        group, at = self.roster.group_of(axis), self.roster.axis(axis)
         with self.drive.owning(group):
             group.advance(self.now_ns, self.drive.turn())
-            return self.devices[device].axis.snapshot()
+            return at.snapshot()
 
-    def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
-        """Samples of a device since the last call, in the binary layout, and the losses since ``watch``."""
-        with self.drive.looking_at(self.roster.group_of(device)):
-            axis = self.devices[device].axis
-            return axis.take_samples(slot), axis.lost_samples(slot)
+    def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
+        """Samples of the axis at an address since the last call, in the binary layout, and the losses since
+        ``watch``."""
+        with self.drive.looking_at(self.roster.group_of(axis)):
+            at = self.roster.axis(axis)
+            return at.take_samples(slot), at.lost_samples(slot)
 
     def known_ns(self, name: str) -> SimTimeNs:
         """Time up to which the traffic at a tap is decided: its group may be behind the present."""

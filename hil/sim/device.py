@@ -7,6 +7,7 @@ from typing import Any
 
 from hil.core import CoreAxis
 from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged
+from hil.sim.flight import Flight
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
     Bytes,
@@ -21,15 +22,14 @@ from hil.sim.inputs import (
     SetField,
     Stopped,
 )
-from hil.sim.setpoints import Setpoints
+from hil.sim.raised_at import place_of
 from hil.sim.sketch import Sketch
 from hil.sim.uart import DeviceUart
-from hil.vocab.firmware import MAIN, Commit, CoreEvent
+from hil.sim.verb_calls import Answer, VerbCalls
+from hil.vocab.address import DeviceParts
+from hil.vocab.firmware import Commit, CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.vocab.verbs import Effect, Verb, VerbRefused
-
-Answer = Mapping[str, float | str | int]
-"""Answer of a verb, by names."""
+from hil.vocab.verbs import Verb, VerbRefused
 
 
 @dataclass(frozen=True)
@@ -44,19 +44,19 @@ class Home:
     """Called when it has stopped, and ``failed`` says why."""
     stopped: Callable[["Device", SimTimeNs, Stopped], None]
     """Called when it stops for a reason that simulated time does not have; ``failed`` comes next."""
-    due_changed: Callable[["Device"], None]
-    """Called when ``due_ns`` may be earlier than it was."""
+    due_changed: Callable[["Device", SimTimeNs | None], None]
+    """Called when it is due at a time too that was not known, or (None) ``due_ns`` may be earlier."""
 
 
 class Device:
     """A board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
     raises, loops or takes too long stops this device alone: ``failed`` says why."""
 
-    def __init__(self, spec: DeviceSpec, axis: CoreAxis, home: Home) -> None:
+    def __init__(self, spec: DeviceSpec, axes: Mapping[str, CoreAxis], home: Home) -> None:
         self.name = spec.name
         self.profile = spec.profile
-        self.axis = axis
         self.verbs = spec.verbs
+        self.framing = spec.framing
         self.failed: str | None = None
         self.power_ups = 1
         """Number of power-ups, the start included."""
@@ -65,24 +65,31 @@ class Device:
         self._no_power: str | None = None
         self.interrupting = False
         """Whether an interrupt is sending, at a time before the group's."""
-        self.setpoints = Setpoints(spec.time_out)
-        self._follow = Verb("follow", "", run=spec.follow, effect=Effect.ENDS) if spec.follow else None
         self._home = home
         commit, due_changed = partial(home.commit, self), partial(home.due_changed, self)
-        self._hardware = Hardware(spec, axis, home.guard, commit, due_changed)
+        self._hardware = Hardware(spec, axes, home.guard, commit, due_changed)
+        self.axes: DeviceParts[CoreAxis] = self._hardware.axes
         self._memory, self._interfaces = self._hardware.memory, self._hardware.interfaces
         self.notes: Mapping[str, str] = self._hardware.notes
         """Notes for the operator, keyed by topic."""
         self.nvm = self._memory.content
-        self.uarts: Mapping[str, DeviceUart] = self._interfaces.by_name
+        self.uarts: DeviceParts[DeviceUart] = self._interfaces.by_name
         """UARTs by name; each has a port or a segment of its own."""
         self._lines = self._interfaces.all
         self._sketch = Sketch(spec, self._hardware, home.guard, self._commit, self._raised)
+        self._calls = VerbCalls(spec, self._hardware, self._sketch)
+        self.setpoints = self._calls.setpoints
+
+    @property
+    def axis(self) -> CoreAxis:
+        """The first axis. Raises KeyError: there is none."""
+        return self.axes[""]
 
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        if self._stands:
+        # As ``_stands``, which is asked three times for each packet to everybody: a call less each time.
+        if self.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
         for uart in self._lines:
@@ -92,17 +99,37 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self._stands:
+        if self.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
             return
-        runtime, interfaces = self._sketch.runtime, self._interfaces
-        interfaces.begin(now_ns, runtime.polls_from_ns)
-        self._sketch.turn(self._go_on, now_ns)
+        sketch, interfaces = self._sketch, self._interfaces
+        runtime = sketch.runtime
+        offered = None
+        if runtime.takes and runtime.polls_from_ns <= now_ns < self.setpoints.due_ns:
+            offered = interfaces.offered(now_ns, runtime.polls_from_ns)
+        if not offered:
+            interfaces.begin(now_ns, runtime.polls_from_ns)
+            sketch.turn(self._go_on, now_ns)
+        elif sketch.turn(self._offer, now_ns, *offered):
+            return
         interfaces.end()
         interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
 
+    def _offer(self, now_ns: SimTimeNs, uart: DeviceUart, flight: Flight) -> bool:
+        """Offer packets to what takes them beside the main program, which else gets their bytes. Answers
+        whether that is all of the turn: nothing that the firmware has is other than before it."""
+        runtime = self._sketch.runtime
+        if runtime.takes and runtime.takes(flight.packets or ()):
+            interfaces = self._interfaces
+            runtime.go_on_waiting(now_ns, interfaces.print_returns(now_ns) if interfaces.written else now_ns)
+            return not interfaces.written
+        with self._home.guard.aside():
+            uart.take_in(flight)
+        runtime.resume(now_ns)
+        return False
+
     def _go_on(self, now_ns: SimTimeNs) -> None:
         if now_ns >= self.setpoints.due_ns:
-            self.setpoints.starve(self._sketch.firmware, self._hardware.note)
+            self.setpoints.starve(now_ns, self._sketch.firmware, self._hardware.note)
         self._sketch.runtime.resume(now_ns)
 
     def interrupt(self, event: CoreEvent) -> None:
@@ -116,8 +143,9 @@ class Device:
         self._interfaces.end()
         self.interrupting = False
 
-    def apply(self, given: Input, now_ns: SimTimeNs) -> Answer:
-        """Let an input take effect at ``now_ns``; ``step`` comes next. Returns a verb's answer.
+    def apply(self, given: Input, now_ns: SimTimeNs, part: str = "") -> Answer:
+        """Let an input take effect at ``now_ns``; ``step`` comes next. Returns a verb's answer. ``part``:
+        name of the axis that the input is for, or empty.
 
         Raises:
             VerbRefused: a verb, or a path, was not carried out.
@@ -127,35 +155,34 @@ class Device:
             case Bytes(data, client_baud, port):
                 self.uarts[port].arrive(data, client_baud)
             case Pin() | SetField() | ScriptEncoder() | Drive():
-                self._hardware.apply(given)
+                self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):
                 self._commit_done(durable)
             case Do(verb, parameters):
-                return self._do(self.verbs[verb], dict(parameters), now_ns)
+                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
             case Follow(start_ns, path):
-                if not self._follow:
-                    raise VerbRefused("cannot", f"a {self.profile} follows no paths")
-                return self._do(self._follow, {"path": path, "start_ns": start_ns}, now_ns)
+                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
             case Reset():
                 if not self._no_power:
                     self._restart()
         return {}
 
-    def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs) -> Answer:
+    def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs, part: str) -> Answer:
         if self.failed:
             raise VerbRefused("failed", self.failed)
         if self.is_hung or not self._sketch.is_on:
             why = "its main program hangs" if self.is_hung else "it has just got its power"
             raise VerbRefused("not_now", why)
-        work = partial(_carry_out, verb, self._sketch, self.axis, parameters)
-        answer = self._sketch.turn(work, passes=(VerbRefused,))
-        if verb.types:
-            self.uarts[MAIN].arrive(verb.types, None)
-        self.setpoints.note(verb.effect, now_ns, self._hardware.note)
+        answer = self._calls.carry_out(verb, parameters, now_ns, part)
         self._interfaces.end()
         if self.failed:
             raise VerbRefused("failed", self.failed)
-        return answer or {}
+        return answer
+
+    @property
+    def follows_paths(self) -> bool:
+        """Whether its set-point goes along paths (``Follow``)."""
+        return self._calls.follows_paths
 
     @property
     def is_busy(self) -> bool:
@@ -198,7 +225,7 @@ class Device:
             self.failed = why_not
             if not was_off:
                 self._sketch.runtime.close()
-                self.axis.power_up()
+                self._hardware.cut_axes()
         elif was_off:
             self._interfaces.set_time(now_ns)
             self._restart()
@@ -224,7 +251,7 @@ class Device:
         elif isinstance(error, FirmwareHung | MemoryError | RecursionError):
             self._stop(Stopped(self._sketch.turns, reason, self._interfaces.cut()))
         else:
-            self.fail(reason)
+            self.fail(f"{reason}{place_of(error)}")
 
     def fail(self, reason: str) -> None:
         """Stop the device for good; only a reset brings it back."""
@@ -232,7 +259,7 @@ class Device:
         self._interfaces.end()
         self.failed = reason
         self._sketch.runtime.close()
-        self.axis.loop(False)
+        self._hardware.stop_axes()
         self._home.failed(self)
 
     def _stop(self, stopped: Stopped) -> None:
@@ -241,16 +268,8 @@ class Device:
         self._home.stopped(self, self._interfaces.now_ns, stopped)
         self._sketch.runtime.close()
         self.setpoints.end()
-        self._hardware.power_up_axis()
+        self._hardware.power_up_axes()
         self._interfaces.halt(stopped.words)
         self._interfaces.end()
         self.failed = stopped.reason
         self._home.failed(self)
-
-
-def _carry_out(verb: Verb, sketch: Sketch, axis: CoreAxis, parameters: Mapping[str, Any]) -> Answer | None:
-    if verb.name == "pin":
-        axis.pin(str(parameters["pin"]), int(parameters["level"]))
-    elif verb.run:
-        return verb.run(sketch.firmware, **parameters)
-    return None

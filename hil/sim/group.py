@@ -5,11 +5,14 @@ firmware runs at exactly that time; and so on. This loop is the same in real and
 """
 
 from collections.abc import Callable
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 
 from hil.core import Core
-from hil.sim.device import Answer, Device
+from hil.sim.device import Device
+from hil.sim.due_times import DueTimes
 from hil.sim.inputs import Input
+from hil.sim.verb_calls import Answer
+from hil.vocab.firmware import CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
 
 _ASK_EVERY = 16
@@ -26,16 +29,23 @@ class Group:
         self.devices: list[Device] = []
         self._timers: list[tuple[int, int, Callable[[SimTimeNs], None]]] = []
         self._timer_count = 0
-        self._index: dict[int, int] = {}
-        """Indices of devices, by their axes."""
-        self._due: list[tuple[int, int]] = []
-        """Heap of due times with devices' indices; some are outdated. Only used with several devices."""
+        self._index: dict[Device, int] = {}
+        self._axes: dict[int, tuple[Device, str]] = {}
+        """Device of each axis, and the axis's name there."""
+        self._due = self._due_times()
+        """Due times of the devices by their indices. Only used with several devices."""
 
     def add(self, device: Device) -> None:
-        self._index[device.axis.id] = len(self.devices)
+        self._index[device] = len(self.devices)
+        self._axes |= {axis.id: (device, name) for name, axis in device.axes.items()}
         self.devices.append(device)
-        self._due = [(each.due_ns, place) for place, each in enumerate(self.devices)]
-        heapify(self._due)
+        self._due = self._due_times()
+
+    def _due_times(self) -> DueTimes:
+        times = DueTimes(lambda index: self.devices[index].due_ns)
+        for index, each in enumerate(self.devices):
+            times.add(each.due_ns, index)
+        return times
 
     def __enter__(self) -> None:
         """Own it, in real time: for the block the core's thread leaves it alone."""
@@ -58,13 +68,7 @@ class Group:
     def due_ns(self) -> SimTimeNs:
         """Earliest time at which a firmware has to run."""
         timer_ns = self._timers[0][0] if self._timers else FOREVER
-        if len(self.devices) == 1:
-            due_ns = self.devices[0].due_ns
-        else:
-            due = self._due
-            while due and due[0][0] != self.devices[due[0][1]].due_ns:
-                heappop(due)
-            due_ns = SimTimeNs(due[0][0]) if due else FOREVER
+        due_ns = self.devices[0].due_ns if len(self.devices) == 1 else self._due.first_ns
         return due_ns if due_ns < timer_ns else SimTimeNs(timer_ns)
 
     def at(self, at_ns: int, call: Callable[[SimTimeNs], None]) -> None:
@@ -106,38 +110,37 @@ class Group:
             if self.devices[0].due_ns <= now_ns:
                 self.devices[0].step(now_ns)
             return
-        due = self._due
-        while due and due[0][0] <= now_ns:
-            _, index = heappop(due)
+        for index in self._due.take(now_ns):
             device = self.devices[index]
-            if device.due_ns <= now_ns:
+            if (due_ns := device.due_ns) <= now_ns:
                 device.step(now_ns)
-            if (due_ns := device.due_ns) < FOREVER:
-                heappush(due, (due_ns, index))
+                due_ns = device.due_ns
+            self._due.add(due_ns, index)
 
-    def apply(self, device: Device, given: Input) -> Answer:
+    def apply(self, device: Device, given: Input, part: str = "") -> Answer:
         """Let an input take effect now, and the firmware run on it, also if it is refused. Returns a verb's
-        answer.
+        answer. ``part``: as ``Device.apply``.
 
         Raises:
             VerbRefused: as ``Device.apply``.
         """
         now_ns = self.now_ns
         try:
-            return device.apply(given, now_ns)
+            return device.apply(given, now_ns, part)
         finally:
             device.step(now_ns)
             self.note_due(device)
 
-    def note_due(self, device: Device) -> None:
-        """Note that a device may be due at another time, for another reason than that it was due."""
-        if len(self.devices) > 1 and (due_ns := device.due_ns) < FOREVER:
-            heappush(self._due, (due_ns, self._index[device.axis.id]))
+    def note_due(self, device: Device, at_ns: SimTimeNs | None = None) -> None:
+        """Note that a device may be due at another time, for another reason than that it was due. ``at_ns``:
+        at this one beside those that are known."""
+        if len(self.devices) > 1:
+            self._due.add(device.due_ns if at_ns is None else at_ns, self._index[device])
 
     def _interrupts(self) -> None:
-        for event in self._core.take_events(self.id):
-            device = self.devices[self._index[event.axis]]
-            device.interrupt(event)
+        for at_ns, axis, kind, value in self._core.take_events(self.id):
+            device, name = self._axes[axis]
+            device.interrupt(CoreEvent(at_ns, name, kind, value))
             self.note_due(device)
         if self._native.failed(self.id):
             for device in self.devices:

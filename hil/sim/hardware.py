@@ -4,13 +4,15 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from hil.core import CoreAxis, CoreMotion
-from hil.core.fields import OF_KIND
+from hil.core import CoreAxis
 from hil.sim.firmware_guard import Guard
 from hil.sim.inputs import Drive, Pin, ScriptEncoder, SetField
 from hil.sim.interfaces import Interfaces
 from hil.sim.setpoints import TimeOut
-from hil.vocab.firmware import MAIN, NETWORK, Board, Commit, Firmware
+from hil.sim.uart_rx_line import DueChanged
+from hil.vocab.address import DeviceParts
+from hil.vocab.firmware import Board, Commit, Firmware
+from hil.vocab.framing import Framing
 from hil.vocab.verbs import Verb
 
 AxisInput = Pin | SetField | ScriptEncoder | Drive
@@ -18,11 +20,11 @@ AxisInput = Pin | SetField | ScriptEncoder | Drive
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceSpec:
-    """Specification of a device, beside its axis.
+    """Specification of a device, beside its axes.
 
-    ``bauds``: of its UARTs, by their names; None where bytes take no time. All but the main one are made in
-    software. ``power_up``: the axis's fields that the power sets beside the core's own, the encoder's
-    registers. ``nvm``: named contents of its memory at the start.
+    ``bauds``: of its UARTs, by their names; None where bytes take no time. All but the first are made in
+    software. ``power_up``: fields that the power sets beside the core's own, the encoder's registers, by the
+    axis's name. ``nvm``: named contents of its memory at the start. ``framing``: of the lines that it is on.
     """
 
     name: str
@@ -30,11 +32,12 @@ class DeviceSpec:
     firmware: Callable[[Board], Firmware]
     bauds: Mapping[str, int | None]
     nvm: Mapping[str, bytes]
-    power_up: Mapping[str, int]
+    power_up: Mapping[str, Mapping[str, int]]
     facts: Mapping[str, int]
     verbs: Mapping[str, Verb] = field(default_factory=dict)
     time_out: TimeOut | None = None
     follow: Callable[..., None] | None = None
+    framing: Framing | None = None
 
 
 class Memory:
@@ -78,30 +81,33 @@ class Hardware:
     def __init__(
         self,
         spec: DeviceSpec,
-        axis: CoreAxis,
+        axes: Mapping[str, CoreAxis],
         guard: Guard,
         store: Callable[[Mapping[str, bytes]], bool | None],
-        due_changed: Callable[[], None],
+        due_changed: DueChanged,
     ) -> None:
-        self.axis = axis
+        self.axes = DeviceParts(axes)
         self.memory = Memory(spec.nvm, store)
         self.interfaces = Interfaces(spec.bauds, guard, due_changed)
         self.notes: dict[str, str] = {}
         """Notes for the operator, keyed by topic."""
-        self._registers = {name: value for name, value in spec.power_up.items() if name in OF_KIND[axis.kind]}
-        """Registers of the encoder at power-up; a stepper has none."""
-        uarts = self.interfaces.by_name
+        self._registers = {
+            name: {
+                each: value for each, value in spec.power_up.get(name, {}).items() if each in axis.kind.fields
+            }
+            for name, axis in axes.items()
+        }
+        """Registers of the encoders at power-up; a stepper has none."""
         self.board = Board(
-            uart=uarts[MAIN],
-            axis=axis,
+            uarts=self.interfaces.by_name,
+            axes=self.axes,
+            motions={name: axis.motion for name, axis in axes.items() if axis.motion},
             nvm=self.memory.content,
-            network=uarts.get(NETWORK),
-            motion=axis if isinstance(axis, CoreMotion) else None,
             facts=spec.facts,
             note=self.note,
         )
         """Interfaces that its firmware is made with."""
-        self.power_up_axis()
+        self.power_up_axes()
 
     def note(self, about: str, text: str | None) -> None:
         """Set a note for the operator; None removes it."""
@@ -113,23 +119,34 @@ class Hardware:
     def power_up(self) -> None:
         """Power the board up; what is on the lines stays there."""
         self.notes.clear()
-        self.power_up_axis()
+        self.power_up_axes()
         self.interfaces.clear()
 
-    def power_up_axis(self) -> None:
-        """Reset the axis and its driver as after power-up; the shaft stays where it is."""
-        self.axis.power_up()
-        for name, value in self._registers.items():
-            self.axis.set(name, value)
+    def power_up_axes(self) -> None:
+        """Reset the axes and their drivers as after power-up; the shafts stay where they are."""
+        for name, axis in self.axes.items():
+            axis.power_up()
+            for field_name, value in self._registers[name].items():
+                axis.set(field_name, value)
 
-    def apply(self, given: AxisInput) -> None:
+    def cut_axes(self) -> None:
+        """Take the axes' power."""
+        for axis in self.axes.values():
+            axis.power_up()  # as which nothing drives them
+
+    def stop_axes(self) -> None:
+        """Stop the control of all axes."""
+        for axis in self.axes.values():
+            axis.loop(False)
+
+    def apply(self, given: AxisInput, axis: CoreAxis) -> None:
         """Let an input take effect that the firmware has no part in."""
         match given:
             case Pin(pin, level):
-                self.axis.pin(pin, level)
+                axis.pin(pin, level)
             case SetField(name, value):
-                self.axis.set(name, value)
+                axis.set(name, value)
             case ScriptEncoder(points, linear):
-                self.axis.script_encoder(points, linear)
+                axis.script_encoder(points, linear)
             case Drive(train):
-                self.axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])
+                axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])

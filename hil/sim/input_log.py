@@ -3,8 +3,9 @@
 A text file of JSON lines. The first is the header: format, version, the program's version, the
 configuration, and each device's memory at the start. The others are inputs (``inputs.encode_line``),
 and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state``
-(CRC-32 of the axis's snapshot at that time; null for what an interrupt sent). ``port`` stands in those of
-another serial interface than the main one.
+(CRC-32 of the axes' snapshots at that time; null for what an interrupt sent). ``port`` stands in those of
+another UART than the first. ``device`` of an input is the address of what it is for: a device, an axis of
+one with several, a tap, a segment.
 """
 
 import base64
@@ -18,7 +19,6 @@ from typing import Any, Protocol
 from hil.sim.device import Device
 from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
 from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, encode_line
-from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
@@ -27,20 +27,23 @@ Memories = Mapping[str, Mapping[str, bytes]]
 
 @dataclass(frozen=True)
 class Sent:
-    """Bytes that a device sent, and a checksum of its axis's state at that very time."""
+    """Bytes that a device sent, and a checksum of its axes' state at that very time. ``port``: name of the
+    UART; empty: the first."""
 
     at_ns: SimTimeNs
     device: str
     data: bytes
     state: int | None
-    port: str = MAIN
+    port: str = ""
 
 
 def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
     """Record what a device sends now. What an interrupt sent has no state: it is noticed later than it
     happened, at a time that depends on the machine's load."""
-    state = None if device.interrupting else zlib.crc32(repr(device.axis.snapshot()).encode())
-    return Sent(at_ns, device.name, data, state, port)
+    state = None
+    if not device.interrupting:
+        state = zlib.crc32("".join(repr(axis.snapshot()) for axis in device.axes.values()).encode())
+    return Sent(at_ns, device.name, data, state, "" if port == device.uarts.first else port)
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class InputLog:
         return place(self.name, self.lines[index])
 
 
-class Text(Protocol):
+class LineSink(Protocol):
     """Destination of lines."""
 
     def write(self, text: str, /) -> object:
@@ -74,7 +77,9 @@ class Text(Protocol):
 class InputLogWriter:
     """Writer of an input log to an open text file, which the caller flushes and closes."""
 
-    def __init__(self, file: Text, program: str, config: Mapping[str, object], memories: Memories) -> None:
+    def __init__(
+        self, file: LineSink, program: str, config: Mapping[str, object], memories: Memories
+    ) -> None:
         self.file = file
         nvm = {
             device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
@@ -94,10 +99,10 @@ class InputLogWriter:
 
     def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Write down what a device sent; a bench's listener."""
-        state = sent_now(device, port, at_ns, data).state
-        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": state}
-        if port != MAIN:
-            line["port"] = port
+        sent = sent_now(device, port, at_ns, data)
+        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": sent.state}
+        if sent.port:
+            line["port"] = sent.port
         self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
 
 
@@ -167,5 +172,5 @@ def _decode_sent(values: dict[str, Any]) -> Sent:
     at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
     data = taken(values, "sent", hexadecimal)
     state = taken(values, "state", lambda state: None if state is None else whole(state, range(1 << 32)))
-    port = taken({"port": MAIN} | values, "port", text)
+    port = taken({"port": ""} | values, "port", text)
     return Sent(SimTimeNs(at_ns), device, data, state, port)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from hil.vocab.firmware import MAIN
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import MAX_NS, Train
@@ -22,11 +21,11 @@ LOG_VERSION = 1
 @dataclass(frozen=True)
 class Bytes:
     """Bytes from a client: ``data`` (hexadecimal digits in the log) at its baud, None where it chose none, to
-    one of the device's serial interfaces (``port`` in the log unless it is the main one)."""
+    one of the device's UARTs (``port`` in the log; empty, and left out there: the first)."""
 
     data: bytes
     client_baud: int | None = None
-    port: str = MAIN
+    port: str = ""
 
 
 @dataclass(frozen=True)
@@ -176,7 +175,7 @@ _NAMES = {kind: name for name, kind in KINDS.items()}
 
 @dataclass(frozen=True)
 class Logged:
-    """Input with its effective time."""
+    """Input with its effective time. ``device``: address of what it is for (``hil.vocab.address``)."""
 
     at_ns: SimTimeNs
     device: str
@@ -200,7 +199,7 @@ def encode_line(logged: Logged) -> str:
             del values["later_ns"]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
-        if logged.input.port == MAIN:
+        if not logged.input.port:
             del values["port"]
     head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
     return json.dumps(head | values, separators=(",", ":"))

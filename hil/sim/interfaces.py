@@ -1,13 +1,15 @@
 """Serial interfaces of a board together, before and after their firmware's turns."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from itertools import groupby
 from operator import itemgetter
 
 from hil.sim.firmware_guard import Guard
+from hil.sim.flight import Flight
 from hil.sim.inputs import Words
 from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart, Written
-from hil.vocab.firmware import MAIN
+from hil.sim.uart_rx_line import DueChanged
+from hil.vocab.address import DeviceParts
 from hil.vocab.time import SimTimeNs
 
 LAST_WORDS_BYTES = 128 * 1024
@@ -18,36 +20,35 @@ class Interfaces:
     """Serial interfaces of a board. A turn only notes what the firmware writes; faults and the line's times
     are reckoned outside of it, where the guard cannot strike.
 
-    ``bauds``: speed of each by its name; None where bytes take no time. All but the main one are made in
+    ``bauds``: speed of each by its name; None where bytes take no time. All but the first are made in
     software. ``due_changed`` is called when a byte may arrive sooner than was known.
     """
 
-    def __init__(
-        self, bauds: Mapping[str, int | None], guard: Guard, due_changed: Callable[[], None]
-    ) -> None:
+    def __init__(self, bauds: Mapping[str, int | None], guard: Guard, due_changed: DueChanged) -> None:
         self._guard = guard
-        self._written: list[Written] = []
+        self.written: list[Written] = []
         """Bytes that the firmware has written in this turn."""
         self._put = 0
         """Number of these that are on the line."""
         self._sent: list[tuple[DeviceUart, SimTimeNs, bytes]] = []
         self._is_paced = any(bauds.values())
-        self.by_name = {name: self._make(name, baud, due_changed) for name, baud in bauds.items()}
+        first = next(iter(bauds), "")
+        self.by_name = DeviceParts(
+            {name: self._make(baud, due_changed, is_first=name == first) for name, baud in bauds.items()}
+        )
         self.all = tuple(self.by_name.values())
+        self.now_ns = SimTimeNs(0)
 
-    def _make(self, name: str, baud: int | None, due_changed: Callable[[], None]) -> DeviceUart:
+    def _make(self, baud: int | None, due_changed: DueChanged, *, is_first: bool) -> DeviceUart:
         def sent(at_ns: SimTimeNs, data: bytes) -> None:
             self._sent.append((uart, at_ns, data))
 
-        room = UART_BUFFER_BYTES if name == MAIN else 0
-        uart = DeviceUart(baud, sent, room, later=self._written, due_changed=due_changed)
+        room = UART_BUFFER_BYTES if is_first else 0
+        uart = DeviceUart(baud, sent, room, later=self.written, due_changed=due_changed)
         return uart
 
-    @property
-    def now_ns(self) -> SimTimeNs:
-        return self.all[0].now_ns
-
     def set_time(self, now_ns: SimTimeNs) -> None:
+        self.now_ns = now_ns
         for uart in self.all:
             uart.now_ns = now_ns
 
@@ -59,10 +60,30 @@ class Interfaces:
 
     def begin(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> None:
         """Bring what has arrived into the buffers, before the main program's turn."""
+        self.now_ns = now_ns
         for uart in self.all:
             uart.now_ns = now_ns
             uart.polls_from_ns = polls_from_ns
             uart.take_arrivals()
+
+    def offered(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> tuple[DeviceUart, Flight] | None:
+        """Take off the line what has come since the last turn, if it is nothing but whole packets for
+        everybody at one UART, and the firmware takes all bytes as they come; with its UART. None: ``begin``
+        comes next."""
+        found = None
+        for uart in self.all:
+            if not uart.is_ready_for_packets:
+                return None
+            if uart.incoming.flights:
+                if found:
+                    return None
+                found = uart
+        flight = found.offered(now_ns, polls_from_ns) if found else None
+        if found is None or flight is None:
+            return None
+        self.set_time(now_ns)
+        found.polls_from_ns = polls_from_ns
+        return found, flight
 
     def has_input(self) -> bool:
         """Whether a byte has come that the firmware is woken for."""
@@ -74,7 +95,7 @@ class Interfaces:
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Time at which what was written so far lets the firmware go on."""
         if self._is_paced:
-            if self._put < len(self._written):
+            if self._put < len(self.written):
                 with self._guard.aside():
                     self._put_written()
             for uart in self.all:
@@ -85,10 +106,10 @@ class Interfaces:
         """Tell addresses, and hand on all that was written to the listeners, after a turn."""
         for uart in self.all:
             uart.tell_address()
-        if self._written or self._sent:
+        if self.written or self._sent:
             with self._guard.aside():
                 self._put_written()
-                self._written.clear()
+                self.written.clear()
                 self._put = 0
                 self._hand_on()
 
@@ -96,24 +117,24 @@ class Interfaces:
         """Note after the main program's turn whether it takes bytes as they come."""
         for uart in self.all:
             if not is_polling:
-                if not uart.incoming.ignores_mark:
-                    uart.incoming.ignore_mark()
-            elif uart.incoming.ignores_mark and self.print_returns(now_ns) <= now_ns:
-                uart.incoming.ignores_mark = False
+                if not uart.incoming.wakes.is_loose:
+                    uart.incoming.loosen()
+            elif uart.incoming.wakes.is_loose and self.print_returns(now_ns) <= now_ns:
+                uart.incoming.wakes.tighten()
             if uart.segment:
                 uart.tell_polling(is_polling)
 
     def note_interrupt(self) -> None:
         """Note that an interrupt's turn is over: the next thing that wakes the main program lets it wait
         until what was written is out."""
-        if self._written:
+        if self.written:
             for uart in self.all:
-                uart.incoming.ignore_mark()
+                uart.incoming.loosen()
 
     def _put_written(self) -> None:
-        for uart, baud, data in self._written[self._put :]:
+        for uart, baud, data in self.written[self._put :]:
             uart.put(data, baud)
-        self._put = len(self._written)
+        self._put = len(self.written)
 
     def _hand_on(self) -> None:
         """Hand on what was written; what went on the line at one time is one piece."""
@@ -132,13 +153,13 @@ class Interfaces:
 
     def cut(self) -> Words:
         """Cut the output of a firmware that printed for ever to what a client may want to see. Returns it."""
-        left, kept = LAST_WORDS_BYTES, self._written[: self._put]
-        for uart, baud, data in self._written[self._put :]:
+        left, kept = LAST_WORDS_BYTES, self.written[: self._put]
+        for uart, baud, data in self.written[self._put :]:
             kept.append((uart, baud, data[:left]))
             left -= len(data)
             if left <= 0:
                 break
-        self._written[:] = kept
+        self.written[:] = kept
         names = {uart: name for name, uart in self.by_name.items()}
         return tuple((names[uart], baud, data.hex()) for uart, baud, data in kept)
 
@@ -146,4 +167,4 @@ class Interfaces:
         """Undo all of a stopped firmware's turn, but for what it has written, which is ``words``."""
         for uart in self.all:
             uart.halt()
-        self._written[:] = [(self.by_name[name], baud, bytes.fromhex(data)) for name, baud, data in words]
+        self.written[:] = [(self.by_name[name], baud, bytes.fromhex(data)) for name, baud, data in words]

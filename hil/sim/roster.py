@@ -2,17 +2,14 @@
 
 from dataclasses import dataclass
 
-from hil.core.fields import OF_KIND
+from hil.core import CoreAxis
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
-from hil.vocab.faults import PORT, SEGMENT, SERVO, STATION, SUPPLIED, TWIN_PORT
-from hil.vocab.firmware import MAIN
+from hil.vocab.address import address_of, owner_of
+from hil.vocab.faults import DEVICE, PORT, SEGMENT, SERVO, SHAFT, STATION, SUPPLIED, TWIN_PORT
 from hil.vocab.segment import Segment
-
-SERVO_FIELD = "raw"
-"""Field that only axes with an encoder have."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +19,7 @@ class Place:
     group: Group
     device: Device | None = None
     uart: DeviceUart | None = None
+    axis: CoreAxis | None = None
     segment: Segment | None = None
     station: str = ""
 
@@ -32,9 +30,11 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
-            SUPPLIED: self.device is not None and self.device.axis.nominal_supply_V > 0,
-            SERVO: self.device is not None and SERVO_FIELD in OF_KIND[self.device.axis.kind],
-        }.get(target, self.device is not None)
+            DEVICE: self.uart is not None,
+            SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
+            SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
+            SERVO: self.axis is not None and SERVO in self.axis.kind.fault_targets,
+        }[target]
 
 
 class Roster:
@@ -44,13 +44,17 @@ class Roster:
         self.devices: dict[str, Device] = {}
         self.taps: dict[str, Tap] = {}
         self.segments: dict[str, Segment] = {}
+        self.axes: dict[str, tuple[Device, str]] = {}
+        """Axes by their addresses: the device, and the axis's name there."""
         self._groups: dict[str, Group] = {}
 
     def add_device(self, device: Device, group: Group) -> None:
         self.devices[device.name] = device
         self._groups[device.name] = group
+        self.axes |= {device.axes.label(device.name, axis): (device, axis) for axis in device.axes}
 
     def remove_device(self, name: str) -> tuple[Device, Group]:
+        self.axes = {address: of for address, of in self.axes.items() if of[0].name != name}
         return self.devices.pop(name), self._groups.pop(name)
 
     def add_segment(self, name: str, segment: Segment, group: Group) -> None:
@@ -65,8 +69,21 @@ class Roster:
         tap.segment.join(tap.name, tap)
 
     def group_of(self, target: str) -> Group:
-        """Group of a device or one of its UARTs, of a tap or a segment."""
-        return self._groups.get(target) or self._groups[target.partition(".")[0]]
+        """Group of a device or a part of it, of a tap or a segment."""
+        return self._groups.get(target) or self._groups[owner_of(target)]
+
+    def axis_address(self, text: str) -> str | None:
+        """Address of the axis that a text means, as hil writes it, or None."""
+        if text in self.axes:
+            return text
+        name, part = address_of(text)
+        axes = self.devices[name].axes if name in self.devices and text not in self.taps else ()
+        return self.devices[name].axes.label(name, part) if part in axes else None
+
+    def axis(self, address: str) -> CoreAxis:
+        """Axis at an address. Raises KeyError: there is none."""
+        device, name = self.axes[self.axis_address(address) or address]
+        return device.axes[name]
 
     def place(self, target: str) -> Place | None:
         """Meaning of a name; None: nothing has it."""
@@ -74,11 +91,18 @@ class Roster:
             return Place(self._groups[target], segment=self.segments[target])
         if target in self.taps:
             return Place(self._groups[target], segment=self.taps[target].segment, station=target)
-        name, dot, uart_name = target.partition(".")
-        device = self.devices.get(name)
-        uart = device.uarts.get(uart_name if dot else MAIN) if device else None
-        return Place(self._groups[name], device, uart, uart.segment, uart.station) if uart else None
+        name, part = address_of(target)
+        if (device := self.devices.get(name)) is None:
+            return None
+        uart, axis = device.uarts.get(part), device.axes.get(part)
+        if uart is None:
+            return Place(self._groups[name], device, axis=axis) if axis else None
+        if len(device.axes) == 1:  # whatever of such a board is named, its shaft is the one
+            axis = device.axes[""]
+        return Place(self._groups[name], device, uart, axis, uart.segment, uart.station)
 
     def targets(self) -> list[str]:
-        ports = [f"{name}.{uart}" for name, d in self.devices.items() for uart in d.uarts if uart != MAIN]
-        return [*self.devices, *ports, *self.taps, *self.segments]
+        labels = [
+            device.uarts.label(name, uart) for name, device in self.devices.items() for uart in device.uarts
+        ]
+        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.taps, *self.segments])]

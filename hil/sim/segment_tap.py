@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 
+from hil.sim.flight import heard
 from hil.sim.inputs import Bytes, Input, Play
-from hil.sim.uart_rx_line import heard
+from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.packet import Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
 
 TAP_ROOM_BYTES = 256
@@ -37,8 +37,10 @@ class Tap:
     """Time at which each character was complete, and the character."""
     listeners: list[Callable[[], None]] = field(default_factory=list)
     """Called when something was heard."""
-    _decoder: PacketDecoder = field(default_factory=PacketDecoder)
     _free_ns: int = 0
+
+    def __post_init__(self) -> None:
+        self._sent = self.segment.framing.splitter()
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         if isinstance(given, Play):
@@ -51,7 +53,7 @@ class Tap:
             self.refused_bytes += len(given.data)
             return
         if self.is_real:
-            self._leave_to_real_nodes(given.data)
+            self._leave_to_real_nodes(given.data, now_ns)
         self._send(given.data, given.client_baud or self.baud_now, now_ns)
 
     def _send(self, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
@@ -59,9 +61,9 @@ class Tap:
         self._free_ns = start_ns + character_ns(len(data), baud)
         self.segment.transmit(self.name, start_ns, data, baud)
 
-    def _leave_to_real_nodes(self, data: bytes) -> None:
-        for item in self._decoder.feed(data):
-            if isinstance(item, Packet) and item.is_good:
+    def _leave_to_real_nodes(self, data: bytes, now_ns: SimTimeNs) -> None:
+        for item in self._sent.burst(data, now_ns, self.baud_now).items:
+            if item.origin is not None and not item.fault:
                 for station in self.segment.clashes_with(item.origin, self.name):
                     self.segment.set_cut(station, True)
                     note = f"address {item.origin} is a real node: {station} was taken off the wire"
@@ -90,7 +92,9 @@ class Tap:
 
     # ---- hil.vocab.segment.Receiver ----
 
-    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
+    def hear(
+        self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
+    ) -> None:
         if flight := heard(start_ns, data, baud, self.baud_now):
             self.heard.extend(flight.characters())
         self._tell()

@@ -1,6 +1,6 @@
 """Time-out of set-points in a stream: the axis stops when the stream does, at the exact simulated time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,30 +22,55 @@ class TimeOut:
 
 
 class Setpoints:
-    """Set-points of one device; without a ``TimeOut`` it waits for ever."""
+    """Set-points of one device's axes; without a ``TimeOut`` they are awaited for ever. ``named``: arguments
+    that tell a function of the profile which axis is meant, by the axis's name."""
 
-    def __init__(self, time_out: TimeOut | None) -> None:
+    def __init__(self, time_out: TimeOut | None, named: Mapping[str, Mapping[str, str]]) -> None:
         self._time_out = time_out
+        self._named = named
+        self._due_ns: dict[str, SimTimeNs] = {}
+        """Times at which axes have to stop, unless a set-point comes before, by name."""
+        self._stops = dict.fromkeys(named, 0)
         self.due_ns = FOREVER
-        """Time at which the axis has to stop, unless a set-point comes before."""
-        self.starved = 0
-        """Number of times that it stopped."""
+        """The first of these times."""
 
-    def note(self, effect: Effect, now_ns: SimTimeNs, note: Callable[[str, str | None], None]) -> None:
+    @property
+    def starved(self) -> int:
+        """Number of times that an axis stopped."""
+        return sum(self._stops.values())
+
+    def note(
+        self, axis: str, effect: Effect, now_ns: SimTimeNs, note: Callable[[str, str | None], None]
+    ) -> None:
         if effect == Effect.NONE or self._time_out is None:
             return
-        streams = effect == Effect.STREAM
-        self.due_ns = SimTimeNs(now_ns + self._time_out.after_ns) if streams else FOREVER
-        note(NOTE, None)
+        self._due_ns.pop(axis, None)
+        if effect == Effect.STREAM:
+            self._due_ns[axis] = SimTimeNs(now_ns + self._time_out.after_ns)
+        self._find_next()
+        note(self._topic(axis), None)
 
-    def starve(self, firmware: Any, note: Callable[[str, str | None], None]) -> None:
-        """Stop the axis, as the time is over."""
+    def starve(self, now_ns: SimTimeNs, firmware: Any, note: Callable[[str, str | None], None]) -> None:
+        """Stop the axes whose time is over."""
         assert self._time_out is not None
-        self.due_ns = FOREVER
-        self.starved += 1
-        self._time_out.starve(firmware, self._time_out.policy, self._time_out.acceleration_rpm_per_s)
-        ms = self._time_out.after_ns / 1e6
-        note(NOTE, f"no set-point for {ms:g} ms: {self._time_out.policy} ({self.starved} times)")
+        policy, ms = self._time_out.policy, self._time_out.after_ns / 1e6
+        over = [axis for axis, due_ns in self._due_ns.items() if due_ns <= now_ns]
+        for axis in over:
+            del self._due_ns[axis]
+        self._find_next()
+        for axis in over:
+            self._stops[axis] += 1
+            self._time_out.starve(
+                firmware, policy, self._time_out.acceleration_rpm_per_s, **self._named[axis]
+            )
+            note(self._topic(axis), f"no set-point for {ms:g} ms: {policy} ({self._stops[axis]} times)")
 
     def end(self) -> None:
+        self._due_ns.clear()
         self.due_ns = FOREVER
+
+    def _find_next(self) -> None:
+        self.due_ns = min(self._due_ns.values(), default=FOREVER)
+
+    def _topic(self, axis: str) -> str:
+        return f"{NOTE} of {axis}" if self._named.get(axis) else NOTE

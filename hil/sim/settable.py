@@ -1,6 +1,5 @@
 """Fields of an axis that may be set from outside, by whatever way: commands, bridges, faults."""
 
-from hil.core.fields import OF_KIND
 from hil.sim.device import Device
 from hil.sim.faults.in_force import Faults
 
@@ -17,12 +16,14 @@ _RANGES = {
 _FIELD_LIMIT = 1e6
 
 
-def setting_problem(faults: Faults, device: Device, name: str, value: object) -> str | None:
-    """Error text for a value of a field of ``SETTABLE``, or None."""
-    if name not in OF_KIND[device.axis.kind]:
+def setting_problem(faults: Faults, device: Device, name: str, value: object, part: str = "") -> str | None:
+    """Error text for a value of a field of ``SETTABLE`` of one of a device's axes, or None. ``part``: the
+    axis's name; empty: the first."""
+    axis = device.axes[part]
+    if name not in axis.kind.fields:
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == "load_torque_Nm":
-        problem = faults.load_problem(device, value)
+        problem = faults.load_problem(axis, value)
         return problem and f"{name}: {problem}"
     low, high = _range(device, name)
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"

@@ -7,7 +7,9 @@ baud each character has its time, there is no flow control, and what finds no ro
 from collections.abc import Callable, Sequence
 
 from hil.firmware.rx_buffer import RxBuffer
-from hil.sim.uart_rx_line import Flight, Incoming, flight_of, heard
+from hil.sim.flight import Flight, flight_of, heard
+from hil.sim.uart_rx_line import DueChanged, Incoming
+from hil.vocab.framing import Framing, Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all
@@ -39,7 +41,7 @@ class DeviceUart:
         tx_buffer_bytes: int = UART_BUFFER_BYTES,
         *,
         later: "list[Written] | None" = None,
-        due_changed: Callable[[], None] = lambda: None,
+        due_changed: DueChanged = lambda at_ns: None,
     ) -> None:
         self.baud = baud
         self._power_up_baud = baud
@@ -62,6 +64,9 @@ class DeviceUart:
         self._sent = sent
         self._later = later
         self.incoming = Incoming(due_changed)
+        self._framing: Framing | None = None
+        """Framing by which the sketch reads."""
+        self._line_framing: Framing | None = None
         self._is_woken = False
         self._rx_free_ns = 0
         self.tx_free_ns = 0
@@ -69,17 +74,15 @@ class DeviceUart:
         self.clear()
 
     def join(self, segment: Segment, station: str) -> None:
-        self.segment, self.station = segment, station
+        self.segment, self.station, self._line_framing = segment, station, segment.framing
         segment.join(station, self)
         self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))
 
     def clear(self) -> None:
         """Clear what was received, as after power-up. What is on the line stays there."""
-        self.baud = self._power_up_baud
-        self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
-        self.wake_on(None)
-        self.listen_for(None)
+        self.address = None
         self.tell_address()
+        self.halt()
 
     def halt(self) -> None:
         """Undo what a sketch that was stopped did here since ``tell_address``."""
@@ -104,15 +107,18 @@ class DeviceUart:
             self._told_polling = is_polling
             self.segment.set_polling(self.station, is_polling)
 
-    def wake_on(self, byte: int | None, mark: int | None = None) -> None:
-        if byte != self.incoming.wake_byte:
+    def wake_on(self, framing: Framing | None) -> None:
+        if framing is not None and not framing.has_ends:
+            framing = None
+        if framing is not self._framing:
             self._is_woken = False
-        self.incoming.wake_on(byte, mark)
+            self._framing = framing
+        self.incoming.wake_on(framing)
 
     @property
     def has_input(self) -> bool:
         """Whether a byte has come that the sketch is woken for."""
-        return self._rx.available() > 0 if self.incoming.wake_byte is None else self._is_woken
+        return self._rx.available() > 0 if self._framing is None else self._is_woken
 
     def set_baud(self, baud: int | None) -> None:
         """Change the speed; what is on the line already keeps its times."""
@@ -200,31 +206,48 @@ class DeviceUart:
     def retract(self, after_ns: SimTimeNs) -> None:
         self.incoming.retract(after_ns)
 
-    def hear(self, start_ns: SimTimeNs, data: bytes, sent_baud: int) -> None:
-        if flight := heard(start_ns, data, sent_baud, self.baud_now):
+    def hear(
+        self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
+    ) -> None:
+        assert self.baud is not None
+        if flight := heard(start_ns, data, baud, self.baud, self._line_framing):
+            if packets is not None and baud == self.baud:
+                flight.packets = packets
             self.incoming.add(flight)
+
+    def offered(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> Flight | None:
+        """Take off the line what has come since the last turn, if it is whole packets for everybody, of the
+        framing that the sketch reads."""
+        return self.incoming.whole(now_ns, polls_from_ns) if self._framing is self._line_framing else None
+
+    @property
+    def is_ready_for_packets(self) -> bool:
+        """Whether nothing waits to be read, and the sketch takes bytes as they come."""
+        return not (self._rx.unread or self._is_woken or self.incoming.wakes.is_loose)
 
     def take_arrivals(self) -> None:
         """Move characters complete by now into the receive buffer; those without room are overruns."""
         if self.incoming.flights:
             for flight in self.incoming.take(self.now_ns):
-                self._take_in(flight)
+                self.take_in(flight)
 
-    def _take_in(self, flight: Flight) -> None:
-        wake_byte = self.incoming.wake_byte
-        at_once = wake_byte is not None and flight.times_ns[0] >= self.polls_from_ns
+    def take_in(self, flight: Flight) -> None:
+        """Move characters from the line into the receive buffer."""
+        framing = self._framing
+        at_once = framing is not None and flight.times_ns[0] >= self.polls_from_ns
         if at_once or len(flight.data) <= self._rx.room():
             self._rx.feed(flight.data, at_once=at_once)
-            if wake_byte is not None and wake_byte in flight.data:
+            if framing is not None and framing.may_end(flight.data):
                 self._is_woken = True
             return
         is_gapless = True
         for at_ns, byte in flight.characters():
-            at_once = wake_byte is not None and at_ns >= self.polls_from_ns
-            if not self._rx.feed(bytes((byte,)), at_once=at_once):
+            at_once = framing is not None and at_ns >= self.polls_from_ns
+            data = bytes((byte,))
+            if not self._rx.feed(data, at_once=at_once):
                 self.overrun_bytes += 1
                 is_gapless = False
-            elif byte == wake_byte:
+            elif framing is not None and framing.may_end(data):
                 self._is_woken = True
         if not is_gapless:
             self.incoming.note_gap()

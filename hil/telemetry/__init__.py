@@ -6,12 +6,11 @@ figures; ``text_plot.py`` and ``picture.py`` draw it.
 May import: hil.core, hil.vocab, the standard library, matplotlib, plotext.
 """
 
-from hil.telemetry.recording import DEFAULT_SIGNALS, Recording, check_signals
+from hil.telemetry.recording import Recording, check_signals
 from hil.telemetry.sampler import Sampler, Subscription
 from hil.telemetry.step_response import other_motion, step_response
 
 __all__ = [
-    "DEFAULT_SIGNALS",
     "Recording",
     "Sampler",
     "Subscription",

@@ -4,14 +4,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
-from hil.core import FIELDS
-from hil.core.fields import OF_KIND, SERVO, STEPPER
-
-DEFAULT_SIGNALS = {SERVO: ("r", "yw", "u"), STEPPER: ("speed_rpm", "commanded_deg", "position_deg")}
-"""Signals that are drawn by default, by kind of axis."""
+from hil.core import FIELDS, AxisKind
 
 
-def check_signals(signals: Sequence[str], kind: int = SERVO) -> tuple[str, ...]:
+def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
     """Check that signals are fields of a kind of axis; answers them.
 
     Raises:
@@ -20,8 +16,8 @@ def check_signals(signals: Sequence[str], kind: int = SERVO) -> tuple[str, ...]:
     if not signals:
         raise ValueError("no signals; name at least one")
     for name in signals:
-        if name not in OF_KIND[kind] or name == "at_ns":
-            near = get_close_matches(name, OF_KIND[kind], 3, 0.5)
+        if name not in kind.fields or name == "at_ns":
+            near = get_close_matches(name, kind.fields, 3, 0.5)
             raise ValueError(
                 f"an axis has no signal {name!r}; "
                 + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")

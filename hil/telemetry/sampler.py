@@ -34,19 +34,19 @@ Interval = int | Fraction
 
 
 class WatchedBench(Protocol):
-    """Bench as a sampler needs it. Devices by name; ``slot``: which of the ``WATCHES`` of its axis."""
+    """Bench as a sampler needs it. Axes by address; ``slot``: which of the ``WATCHES`` of its axis."""
 
-    def watch(self, device: str, slot: int, interval_ns: Interval, capacity: int) -> None: ...
+    def watch(self, axis: str, slot: int, interval_ns: Interval, capacity: int) -> None: ...
 
-    def take_samples(self, device: str, slot: int) -> tuple[list[bytes], int]:
+    def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
         """Samples since the last call, and the number lost since ``watch``."""
 
 
 class Subscription:
-    """Subscription of one watcher to one device."""
+    """Subscription of one watcher to one axis, by its address."""
 
-    def __init__(self, device: str, signals: tuple[str, ...], interval_ns: Interval) -> None:
-        self.device = device
+    def __init__(self, axis: str, signals: tuple[str, ...], interval_ns: Interval) -> None:
+        self.axis = axis
         self.signals = signals
         self.interval_ns = interval_ns
         self.lost = 0
@@ -89,40 +89,38 @@ class Sampler:
         self._bench = bench
         self._samples_per_s = samples_per_s
         self._grids: dict[str, dict[Interval, _Grid]] = {}
-        """Grids by device and interval; each has a watcher."""
+        """Grids by axis and interval; each has a watcher."""
 
     def subscribe(
-        self, device: str, signals: tuple[str, ...], interval_ns: Interval, *, is_limited: bool = True
+        self, axis: str, signals: tuple[str, ...], interval_ns: Interval, *, is_limited: bool = True
     ) -> Subscription:
-        """Watch a device from now on: a sample at every multiple of ``interval_ns``. A run's record is not
+        """Watch an axis from now on: a sample at every multiple of ``interval_ns``. A run's record is not
         limited by what others watch; there is one interval for all of those.
 
         Raises:
             ValueError: such an interval cannot be, or too much is watched already.
         """
-        problem = _interval_problem(interval_ns) or (
-            self._excess(device, interval_ns) if is_limited else None
-        )
+        problem = _interval_problem(interval_ns) or (self._excess(axis, interval_ns) if is_limited else None)
         if problem:
             raise ValueError(problem)
-        grids = self._grids.get(device, {})
+        grids = self._grids.get(axis, {})
         if interval_ns in grids:
-            self._poll_grid(device, grids[interval_ns])  # what was before is the others'
+            self._poll_grid(axis, grids[interval_ns])  # what was before is the others'
         else:
             taken = {grid.slot for grid in grids.values()}
             grid = _Grid(next(slot for slot in range(WATCHES) if slot not in taken))
-            self._bench.watch(device, grid.slot, interval_ns, RING_SAMPLES)
-            self._grids.setdefault(device, grids)[interval_ns] = grid
-        subscription = Subscription(device, signals, interval_ns)
+            self._bench.watch(axis, grid.slot, interval_ns, RING_SAMPLES)
+            self._grids.setdefault(axis, grids)[interval_ns] = grid
+        subscription = Subscription(axis, signals, interval_ns)
         grids[interval_ns].watchers.append(subscription)
         return subscription
 
-    def _excess(self, device: str, interval_ns: Interval) -> str | None:
+    def _excess(self, axis: str, interval_ns: Interval) -> str | None:
         """Reason why one more watcher would be too much, or None."""
-        grids = self._grids.get(device, {})
+        grids = self._grids.get(axis, {})
         if interval_ns not in grids and len(grids) >= MAX_GRIDS:
             known = ", ".join(map(str, sorted(grids)))
-            return f"{device} is watched at {MAX_GRIDS} different intervals already; write one of {known} ns"
+            return f"{axis} is watched at {MAX_GRIDS} different intervals already; write one of {known} ns"
         if self._samples_per_s is None:
             return None
         rate = NS_PER_S / interval_ns + sum(
@@ -137,41 +135,45 @@ class Sampler:
 
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription; what it has not taken stays there."""
-        device, interval_ns = subscription.device, subscription.interval_ns
-        grid = self._grids.get(device, {}).get(interval_ns)
+        axis, interval_ns = subscription.axis, subscription.interval_ns
+        grid = self._grids.get(axis, {}).get(interval_ns)
         if grid is None or subscription not in grid.watchers:
-            return  # its device has gone
-        self._poll_grid(device, grid)
+            return  # its axis has gone
+        self._poll_grid(axis, grid)
         grid.watchers.remove(subscription)
         if grid.watchers:
             return
-        self._bench.watch(device, grid.slot, 0, 1)
-        del self._grids[device][interval_ns]
-        if not self._grids[device]:
-            del self._grids[device]
+        self._bench.watch(axis, grid.slot, 0, 1)
+        del self._grids[axis][interval_ns]
+        if not self._grids[axis]:
+            del self._grids[axis]
 
-    def exchanged(self, device: str) -> None:
-        """Note that another axis has this device's name now."""
-        for interval_ns, grid in self._grids.get(device, {}).items():
+    def watched(self) -> list[str]:
+        """Addresses of the axes that somebody watches."""
+        return list(self._grids)
+
+    def exchanged(self, axis: str) -> None:
+        """Note that another axis has this address now."""
+        for interval_ns, grid in self._grids.get(axis, {}).items():
             grid.lost = 0
-            self._bench.watch(device, grid.slot, interval_ns, RING_SAMPLES)
+            self._bench.watch(axis, grid.slot, interval_ns, RING_SAMPLES)
 
-    def gone(self, device: str) -> None:
-        """Note that the device is no more; its watchers get nothing further."""
-        self._grids.pop(device, None)
+    def gone(self, axis: str) -> None:
+        """Note that the axis is no more; its watchers get nothing further."""
+        self._grids.pop(axis, None)
 
     def poll(self) -> None:
         """Fetch samples from the core; at least every ``period_ns`` of simulated time."""
-        for device in self._grids:
-            self.poll_device(device)
+        for axis in self._grids:
+            self.poll_axis(axis)
 
-    def poll_device(self, device: str) -> None:
-        """Fetch the samples of one device."""
-        for grid in self._grids.get(device, {}).values():
-            self._poll_grid(device, grid)
+    def poll_axis(self, axis: str) -> None:
+        """Fetch the samples of one axis."""
+        for grid in self._grids.get(axis, {}).values():
+            self._poll_grid(axis, grid)
 
-    def _poll_grid(self, device: str, grid: _Grid) -> None:
-        samples, lost = self._bench.take_samples(device, grid.slot)
+    def _poll_grid(self, axis: str, grid: _Grid) -> None:
+        samples, lost = self._bench.take_samples(axis, grid.slot)
         new, grid.lost = lost - grid.lost, lost
         for subscription in grid.watchers:
             subscription.put(samples, new)

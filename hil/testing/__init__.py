@@ -1,10 +1,12 @@
 """The shipped test kit: benches on the virtual clock, for pytest and for scripts.
 
 ``Bench`` is a whole bench in memory; ``replay`` runs an input log again; ``replay_control`` runs a
-control law over recorded encoder counts. Public and stable: changes stand in the CHANGELOG.
+control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``check_port`` and
+``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
+stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.firmware, hil.runs, hil.sim, hil.telemetry, hil.vocab,
-hil.wire, the standard library, numpy, pytest.
+May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.runs, hil.sim,
+hil.telemetry, hil.vocab, hil.wire, the standard library, numpy, pytest.
 
 Tests may import too: device_profiles.
 """
@@ -12,6 +14,25 @@ Tests may import too: device_profiles.
 from hil.compose.replay import Replayed, replay
 from hil.config import ConfigError
 from hil.testing.bench import Bench
+from hil.testing.check_profile import check_profile
+from hil.testing.checks.bridge_check import check_bridge
+from hil.testing.checks.codec_check import check_codec, framing_reader
+from hil.testing.checks.findings import CheckFailed
+from hil.testing.checks.port_check import check_port
+from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
 
-__all__ = ["Bench", "ConfigError", "Replayed", "replay", "replay_control"]
+__all__ = [
+    "Bench",
+    "CheckFailed",
+    "ConfigError",
+    "RecordingDesk",
+    "Replayed",
+    "check_bridge",
+    "check_codec",
+    "check_port",
+    "check_profile",
+    "framing_reader",
+    "replay",
+    "replay_control",
+]

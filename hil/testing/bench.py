@@ -4,17 +4,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hil.compose import bench_runtime, find_catalogue, read_text, start_sections
+from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
-from hil.runs import BenchAxes, Execution, Progress, Soon, parse_run, plan_run, run_from_data
+from hil.runs import Execution, Progress, Soon, TwinAxes, parse_run, plan_run, run_from_data
 from hil.sim.bench import VIRTUAL, Around, Store
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
+from hil.vocab.address import address_of
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
-from hil.vocab.firmware import MAIN
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
@@ -62,21 +62,23 @@ class Bench:
             names = ", ".join(self.config.real)
             raise ValueError(f"real boards (at:) know no simulated time: {names}; leave them out")
         self.seed = seed
-        memories = {name: start_sections(device, {}, folder) for name, device in self.config.devices.items()}
-        self._runtime = bench_runtime(
-            self.config, find_catalogue({"memory": MemoryOptions}), memories, store, around
-        )
+        catalogue = find_catalogue({"memory": MemoryOptions}, self.config.profile_path)
+        memories = start_memories(self.config, catalogue, folder)
+        self._runtime = bench_runtime(self.config, catalogue, memories, store, around)
         runtime, devices = self._runtime, self._runtime.devices
         self._ports = {
-            (name, uart): PortFace(runtime, device, uart)
+            device.uarts.label(name, uart): PortFace(runtime, device, uart)
             for name, device in devices.items()
             for uart in device.uarts
         }
-        self._axes = {name: AxisFace(runtime, device, self._record) for name, device in devices.items()}
+        self._axes = {
+            address: AxisFace(runtime, device, axis, self._record)
+            for address, (device, axis) in runtime.roster.axes.items()
+        }
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._taps = {name: TapFace(runtime, tap) for name, tap in runtime.taps.items()}
         self._sampler = Sampler(runtime)
-        self._run_axes = BenchAxes(runtime, self._sampler)
+        self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self._recordings: list[tuple[Subscription, Recording]] = []
@@ -94,9 +96,14 @@ class Bench:
         """Run until the simulated time is ``ms`` milliseconds; never back."""
         self._advance(SimTimeNs(round(ms * NS_PER_MS)))
 
-    def port(self, name: str, uart: str = MAIN) -> PortFace:
-        """Port of a device: at its first serial interface, or at ``"network"``."""
-        return self._ports[name, uart]
+    def port(self, name: str, uart: str = "") -> PortFace:
+        """Port at an address, as in ``m1`` or ``s1.network``; ``uart``: name of the device's UART.
+
+        Raises:
+            KeyError: there is no such UART.
+        """
+        device, part = address_of(name)
+        return self._ports[self._runtime.devices[device].uarts.label(device, uart or part)]
 
     def tap(self, name: str) -> TapFace:
         """Tap by its name, as in ``bus0.master``."""
@@ -116,7 +123,8 @@ class Bench:
         return self._runtime.segments[name]
 
     def axis(self, name: str) -> AxisFace:
-        return self._axes[name]
+        """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
+        return self._axes[self._runtime.roster.axis_address(name) or name]
 
     def device(self, name: str) -> DeviceFace:
         return self._devices[name]
@@ -143,7 +151,7 @@ class Bench:
             self._advance(SimTimeNs(until_ns))
         return execution.progress
 
-    def talk(self, name: str, dialogue: Dialogue[Result], uart: str = MAIN) -> Result:
+    def talk(self, name: str, dialogue: Dialogue[Result], uart: str = "") -> Result:
         """Carry out a dialogue at a device's port, in simulated time; answers its result."""
         port = self.port(name, uart)
         heard: list[tuple[SimTimeNs, bytes]] = []
@@ -176,8 +184,8 @@ class Bench:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _record(self, device: Device, signals: tuple[str, ...], interval_ns: int) -> Recording:
-        subscription = self._sampler.subscribe(device.name, signals, interval_ns)
+    def _record(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> Recording:
+        subscription = self._sampler.subscribe(axis, signals, interval_ns)
         recording = Recording(signals)
         self._recordings.append((subscription, recording))
         return recording

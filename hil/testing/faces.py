@@ -5,22 +5,21 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, Literal
 
-from hil.core import CoreMotion, Snapshot
+from hil.core import Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
-from hil.telemetry import DEFAULT_SIGNALS, Recording, check_signals
-from hil.vocab.axis_plan import OUTPUTS
-from hil.vocab.firmware import NETWORK
+from hil.telemetry import Recording, check_signals
+from hil.vocab.address import pin_of
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
 from hil.wire.step_dir import Edges
 
-Record = Callable[[Device, tuple[str, ...], int], Recording]
-"""Begins a recording of a device's signals at every multiple of an interval in nanoseconds."""
+Record = Callable[[str, tuple[str, ...], int], Recording]
+"""Begins a recording of signals of the axis at an address at every multiple of an interval in nanoseconds."""
 
 TX_ENABLE = "TxEn"
 """Output that switches a board's RS485 driver on, high while any of its ports sends; boards with two serial
@@ -33,7 +32,7 @@ class PortFace:
     def __init__(self, runtime: BenchRuntime, device: Device, uart: str) -> None:
         self._runtime = runtime
         self._device = device
-        self._uart = uart
+        self._uart = device.uarts.short(uart)
         self._unread: list[tuple[SimTimeNs, bytes]] = []
         self.timeline: list[tuple[SimTimeNs, bytes]] = []
         """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
@@ -125,17 +124,30 @@ class FaultFace:
         self.clear()
 
 
+def _do(
+    runtime: BenchRuntime, device: Device, part: str, verb: str, parameters: Mapping[str, float | str]
+) -> dict[str, Any]:
+    known = device.verbs.get(verb)
+    if known is None or not (known.run or known.types):
+        names = ", ".join(name for name, each in device.verbs.items() if each.run or each.types)
+        raise VerbRefused("no_verb", f"there is no {verb!r} here; there are {names or 'none'}")
+    at_ns, answer = runtime.do(device, verb, known.filled(parameters), part)
+    return dict(answer) | {"effective_at_ns": at_ns}
+
+
 class AxisFace:
     """Axis of a device: its state, and the world around its shaft."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, record: Record) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Device, name: str, record: Record) -> None:
         self._runtime = runtime
         self._device = device
+        self._axis = device.axes[name]
+        self._part = device.axes.short(name)
         self._record = record
 
     def snapshot(self) -> Snapshot:
         """State now; its fields are ``hil.core.FIELDS``."""
-        return self._device.axis.snapshot()
+        return self._axis.snapshot()
 
     def record(self, *signals: str, interval_ms: float = 1.0) -> Recording:
         """Fill a recording from now on with samples at every multiple of ``interval_ms``; ``signals`` are
@@ -144,9 +156,9 @@ class AxisFace:
         Raises:
             ValueError: there is no such signal, or the interval is under 0.05 ms.
         """
-        kind = self._device.axis.kind
-        names = check_signals(signals or DEFAULT_SIGNALS[kind], kind)
-        return self._record(self._device, names, ms(interval_ms))
+        kind, address = self._axis.kind, self._device.axes.label(self._device.name, self._part)
+        names = check_signals(signals or kind.default_signals, kind)
+        return self._record(address, names, ms(interval_ms))
 
     def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
         """Carry out a verb of the board's table (``hil axis NAME`` lists it), now; answers its result, and
@@ -155,12 +167,7 @@ class AxisFace:
         Raises:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
-        known = self._device.verbs.get(verb)
-        if known is None or not (known.run or known.types):
-            names = ", ".join(name for name, each in self._device.verbs.items() if each.run or each.types)
-            raise VerbRefused("no_verb", f"there is no {verb!r} here; there are {names or 'none'}")
-        at_ns, answer = self._runtime.do(self._device, verb, known.filled(parameters))
-        return dict(answer) | {"effective_at_ns": at_ns}
+        return _do(self._runtime, self._device, self._part, verb, parameters)
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -177,7 +184,7 @@ class AxisFace:
         timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
         if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
             raise ValueError("times of the encoder's script have to ascend")
-        self._runtime.give(self._device, ScriptEncoder(timed, interp == "linear"))
+        self._runtime.give(self._device, ScriptEncoder(timed, interp == "linear"), self._part)
 
     @property
     def load_torque_Nm(self) -> float:
@@ -187,27 +194,29 @@ class AxisFace:
         Raises:
             ValueError: more, alone or with the ``shaft_load`` that pushes the same way; or not a number.
         """
-        return self._device.axis.get("load_torque_Nm")
+        return self._axis.get("load_torque_Nm")
 
     @load_torque_Nm.setter
     def load_torque_Nm(self, torque_Nm: float) -> None:
-        if problem := self._runtime.faults.load_problem(self._device, torque_Nm):
+        if problem := self._runtime.faults.load_problem(self._axis, torque_Nm):
             raise ValueError(f"load_torque_Nm: {problem}")
-        self._runtime.give(self._device, SetField("load_torque_Nm", float(torque_Nm)))
+        self._runtime.give(self._device, SetField("load_torque_Nm", float(torque_Nm)), self._part)
 
 
 class Outputs:
-    """Edges of a device's outputs, kept from the bench's start."""
+    """Edges of a device's outputs, kept from the bench's start; those of the board as a whole are with its
+    first axis. ``axis``: the axis's name, empty if the board has none."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Device, axis: str) -> None:
         self._runtime = runtime
-        self._motion = device.axis if isinstance(device.axis, CoreMotion) else None
+        at = device.axes.get(axis)
+        self._motion = at.motion if at else None
         self._edges: list[tuple[SimTimeNs, str, int]] = []
         self._busy: list[tuple[SimTimeNs, SimTimeNs]] = []
-        self.names = [*OUTPUTS] if self._motion else []
+        self.names = [*at.kind.outputs] if at else []
         if self._motion:
             self._motion.record_edges(True)
-        if NETWORK in device.uarts:
+        if len(device.uarts) > 1 and axis == device.axes.first:
             self.names.append(TX_ENABLE)
             for uart in device.uarts.values():
                 uart.listeners.append(partial(self._sends, uart))
@@ -235,22 +244,25 @@ class Outputs:
 
 
 class PinFace:
-    """Pin of a board: an input that can be driven, or an output, whose edges are all kept."""
+    """Pin of an axis of a board: an input that can be driven, or an output, whose edges are all kept."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, outputs: Outputs, name: str) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Device, axis: str, outputs: Outputs, name: str) -> None:
         self._runtime = runtime
         self._device = device
+        self._part = device.axes.short(axis)
         self._outputs = outputs
         self._name = name.replace(" ", "_")
-        pins = [*device.axis.pins, *outputs.names]
+        self._inputs = device.axes[axis].pins if device.axes else {}
+        pins = [*self._inputs, *outputs.names]
         if self._name not in pins:
-            raise KeyError(f"{device.name} has no pin {name!r}; it has {', '.join(pins)}")
+            address = device.axes.label(device.name, axis)
+            raise KeyError(f"{address} has no pin {name!r}; it has {', '.join(pins)}")
 
     def set(self, level: int) -> None:
         """Drive an input, now."""
-        if self._name not in self._device.axis.pins:
+        if self._name not in self._inputs:
             raise ValueError(f"{self._name} of {self._device.name} is an output")
-        self._runtime.give(self._device, Pin(self._name, level))
+        self._runtime.give(self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
         """All edges of an output so far: (simulated time, level)."""
@@ -263,8 +275,16 @@ class DeviceFace:
     def __init__(self, runtime: BenchRuntime, device: Device) -> None:
         self._runtime = runtime
         self._device = device
-        self._outputs = Outputs(runtime, device)
+        self._outputs = {axis: Outputs(runtime, device, axis) for axis in device.axes or [""]}
         self._pins: dict[str, PinFace] = {}
+
+    def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
+        """Carry out a verb of the board, as an axis's face does; for a board without axes, too.
+
+        Raises:
+            VerbRefused: it was not carried out; ``code`` and text say why.
+        """
+        return _do(self._runtime, self._device, "", verb, parameters)
 
     @property
     def failed(self) -> str | None:
@@ -294,13 +314,19 @@ class DeviceFace:
         self._runtime.give(self._device, SetField(name, value))
 
     def pin(self, name: str, level: int | None = None) -> "PinFace":
-        """Pin of the board. With a level, drives that input: of a Mechaduino D0 (direction), D1 (step), D2
-        (enable, active low), D3; of a SAC sync, Estop, RST (active low), EnA, EnB.
+        """Pin of the board, of another axis than the first as in ``elbow.step``. With a level, drives that
+        input: of a Mechaduino D0 (direction), D1 (step), D2 (enable, active low), D3; of a SAC sync, Estop,
+        RST (active low), EnA, EnB.
 
         Raises:
             KeyError: the board has no such pin.
         """
-        pin = self._pins.setdefault(name, PinFace(self._runtime, self._device, self._outputs, name))
+        if name not in self._pins:
+            axis, pin_name = pin_of(name)
+            axis = axis or self._device.axes.first
+            outputs = self._outputs[axis]
+            self._pins[name] = PinFace(self._runtime, self._device, axis, outputs, pin_name)
+        pin = self._pins[name]
         if level is not None:
             pin.set(level)
         return pin

@@ -47,13 +47,19 @@ class AxisField:
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """A device as bridges see it. ``fields`` is empty for a real board, whose axis nobody sees."""
+    """A device with its first axis, or another axis of one, as bridges see it. ``name``: its address;
+    ``fields``: those of the axis, empty where there is none, or nobody sees it, as a real board's."""
 
     name: str
     profile: str
     is_real: bool
     verbs: Mapping[str, Verb]
     fields: Mapping[str, AxisField]
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether its axis tells its state: a motion's end can be awaited, and its fields are published."""
+        return bool(self.fields)
 
 
 class Watched(Enum):
@@ -91,8 +97,8 @@ class BenchClock(Protocol):
 
 @dataclass(frozen=True)
 class Description:
-    """Description of a bench. ``devices`` and ``segments`` are current whenever they are looked at;
-    ``ports``: names of places at which bytes pass now."""
+    """Description of a bench. ``devices``: by address, each device and each further axis of one; it and
+    ``segments`` are current whenever they are looked at. ``ports``: addresses at which bytes pass now."""
 
     bench: str
     clock: BenchClock

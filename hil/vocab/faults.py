@@ -1,7 +1,7 @@
 """Faults that can be injected, in one table that configuration, commands, kit and reference use.
 
-A target is a device (``s1``), one of its ports (``s1.network``), a tap (``bus0.master``) or a segment
-(``bus0``). The table says what a kind can be on.
+A target is an address (``hil.vocab.address``): of a device (``s1``), one of its axes (``arm.elbow``) or ports
+(``s1.network``), of a tap (``bus0.master``) or a segment (``bus0``). The table says what a kind can be on.
 """
 
 from collections.abc import Mapping
@@ -113,6 +113,8 @@ _KINDS = (
     FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),
 )  # fmt: skip
 FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
+OF_FRAMINGS = frozenset(kind.name for kind in _KINDS if kind.layer == "packet") | {"node_clash"}
+"""Kinds that need packets: those that the framing of a segment can make (``hil.vocab.framing``)."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from hil.vocab.address import DeviceParts
+from hil.vocab.framing import Framing, Item
 from hil.vocab.motion import Motion
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
@@ -28,6 +30,11 @@ class ByteAvailable:
     """
 
     timeout_ns: int | None = None
+    takes: Callable[[Sequence[Item]], bool] | None = None
+    """Taker of packets for everybody, which spares the main loop a turn: where nothing else has come, it is
+    offered them, split already, before they are in the UART's buffer. True: it has handled them, in no time
+    and as the main loop would have, and has changed no UART but by writing. False: it has done nothing. Only
+    without a time-out."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +53,17 @@ Main = Generator[Request, Any, None]
 
 @dataclass(frozen=True)
 class CoreEvent:
-    """Something a board's interrupt did, with its exact time. ``kind`` is one of the core's
-    event names (``hil.core.events``); ``value`` is in the kind's unit."""
+    """Something a board's interrupt did, with its exact time. ``axis``: name of the axis; ``kind`` is one of
+    the core's event names (``hil.core.events``); ``value`` is in the kind's unit."""
 
     at_ns: SimTimeNs
-    axis: int
+    axis: str
     kind: str
     value: float
 
 
 MAIN, NETWORK = "main", "network"
-"""Names of a board's serial interfaces: the one that every board has, and the second."""
+"""Usual names of a board's first UART, and of the one that ``network:`` of a configuration is about."""
 
 
 class Uart(Protocol):
@@ -80,13 +87,12 @@ class Uart(Protocol):
     def write(self, data: bytes) -> None:
         """Send bytes, now."""
 
-    def wake_on(self, byte: int | None, mark: int | None = None) -> None:
-        """Let only this byte meet a ``ByteAvailable``: the main loop polls what comes before it into a memory
-        of its own. None, as after power-up: every byte does. ``mark``: the byte counts only right behind this
-        one, or with one other byte between; elsewhere it is polled too."""
+    def wake_on(self, framing: Framing | None) -> None:
+        """Let only a packet's end meet a ``ByteAvailable``: the main loop polls what comes before it into a
+        memory of its own. None, as after power-up: every byte does."""
 
     def listen_for(self, address: int | None) -> None:
-        """Receive only packets to this address and to 0, on a segment. None, as after power-up: all."""
+        """Receive only packets for this address and for all, on a segment. None, as after power-up: any."""
 
     def set_baud(self, baud: int | None) -> None:
         """Set the line's speed in baud; None: the one at power-up. No effect without a line (USB)."""
@@ -131,18 +137,33 @@ class Axis(Protocol):
 class Board:
     """Interfaces that a firmware is made with: the board around the microcontroller."""
 
-    uart: Uart
-    axis: Axis
+    uarts: DeviceParts[Uart]
+    """UARTs by name, as the profile names them."""
+    axes: DeviceParts[Axis]
+    """Axes by name; a board without a motor has none."""
+    motions: Mapping[str, Motion]
+    """Motion engines by the names of the axes that they make step pulses for."""
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
-    network: Uart | None = None
-    """The second serial interface of a board that has one."""
-    motion: Motion | None = None
-    """The motion engine of a board that makes step pulses."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
     note: Callable[[str, str | None], None] = lambda about, text: None
     """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
+
+    @property
+    def uart(self) -> Uart:
+        """The first UART."""
+        return self.uarts[""]
+
+    @property
+    def axis(self) -> Axis:
+        """The first axis. Raises KeyError: there is none."""
+        return self.axes[""]
+
+    @property
+    def motion(self) -> Motion:
+        """The first axis's motion engine. Raises KeyError: it makes no step pulses."""
+        return self.motions[self.axes.first]
 
 
 class Firmware(Protocol):

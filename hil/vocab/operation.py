@@ -13,9 +13,10 @@ class Target(Enum):
 
     BENCH = ("", "the bench")
     DEVICE = ("device", "a device")
-    TWIN = ("device", "a simulated device, whose axis is seen")
+    MEMBER = ("device", "a device, or an axis of one: m1, arm.elbow")
+    TWIN = ("device", "an axis of a simulated device: m1, arm.elbow")
     UART = ("device", "a device's serial interface: m1, s1.network")
-    PLACE = ("target", "where a fault can be: a device, a port, a segment, a tap")
+    PLACE = ("target", "where a fault can be: a device, an axis, a port, a segment, a tap")
     TAP = ("tap", "a tap of a segment")
     RUN = ("name", "a run; empty: all that are remembered")
 

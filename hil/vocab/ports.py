@@ -9,21 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from hil.vocab.firmware import NETWORK
-
-
-def port_label(device: str, key: str) -> str:
-    """Name of a port: the device's, with ``.network`` behind it for a second serial interface."""
-    return f"{device}.{key}" if key == NETWORK else device
-
-
 Tap = Callable[[str, bytes], None]
 """Called with what passes at a port: the direction, "board" or "client", and the bytes."""
 
 
 @dataclass(frozen=True)
 class PortContext:
-    """Surroundings of a port. ``device``: its label, ``m1`` or for a second interface ``s1.network``."""
+    """Surroundings of a port. ``device``: its address, as ``m1`` or ``s1.network``."""
 
     bench: str
     device: str

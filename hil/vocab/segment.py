@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from hil.vocab.faults import Fault
+from hil.vocab.framing import Framing, Item
 from hil.vocab.time import SimTimeNs
 
 
@@ -26,8 +27,11 @@ class Receiver(Protocol):
     def baud_now(self) -> int:
         """Speed at which it reads, in baud."""
 
-    def hear(self, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """Hear bytes that stand back to back on the line from ``start_ns`` on, at the sender's baud."""
+    def hear(
+        self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
+    ) -> None:
+        """Hear bytes that stand back to back on the line from ``start_ns`` on, at the sender's baud.
+        ``packets``: what they are by the line's framing, if they are whole packets for everybody."""
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         """Hear the characters that a disturbed line reads as."""
@@ -54,6 +58,14 @@ class SegmentView(Protocol):
     """Called with what has been on the wire to its end, in order, at that time of the segment's group; in
     pieces, as they come, of a disturbance that is long."""
 
+    @property
+    def framing(self) -> Framing:
+        """How the bytes on it are packets."""
+
+    @property
+    def baud(self) -> int:
+        """Speed of the station that was there first, in baud; 0: there is none."""
+
     def has(self, station: str) -> bool:
         """Whether a station is on the wire."""
 
@@ -77,7 +89,7 @@ class Segment(SegmentView, Protocol):
         """Put a station on the wire."""
 
     def set_address(self, station: str, address: int | None) -> None:
-        """Limit the packets that concern the station to those to this address or to all; None: no limit."""
+        """Limit the packets that concern the station to those for this address or for all; None: no limit."""
 
     def set_polling(self, station: str, is_polling: bool) -> None:
         """Set whether a station's firmware takes bytes as they come. While it does not, each counts for its

@@ -1,15 +1,14 @@
 """Real board as an axis of runs, by dialogues of its profile over its terminal alone.
 
-``AXIS`` of a profile's ``dialogues.py`` is a class that makes one of these, a ``TerminalServo`` or a
-``TerminalStepper``. Times are those of the clock that answers ``Listen``.
+``Profile.terminal_axis`` makes one of these, a ``TerminalServo`` or a ``TerminalStepper``. Times are those
+of the clock that answers ``Listen``.
 """
 
 from typing import ClassVar, Literal, Protocol
 
+from hil.vocab.axis import How
 from hil.vocab.dialogue import Dialogue
 from hil.vocab.path import Path
-
-How = Literal["grace", "prejudice"]
 
 
 class TerminalAxis(Protocol):

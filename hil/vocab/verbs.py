@@ -1,6 +1,6 @@
 """Verbs of devices: what can be asked of one from outside its serial port, beside typing at it.
 
-A profile's ``verbs.py`` has ``VERBS``, a tuple of ``Verb``; ``COMMON`` is what every twin has beside them.
+``Profile.verbs`` has those of a kind of board; ``COMMON`` is what every twin has beside them.
 The one table drives the command line, the bridges, the reference and the check of permissions.
 """
 
@@ -43,7 +43,9 @@ class Verb:
     effect: Effect = Effect.NONE
     role: Role = Role.OPERATOR
     types: bytes = b""
-    """Bytes typed at the board's serial interface instead of ``run``, for its main program to handle."""
+    """Bytes typed at the board's first UART instead of ``run``, for its main program to handle."""
+    is_of_axis: bool = False
+    """Whether it is asked of one axis: ``run`` of a board with several gets ``axis``, the axis's name."""
 
     def filled(self, given: Mapping[str, object]) -> Values:
         """Fill in the parameters' defaults. Raises VerbRefused, with all problems of what was given."""

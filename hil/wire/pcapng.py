@@ -6,20 +6,21 @@ the link type says of its payloads is about other protocols; here they are a lin
 """
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 LINKTYPE_RTAC_SERIAL = 250
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D
-_OPTION_END, _COMMENT, _IF_NAME, _USER_APPLICATION, _EPB_FLAGS, _IF_TSRESOL = 0, 1, 2, 4, 2, 9
+_OPTION_END, _COMMENT, _IF_NAME, _IF_DESCRIPTION, _USER_APPLICATION = 0, 1, 2, 3, 4
+_EPB_FLAGS, _IF_SPEED, _IF_TSRESOL = 2, 8, 9
 _NANOSECONDS = 9
 _INBOUND, _OUTBOUND = 1, 2
 _BLOCK_MAX = 1 << 24
 
 
-class Event(IntEnum):
+class RecordKind(IntEnum):
     """Kinds of records, as the link type numbers them. TX goes to a board, RX comes from it."""
 
     TX = 1
@@ -31,27 +32,44 @@ class Event(IntEnum):
     OVERFLOW = 10
 
 
-EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in Event}
+EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in RecordKind}
 
 
-def header(program: str, interfaces: Sequence[str]) -> bytes:
-    """Encode the beginning of a capture: a section, and an interface for each name; numbers count from 0."""
+@dataclass(frozen=True)
+class Interface:
+    """Source of records."""
+
+    name: str
+    framing: str = ""
+    """Name of the framing of its bytes; "": it is not known."""
+    baud: int = 0
+    """Speed of the line; 0: it is not known."""
+
+
+def header(program: str, interfaces: Sequence[Interface]) -> bytes:
+    """Encode the beginning of a capture: a section, and its interfaces; their numbers count from 0."""
     section = struct.pack("<IHHq", _MAGIC, 1, 0, -1) + _options((_USER_APPLICATION, program.encode()))
     blocks = [_block(_SECTION, section)]
-    for name in interfaces:
-        options = _options((_IF_NAME, name.encode()), (_IF_TSRESOL, bytes((_NANOSECONDS,))))
-        blocks.append(_block(_INTERFACE, struct.pack("<HHI", LINKTYPE_RTAC_SERIAL, 0, 0) + options))
+    for each in interfaces:
+        options = [(_IF_NAME, each.name.encode())]
+        if each.framing:
+            options.append((_IF_DESCRIPTION, each.framing.encode()))
+        if each.baud:
+            options.append((_IF_SPEED, struct.pack("<Q", each.baud)))
+        options.append((_IF_TSRESOL, bytes((_NANOSECONDS,))))
+        body = struct.pack("<HHI", LINKTYPE_RTAC_SERIAL, 0, 0) + _options(*options)
+        blocks.append(_block(_INTERFACE, body))
     return b"".join(blocks)
 
 
-def record(interface: int, at_ns: int, event: Event, data: bytes = b"", comment: str = "") -> bytes:
+def record(interface: int, at_ns: int, event: RecordKind, data: bytes = b"", comment: str = "") -> bytes:
     """Encode one event. ``at_ns``: nanoseconds since 1970."""
     seconds, rest_ns = divmod(at_ns, 10**9)
     payload = struct.pack(">IIBBH", seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
     head = struct.pack(
         "<IIIII", interface, at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF, len(payload), len(payload)
     )
-    direction = _OUTBOUND if event == Event.TX else _INBOUND
+    direction = _OUTBOUND if event == RecordKind.TX else _INBOUND
     options = [(_EPB_FLAGS, struct.pack("<I", direction))]
     if comment:
         options.append((_COMMENT, comment.encode()))
@@ -62,12 +80,17 @@ def record(interface: int, at_ns: int, event: Event, data: bytes = b"", comment:
 class Record:
     """One event as read back; ``offset`` is where its block begins in the file."""
 
-    interface: str
+    line: Interface
     at_ns: int
     event: int
     data: bytes
     comment: str
     offset: int
+
+    @property
+    def interface(self) -> str:
+        """Name of its interface."""
+        return self.line.name
 
 
 class CaptureError(Exception):
@@ -82,13 +105,13 @@ def read(data: bytes) -> Iterator[Record]:
     """
     if not data:
         raise CaptureError("the file is empty")
-    at, order, names, units = 0, "<", list[str](), list[int]()
+    at, order, lines, units = 0, "<", list[Interface](), list[int]()
     while at < len(data):
         if len(data) - at < 12:
             raise CaptureError(f"cut off in the middle of a block at byte {at}")
         if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
             order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
-            names, units = [], []
+            lines, units = [], []
         elif at == 0:
             raise CaptureError("this is no pcapng file")
         kind, size = struct.unpack_from(f"{order}II", data, at)
@@ -102,10 +125,10 @@ def read(data: bytes) -> Iterator[Record]:
             if link != LINKTYPE_RTAC_SERIAL:
                 raise CaptureError(f"link type {link} at byte {at}; this reads {LINKTYPE_RTAC_SERIAL}")
             options = dict(_read_options(body[8:], order))
-            names.append(options.get(_IF_NAME, b"").decode("utf-8", "replace") or str(len(names)))
+            lines.append(_interface(options, order, len(lines)))
             units.append(options.get(_IF_TSRESOL, b"\x06")[0])
         elif kind == _PACKET and len(body) >= 20:
-            yield _record(body, order, names, units, at)
+            yield _record(body, order, lines, units, at)
         at += size
 
 
@@ -136,7 +159,7 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
     Raises:
         CaptureError: it is no capture, it is cut off, or has nothing of that interface.
     """
-    found = [each for each in read(data) if each.event in (Event.TX, Event.RX) and each.data]
+    found = [each for each in read(data) if each.event in (RecordKind.TX, RecordKind.RX) and each.data]
     names = list(dict.fromkeys(each.interface for each in found))
     if interface is None and len(names) > 1:
         raise CaptureError(f"it has several lines; choose one with --source: {', '.join(names)}")
@@ -148,15 +171,24 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
     return [(each.at_ns - rows[0].at_ns, each.data.hex()) for each in rows]
 
 
-def _record(body: bytes, order: str, names: list[str], units: list[int], at: int) -> Record:
+def _interface(options: Mapping[int, bytes], order: str, number: int) -> Interface:
+    name, framing = (
+        options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION)
+    )
+    speed = options.get(_IF_SPEED, b"")
+    baud = int.from_bytes(speed, "little" if order == "<" else "big") if len(speed) == 8 else 0
+    return Interface(name or str(number), framing, baud)
+
+
+def _record(body: bytes, order: str, lines: list[Interface], units: list[int], at: int) -> Record:
     interface, high, low, captured, _ = struct.unpack_from(f"{order}IIIII", body)
     payload = body[20 : 20 + captured]
-    if interface >= len(names) or len(payload) < 12 or units[interface] > _NANOSECONDS:
+    if interface >= len(lines) or len(payload) < 12 or units[interface] > _NANOSECONDS:
         raise CaptureError(f"a record at byte {at} that this does not read")
     options = dict(_read_options(body[20 + captured + -captured % 4 :], order))
     at_ns = (high << 32 | low) * 10 ** (_NANOSECONDS - units[interface])
     comment = options.get(_COMMENT, b"").decode("utf-8", "replace")
-    return Record(names[interface], at_ns, payload[8], payload[12:], comment, at)
+    return Record(lines[interface], at_ns, payload[8], payload[12:], comment, at)
 
 
 def _read_options(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:

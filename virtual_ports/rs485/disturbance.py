@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from hil.vocab.framing import Splitter
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.packet import PacketDecoder
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbed_line import DisturbedLine, Ear
 from virtual_ports.rs485.stations import Station
@@ -34,8 +34,8 @@ class Burst(NamedTuple):
 class Disturbance:
     """Disturbance from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
 
-    ``before`` is what is on the line already, and was taken for undisturbed; ``decoder`` is the monitor's, as
-    it was before all of them.
+    ``before`` is what is on the line already, and was taken for undisturbed; ``splitter`` is the monitor's,
+    as it was before all of them.
     """
 
     def __init__(
@@ -44,14 +44,14 @@ class Disturbance:
         before: Sequence[Burst],
         stations: Mapping[str, Station],
         clock: Clock,
-        decoder: PacketDecoder,
+        splitter: Splitter,
         stats: SegmentStats,
         watchers: Iterable[Callable[[SegmentEvent], None]],
     ) -> None:
         first = before[0] if before else burst
         self._stations = stations
         self._clock = clock
-        self._decoder = decoder
+        self._splitter = splitter
         self._stats = stats
         self._watchers = watchers
         self._line = DisturbedLine(first.on_ns)
@@ -61,8 +61,8 @@ class Disturbance:
         """Time up to which receivers know what they hear. What they knew of later was taken back."""
         self._tell_ns: int = FOREVER
         """Time at which they are told more."""
-        self._piece: list[int] = []
-        """Bytes that watchers were not shown yet."""
+        self._piece: list[Character] = []
+        """Characters that watchers were not shown yet."""
         self._piece_ns = first.start_ns
         self._piece_of: dict[str, None] = {}
         """Stations that have sent meanwhile."""
@@ -135,19 +135,22 @@ class Disturbance:
                 fresh[id(characters)] = tuple(each for each in characters if each.at_ns > told_ns)
             if news := fresh[id(characters)]:
                 member.receiver.hear_characters(news)
-        self._piece += [each.byte for each in heard[MONITOR] if each.at_ns <= now_ns]
+        self._piece += [each for each in heard[MONITOR] if each.at_ns <= now_ns]
         self._told, self._told_ns = heard, until_ns
         self._tell_at(until_ns)
 
-    def end(self, now_ns: int) -> None:
-        """End it, as the last driver has let go: what is under way reads an idle line."""
+    def end(self, now_ns: int) -> SimTimeNs:
+        """End it, as the last driver has let go: what is under way reads an idle line. Returns when silence
+        completes what the monitor holds."""
         self._read(now_ns, FOREVER)
-        self._piece += [each.byte for each in self._told[MONITOR] if each.at_ns > now_ns]
-        self._show_piece(now_ns)
+        self._piece += [each for each in self._told[MONITOR] if each.at_ns > now_ns]
+        return self._show_piece(now_ns)
 
-    def _show_piece(self, now_ns: int) -> None:
-        data = bytes(self._piece)
-        self._stats.count(self._decoder.feed(data))
+    def _show_piece(self, now_ns: int) -> SimTimeNs:
+        data = bytes(each.byte for each in self._piece)
+        times_ns = [each.at_ns for each in self._piece]
+        heard = self._splitter.characters(data, times_ns, self._monitor.baud)
+        self._stats.count(heard.items)
         senders = " and ".join(self._piece_of)
         about = (
             f"collision of {senders}" if len(self._piece_of) > 1 else f"{senders} on a line that is not right"
@@ -156,3 +159,4 @@ class Disturbance:
             watcher(SegmentEvent(SimTimeNs(self._piece_ns), data, about, is_damaged=True))
         self._piece.clear()
         self._piece_ns, self._piece_of = now_ns, dict.fromkeys(self._stats.senders)
+        return heard.over_ns

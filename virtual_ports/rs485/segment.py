@@ -2,52 +2,53 @@
 
 Pure: integer nanoseconds of simulated time come in as arguments. A burst, the bytes that a station sends in
 one go, is the unit of work: one that nothing disturbs costs the same for two stations and for 252, because it
-is decoded once and only those are told that it concerns.
+is split into packets once and only those are told that it concerns.
 
 Not modelled: the cable's length (no delay, no reflections), rise times, a receiver's threshold (``waveform``
 says what contention reads as), parity and other character formats than eight data bits and one stop bit.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
+from hil.vocab.framing import Framing, Item, Splitter
 from hil.vocab.segment import Receiver, SegmentEvent
-from hil.vocab.time import Clock, SimTimeNs
+from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults
-from hil.wire.packet import Malformed, Packet, PacketDecoder
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
-from virtual_ports.rs485.packet_faults import Phantom, packet_fault
+from virtual_ports.rs485.phantom import Phantom
 from virtual_ports.rs485.stations import Station, Stations
-from virtual_ports.rs485.stats import SegmentStats, StationStats, fault_of
+from virtual_ports.rs485.stats import SegmentStats, StationStats
 
 
 class _Clean(NamedTuple):
-    """Burst that nothing has disturbed yet, and the decoder as it was before it."""
+    """Burst that nothing has disturbed yet, and the splitter as it was before it."""
 
     burst: Burst
-    items: list[Packet | Malformed]
-    before: PacketDecoder
+    items: Sequence[Item]
+    before: Splitter
 
 
 class Segment:
     """Segment: stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends:
-    two that send at once collide.
+    two that send at once collide. ``framing`` says what on it is a packet, and for whom.
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
     told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
     """
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, framing: Framing) -> None:
+        self.framing = framing
         self.stats = SegmentStats()
         self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
         """Noise of the wire, by the numbers of faults."""
         self._clock = clock
-        self._decoder = PacketDecoder()
+        self._splitter = framing.splitter()
         self._clean: list[_Clean] = []
         self._disturbance: Disturbance | None = None
         self._waiting: set[str] = set()
@@ -67,6 +68,11 @@ class Segment:
 
     def set_echo(self, station: str, has_echo: bool) -> None:
         self.stations[station].has_echo = has_echo
+
+    @property
+    def baud(self) -> int:
+        first = next(iter(self.stations.values()), None)
+        return first.receiver.baud_now if first else 0
 
     def has(self, station: str) -> bool:
         return station in self.stations
@@ -104,11 +110,12 @@ class Segment:
         elif fault.kind == "node_clash":
             name = f"fault {number}"
             address = int(fault.number("address"))
-            baud = next(iter(self.stations.values())).receiver.baud_now
-            self.join(name, Phantom(address, baud, lambda at_ns, raw: answer(at_ns, name, raw)))
+            self.join(
+                name, Phantom(self.framing, address, self.baud, lambda at_ns, raw: answer(at_ns, name, raw))
+            )
             self.set_address(name, address)
         elif fault.kind.startswith("packet_"):
-            transform = packet_fault(fault.kind, fault.number("rate"), int(fault.number("seed")))
+            transform = self.framing.fault(fault.kind, fault.number("rate"), int(fault.number("seed")))
             self.stations[station].transforms[number] = transform
         else:
             self.stations[station].wire_faults[number] = fault
@@ -178,26 +185,36 @@ class Segment:
         while self._clean and self._clean[0].burst.off_ns <= now_ns:
             clean = self._clean.pop(0)
             self.stats.count(clean.items)
-            wrong = dict.fromkeys(fault_of(item) for item in clean.items)
+            wrong = dict.fromkeys(item.fault for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
             for watcher in self.watchers:
                 watcher(SegmentEvent(SimTimeNs(clean.burst.start_ns), clean.burst.data, about))
         if self._disturbance and self._disturbance.off_ns <= now_ns:
-            self._disturbance.end(now_ns)
+            over_ns = self._disturbance.end(now_ns)
             self._disturbance = None
+            self._listen_for_silence(over_ns)
 
     def _bring(self, burst: Burst) -> None:
         """Deliver a burst that nothing disturbs, so far."""
-        before = self._decoder.copy()
-        items = self._decoder.feed(burst.data)
+        before = self._splitter.copy()
+        start_ns, data, baud = SimTimeNs(burst.start_ns), burst.data, burst.baud
+        items, addresses, is_for_all, over_ns = self._splitter.burst(data, start_ns, baud)
+        if over_ns < FOREVER:
+            self._listen_for_silence(over_ns)
         self._clean.append(_Clean(burst, items, before))
-        if not before.pending and not self._decoder.pending:
-            receivers = self.stations.concerned(items)
-        else:  # a piece of a packet: everybody's receiver has it
-            receivers = iter(self.stations.values())
-        for station in receivers:
+        packets = items if is_for_all else None
+        for station in self.stations.concerned(addresses):
             if not station.is_cut and (station.name != burst.station or station.has_echo):
-                station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, burst.baud)
+                station.receiver.hear(start_ns, data, baud, packets)
+
+    def _listen_for_silence(self, over_ns: SimTimeNs) -> None:
+        """Count what is a packet once the line has been silent until then."""
+        if over_ns < FOREVER:
+            self._clock.at(max(over_ns, self._clock.now_ns + 1), self._be_silent)
+
+    def _be_silent(self, now_ns: SimTimeNs) -> None:
+        if not self._disturbance:  # at the end of which it is known what has been on the line
+            self.stats.count(self._splitter.silence(now_ns))
 
     def _disturb(self, burst: Burst) -> None:
         """Disturb the line by a burst that another overlaps, or on a line that is not right: what is on the
@@ -207,8 +224,8 @@ class Segment:
             return
         before = [clean.burst for clean in self._clean]
         if self._clean:
-            self._decoder = self._clean[0].before
+            self._splitter = self._clean[0].before
             self._clean.clear()
         self._disturbance = Disturbance(
-            burst, before, self.stations, self._clock, self._decoder, self.stats, self.watchers
+            burst, before, self.stations, self._clock, self._splitter, self.stats, self.watchers
         )

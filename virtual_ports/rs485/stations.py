@@ -1,14 +1,11 @@
 """Stations of a segment: the faults of each, and those whom a packet concerns."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
 from hil.vocab.faults import Fault
+from hil.vocab.framing import Transform
 from hil.vocab.segment import Receiver
-from hil.wire.packet import Malformed, Packet
-from virtual_ports.rs485.packet_faults import Transform
-
-BROADCAST = 0
 
 
 @dataclass
@@ -18,7 +15,7 @@ class Station:
     name: str
     receiver: Receiver
     address: int | None = None
-    """Address that limits its packets to those to it and to all; None: everything concerns the station."""
+    """Address whose packets, with those for everybody, are all that concerns it; None: everything does."""
     has_echo: bool = False
     """Whether its receiver stays on while it drives."""
     release_ns: int = 0
@@ -82,17 +79,14 @@ class Stations(dict[str, Station]):
     def changed(self) -> None:
         self.is_odd = any(station.is_odd for station in self.values())
 
-    def concerned(self, items: list[Packet | Malformed]) -> Iterator[Station]:
-        """Stations that have to hear these packets: addressed ones, listeners to everything, and the busy."""
+    def concerned(self, addresses: Collection[int] | None) -> Iterator[Station]:
+        """Stations that have to hear what is for these addresses (None: for everybody): those that have them,
+        listeners to everything, and the busy."""
+        if addresses is None:
+            yield from self.values()
+            return
         told: set[str] = set()
-        addresses: dict[int | None, None] = {None: None}
-        for item in items:
-            if isinstance(item, Packet):
-                if item.destination == BROADCAST:
-                    yield from self.values()
-                    return
-                addresses[item.destination] = None
-        for address in addresses:
+        for address in (None, *addresses):
             for name, station in self.by_address.get(address, {}).items():
                 told.add(name)
                 yield station

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import Any
 
-from hil.wire.packet import Malformed, Packet
+from hil.vocab.framing import Item
 
 
 @dataclass
@@ -76,10 +76,10 @@ class SegmentStats:
                 self.stations[station].collisions += self.collisions - sender.collisions_before
                 del self.senders[station]
 
-    def count(self, items: Iterable[Packet | Malformed]) -> None:
+    def count(self, items: Iterable[Item]) -> None:
         for item in items:
-            self.packets += isinstance(item, Packet)
-            if fault := fault_of(item):
+            self.packets += item.is_packet
+            if fault := item.fault:
                 self.errors[fault] = self.errors.get(fault, 0) + 1
 
     def load(self, elapsed_ns: int) -> float:
@@ -100,10 +100,3 @@ class SegmentStats:
         now = self.senders.get(name)
         so_far = self.collisions - now.collisions_before if now else 0
         return vars(station) | {"collisions": station.collisions + so_far}
-
-
-def fault_of(item: Packet | Malformed) -> str:
-    """Fault of an item, "" for none."""
-    if isinstance(item, Malformed):
-        return item.fault
-    return "" if item.is_good else "CRC"

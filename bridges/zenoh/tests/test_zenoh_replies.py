@@ -8,14 +8,16 @@ from typing import Any, cast
 
 import pytest
 
-from bridges.zenoh.command_handler import Commands
+from bridges.zenoh.command_handler import CommandHandler
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import Work
-from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Done
+from hil.vocab.desk_protocol import AxisField, Description, Desk, DeviceInfo, Done
 from hil.vocab.verbs import VerbRefused
+
+SET_POINT = AxisField("r", "f32", "deg", "set-point", 8, False, True)
 
 
 class OneClock:
@@ -31,7 +33,7 @@ class OneDesk:
 
     def __init__(self, *, gone: bool = False) -> None:
         self.devices = {
-            "m1": DeviceInfo("m1", "mechaduino", False, {}, {}),
+            "m1": DeviceInfo("m1", "mechaduino", False, {}, {"r": SET_POINT}),
             "real": DeviceInfo("real", "mechaduino", True, {}, {}),
         }
         self.gone = gone
@@ -42,7 +44,7 @@ class OneDesk:
     def ask(self, source: Any, operation: str, target: str, given: Mapping[str, object]) -> Any:
         if operation == "do":
             return Done(3, {})
-        if self.devices[target].is_real:
+        if not self.devices[target].is_seen:
             raise VerbRefused("cannot", "its terminal is all that is seen")
         return self.wait() if operation == "wait" else {}
 
@@ -76,7 +78,7 @@ def replies_to(desk: OneDesk, device: str, *wanted: str) -> Replies:
     def rejected(text: bytes) -> None:
         replies.rejected += 1
 
-    commands = Commands(
+    commands = CommandHandler(
         cast(Desk, desk),
         None,
         cast(Publications, SimpleNamespace(rejected=rejected)),

@@ -1,7 +1,7 @@
 """A SAC past its cold start, with a device of the test's own at its network port."""
 
+from device_profiles.sac.packet import Malformed, Packet, PacketDecoder, encode
 from hil.testing import Bench
-from hil.wire.packet import Malformed, Packet, PacketDecoder, encode
 
 ACK, NAK, DC1, DC2 = b"\x06", b"\x15", b"\x11", b"\x12"
 ONE = {"bench": "one", "devices": {"s1": {"profile": "sac"}}}

@@ -3,8 +3,8 @@
 import pytest
 from network_board import ACK, DC1, DC2, NAK, Board, characters_ns, packets, pulses
 
+from device_profiles.sac.packet import encode
 from hil.testing import Bench
-from hil.wire.packet import encode
 
 TWO = {
     "bench": "two",

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
+from device_profiles.sac.packet import PacketDecoder, encode
 from hil.testing import Bench
-from hil.wire.packet import PacketDecoder, encode
 
 NS_PER_US = 1000
 CHARACTER_NS = 10 * 10**9 // 38400

@@ -12,12 +12,11 @@ import re
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
 from hil.sim.bench import Around, BenchRuntime
@@ -68,7 +67,7 @@ def catalogue() -> Any:
 def written() -> str:
     """A log with inputs of all kinds."""
     config = from_dict(CONFIG, catalogue())
-    memories = {name: start_sections(config.devices[name], {}, Path()) for name in config.devices}
+    memories = start_memories(config, catalogue())
     text = io.StringIO()
     around = Around(log=InputLogWriter(text, "hil test", CONFIG, memories))
     runtime: BenchRuntime = bench_runtime(config, catalogue(), memories, MemoryStore(), around)

@@ -34,7 +34,7 @@ faults:
         ("/dev/ttyUSB0", 9600),
         ("rfc2217://box:7000", 115200),
     ]
-    assert config.segments["bus0"].uarts() == [("s1", "network"), ("s2", "main")]
+    assert config.segments["bus0"].addresses() == [("s1", ""), ("s2", "main")]
     assert config.faults[0].model_extra == {"rate": 0.001, "towards": "board"}
 
 
@@ -147,3 +147,41 @@ def test_the_schema_has_the_keys():
 def test_a_segment_with_a_devices_name():
     (said,) = problems(devices={"s1": SAC}, segments={"s1": {"stations": ["s1"]}})
     assert said.startswith('a device has the name "s1" already')
+
+
+def tap(framing):
+    return {"port": "pty", "framing": framing}
+
+
+@pytest.mark.parametrize(
+    ("segment", "problem"),
+    [
+        ({"taps": {"a": tap("modbus")}}, 'there is no framing "modbus" (did you mean "modbus_rtu"?'),
+        (
+            {"stations": ["s1"], "taps": {"a": tap("modbus_rtu")}},
+            "bus0 speaks sac already, by s1; this is mod",
+        ),
+        (
+            {"taps": {"a": tap("sac"), "b": tap("modbus_rtu")}},
+            "bus0 speaks sac already, by a; this is modbus",
+        ),
+    ],
+)
+def test_a_line_speaks_one_framing(segment, problem):
+    (said,) = problems(devices={"s1": SAC}, segments={"bus0": segment})
+    assert said.startswith(problem)
+
+
+def test_a_fault_that_means_nothing_in_a_lines_packets():
+    segments = {"bus0": {"taps": {"a": tap("modbus_rtu")}}, "bus1": {"stations": ["s1"]}}
+    faults = [
+        {"fault": "packet_nak", "target": "bus0.a"},
+        {"fault": "packet_bad_crc", "target": "bus0.a"},
+        {"fault": "node_clash", "target": "bus0", "address": 9},
+        {"fault": "packet_nak", "target": "s1.network"},
+    ]
+    said = problems(devices={"s1": SAC}, segments=segments, faults=faults)
+    assert said == [
+        f"{kind} means nothing on a line of modbus_rtu (of faults of packets it can have packet_bad_crc)"
+        for kind in ("packet_nak", "node_clash")
+    ]

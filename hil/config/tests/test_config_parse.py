@@ -361,3 +361,10 @@ def test_a_hundred_devices_with_a_mistake_each_are_all_reported() -> None:
     assert [p.message for p in caught.value.problems] == [
         f"devices.m{index}.bad: unknown key" for index in range(100)
     ]
+
+
+def test_a_board_that_is_nowhere_near_a_known_one_may_be_of_your_own() -> None:
+    assert problems("bench: b\ndevices: {t1: {profile: thermo}}\n") == [
+        'b.yaml:2:25: devices.t1.profile: there is no profile "thermo"'
+        " (known are: mechaduino; where boards of your own are, profile_path says)"
+    ]

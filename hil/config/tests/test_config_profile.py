@@ -24,7 +24,7 @@ def problem(old: str, new: str) -> str:
 def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     profile = profile_from_yaml(TEXT, FOLDER)
     assert (profile.name, profile.law, profile.plant) == ("mechaduino", "mechaduino", "simple")
-    assert profile.firmware == "firmware:Mechaduino"
+    assert (list(profile.uarts), profile.baud()) == (["main"], None)
     assert profile.usb == "native"
     assert {name: parameter.value for name, parameter in profile.axis.items()} == {
         "inertia_kg_m2": 5.4e-6,
@@ -68,12 +68,17 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
         ('default_hardware: "0.1"', 'default_hardware: "0.3"',
          'default_hardware: there is no such version (did you mean "0.2"?)'),
         ('  "0.1":', "  0.1:", 'hardware."0.1": YAML takes this key for a number'),
-        ("firmware: firmware:Mechaduino", "firmware: Mechaduino",
-         'firmware: "Mechaduino" has the wrong form'),
-        ("value: 5.4e-6", "value: -1", "axis.inertia_kg_m2.value: -1 kg m2 is too small (write more than 0)"),
-        ("    unit: kg m2\n", "", 'axis.inertia_kg_m2.unit: this key is missing (add the line "unit: ...")'),
-        ("    unit: kg m2\n", "    unit: kg m2\n    unot: x\n",
-         "axis.inertia_kg_m2.unot: unknown key (known are: "),
+        ("usb: native", "usb: native\nuarts: {main: {baud: 9}}",
+         "uarts.main.baud: the number 9 is too small (write 50 or more)"),
+        ("usb: native", "usb: native\nuarts: {main: {}, main: {}}",
+         "uarts.main: this key is given twice"),
+        ("usb: native", "usb: native\nuarts: {}", "uarts: there is nothing in it (add one at least)"),
+        ("value: 0.150", "value: -1",
+         "axis.sense_resistor_ohm.value: -1 ohm is too small (write more than 0)"),
+        ("    unit: ohm\n", "",
+         'axis.sense_resistor_ohm.unit: this key is missing (add the line "unit: ...")'),
+        ("    unit: ohm\n", "    unit: ohm\n    unot: x\n",
+         "axis.sense_resistor_ohm.unot: unknown key (known are: "),
         ("inputs_5V: [D0, D1]", "inputs_5V: D0", 'hardware."0.1".inputs_5V: '),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-/* An axis: a servo or a stepper with its shaft, its source and its watches, in time. */
+/* An axis: its law, its shaft, its source and its watches, in time. */
 #ifndef HIL_AXIS_H
 #define HIL_AXIS_H
 

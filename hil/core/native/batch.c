@@ -5,6 +5,7 @@
 #include "batch_any.h"
 #include "batch_avx2.h"
 #include "hil_core.h"
+#include "law/servo.h"
 
 #ifdef __x86_64__
 #define HAVE(name) (__builtin_cpu_supports("avx2") ? name##_avx2 : name##_any)
@@ -19,10 +20,11 @@
    control step. */
 static int fits(const hil_group *g, const hil_axis *a)
 {
-    if (!a->loop_on || a->next_in_group >= 0 || a->encoder.script_len || a->is_faulty || a->law.print_yw || a->follow.n ||
-        (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || ring_used(&g->events) >= RING_LEN / 2 || !a->loop_steps)
+    const servo *s = servo_of(a);
+    if (!s || a->next_in_group >= 0 || a->encoder.script_len || a->is_faulty || a->is_telling || s->follow.n ||
+        (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || ring_is_filling(&g->events) || !s->loop_steps)
         return 0;
-    int64_t since_ns = a->is_full ? a->full.node_ns : a->plant.node_ns, length_ns = a->next_step_ns - since_ns;
+    int64_t since_ns = a->is_full ? a->full.node_ns : a->plant.node_ns, length_ns = a->law_next_ns - since_ns;
     if (length_ns != STEP_NS && length_ns != STEP_NS + 1) return 0;
     if (!a->is_full) return a->plant.step_ns == PLANT_STEP_NS && fabs(a->plant.moving.rev) < 0x1p40;
     const full *p = &a->full;
@@ -37,17 +39,18 @@ static void fetch(const void *from, size_t size)
 }
 
 /* What a batch touches of an axis, while another batch is still being worked on. */
-static void fetch_axis(const hil_axis *a)
+static void fetch_axis(const hil_core *c, int axis)
 {
+    const hil_axis *a = &c->axes[axis];
     fetch(&a->open, offsetof(hil_axis, plant) - offsetof(hil_axis, open));
-    fetch(&a->encoder, offsetof(hil_axis, view) - offsetof(hil_axis, encoder));
+    fetch(law_place(c, HIL_LAW_MECHADUINO, axis), sizeof(servo));
     if (a->is_full) fetch(&a->full, offsetof(full, load));
     else fetch(&a->plant, sizeof a->plant);
 }
 
 static void fetch_group(const hil_core *c, int group)
 {
-    if (c->groups[group].first_axis >= 0) fetch_axis(&c->axes[c->groups[group].first_axis]);
+    if (c->groups[group].first_axis >= 0) fetch_axis(c, c->groups[group].first_axis);
 }
 
 /* As many control steps as all have to make. */
@@ -70,10 +73,10 @@ void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         hil_axis *a = &c->axes[g->first_axis];
         int64_t end_ns = least(until_ns, g->horizon_ns);
         end_ns = least(end_ns, least(a->source.next_ns, a->watch_next_ns) - 1); /* what else happens comes in its turn */
-        if (!a->loop_on || a->next_step_ns > end_ns || !fits(g, a)) continue;
+        if (a->law_next_ns > end_ns || !fits(g, a)) continue;
         int kind = a->is_full != 0;
         /* As many as are due, or one less. */
-        lanes[kind][seated[kind]++] = (lane){a, (end_ns - a->next_step_ns) / (STEP_NS + 1) + 1};
+        lanes[kind][seated[kind]++] = (lane){a, (end_ns - a->law_next_ns) / (STEP_NS + 1) + 1};
         if (seated[kind] < SEATS) continue;
         run(c, kind, lanes[kind], SEATS);
         seated[kind] = 0;

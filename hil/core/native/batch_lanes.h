@@ -7,11 +7,11 @@
 #include "plant/simple_kernel.h"
 #include "plant/full_kernel.h"
 #include "control/mechaduino_x4.h"
-#include "servo.h"
+#include "law/servo.h"
 
 /* What is the same of both plants in a row of lanes. */
 typedef struct row {
-    hil_axis *axis[LANES];
+    servo *servo[LANES];
     int seated; /* lanes beyond are empty */
     law_x4 laws;
     int lawful; /* laws holds the laws: all are in mode x, and nothing odd has come yet */
@@ -55,17 +55,17 @@ INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
 {
     real_x4 ahead = count + rev_per_s * (STEP_NS * 1e-9 * HIL_TABLE_LEN);
     ahead = PICK(MAGNITUDE(ahead) < 1e6, ahead, count);
-    for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->axis[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
+    for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->servo[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
 }
 
 /* The laws' step at their next control step's time. */
 INLINE void control(hil_core *c, row *r, mask_x4 raw)
 {
     law_f y;
-    for (int i = 0; i < LANES; i++) y[i] = r->axis[i]->table[raw[i]];
+    for (int i = 0; i < LANES; i++) y[i] = r->servo[i]->table[raw[i]];
     if (r->lawful && !law_x4_step(&r->laws, c->sine, y)) {
         if (r->stepped)
-            for (int i = 0; i < r->seated; i++) law_x4_put(&r->laws, &r->axis[i]->law, i);
+            for (int i = 0; i < r->seated; i++) law_x4_put(&r->laws, &r->servo[i]->law, i);
         r->lawful = 0;
     }
     r->stepped = 1;
@@ -74,11 +74,11 @@ INLINE void control(hil_core *c, row *r, mask_x4 raw)
         r->b_A = __builtin_convertvector(r->laws.b, real_x4) * r->amps_per_count;
     }
     for (int i = 0; i < r->seated && !r->lawful; i++) {
-        hil_axis *a = r->axis[i];
+        servo *s = r->servo[i];
         float measured;
         double a_A, b_A;
-        mechaduino_step(&a->law, c->sine, a->table, (int)raw[i], &measured);
-        servo_currents(a, &a_A, &b_A);
+        mechaduino_step(&s->law, c->sine, s->table, (int)raw[i], &measured);
+        servo_currents(s, &a_A, &b_A);
         r->a_A[i] = a_A;
         r->b_A[i] = b_A;
     }
@@ -157,28 +157,29 @@ INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
 
 INLINE void sit(row *r, hil_axis *a, int empty, double a_A, double b_A, int i)
 {
+    servo *s = a->own;
     if (i == 0) r->seated = 0;
     r->seated += !empty;
-    r->axis[i] = a;
-    r->next_ns[i] = (uint64_t)a->next_step_ns;
-    r->phase[i] = (uint64_t)((a->loop_steps + 1) % LONGER_EVERY);
-    r->amps_per_count[i] = a->amps_per_count;
+    r->servo[i] = s;
+    r->next_ns[i] = (uint64_t)a->law_next_ns;
+    r->phase[i] = (uint64_t)((s->loop_steps + 1) % LONGER_EVERY);
+    r->amps_per_count[i] = s->amps_per_count;
     r->a_A[i] = a_A;
     r->b_A[i] = b_A;
     r->stepped = 0;
-    r->lawful = (i == 0 || r->lawful) && a->law.mode == 'x';
-    law_x4_get(&r->laws, &a->law, i);
+    r->lawful = (i == 0 || r->lawful) && s->law.mode == 'x';
+    law_x4_get(&r->laws, &s->law, i);
 }
 
 /* Answers the time of the latest of n control steps. */
-INLINE int64_t stand(const row *r, int64_t n, int i)
+INLINE int64_t stand(const row *r, hil_axis *a, int64_t n, int i)
 {
-    hil_axis *a = r->axis[i];
-    if (r->lawful) law_x4_put(&r->laws, &a->law, i);
-    a->control_steps += n;
-    a->loop_steps += n;
-    a->next_step_ns = (int64_t)r->next_ns[i];
-    return a->next_step_ns - STEP_NS - (r->phase[i] == 0);
+    servo *s = r->servo[i];
+    if (r->lawful) law_x4_put(&r->laws, &s->law, i);
+    s->control_steps += n;
+    s->loop_steps += n;
+    a->law_next_ns = (int64_t)r->next_ns[i];
+    return a->law_next_ns - STEP_NS - (r->phase[i] == 0);
 }
 
 TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
@@ -199,7 +200,7 @@ TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         plant *p = &lanes[k].axis->plant;
-        p->node_ns = stand(&l->row, n, i);
+        p->node_ns = stand(&l->row, lanes[k].axis, n, i);
         TAKE(p->moving, l->moving, i);
         plant_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
     }
@@ -228,7 +229,7 @@ TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         full *p = &lanes[k].axis->full;
-        p->node_ns = stand(&l->row, n, i);
+        p->node_ns = stand(&l->row, lanes[k].axis, n, i);
         TAKE(p->moving, l->moving, i);
         full_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
     }

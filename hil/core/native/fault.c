@@ -4,8 +4,7 @@
 #include "axis.h"
 #include "core.h"
 #include "hil_core.h"
-#include "servo.h"
-#include "shaft.h"
+#include "law.h"
 
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
 {
@@ -70,7 +69,6 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
     }
     a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||
                    f->is_frozen || f->is_line_open;
-    if (a->stepper) shaft_set_currents(a, f->told_a_A, f->told_b_A);
-    else servo_drive(a);
+    a->law->drive(a);
     return 0;
 }

@@ -6,7 +6,6 @@
 #include "axis.h"
 #include "hil_core.h"
 #include "rt/lock.h"
-#include "stepper.h"
 #include "view.h"
 
 /* What one call of hil_group_advance does at the most: events and plant steps, each some 50 ns. It is looked at
@@ -26,6 +25,8 @@ int hil_group_open(hil_core *c, int64_t now_ns)
     g->stops = 0;
     atomic_store(&g->events.head, 0);
     atomic_store(&g->events.tail, 0);
+    g->events.len = RING_LEAST;
+    g->events.slot = c->events + (size_t)group * RING_MOST;
     g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
     g->reported = 1;
     g->open = 1;
@@ -90,12 +91,11 @@ static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
 {
     if (g->first_axis < 0) return 1;
     const hil_axis *a = &c->axes[g->first_axis];
-    if (a->stepper && a->stepper->is_reported) return 0;
-    return a->next_in_group < 0 && !a->law.print_yw && a->source.next_ns > until_ns;
+    return a->next_in_group < 0 && !a->is_telling && a->source.next_ns > until_ns;
 }
 
 /* Whether events are waiting that time does not go past. */
-static int has_to_wait(const hil_group *g) { return g->stops || ring_used(&g->events) >= RING_LEN / 2; }
+static int has_to_wait(const hil_group *g) { return g->stops | ring_is_filling(&g->events); }
 
 /* Less far where events are waiting. */
 static int64_t advance_slice(hil_core *c, int group, int64_t now_ns, int64_t until_ns, int64_t *work)
@@ -117,7 +117,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
     hil_group *g = &c->groups[group];
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
     if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
-    if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : RING_LEN / 2)) return now_ns;
+    if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : g->events.len / 2)) return now_ns;
     g->stops = 0;
     for (int64_t work = 0; now_ns < until_ns && work < CALL_WORK && !has_to_wait(g);) {
         int is_short = until_ns - now_ns <= SLICE_NS || g->first_active < 0; /* nothing happens to idle axes */

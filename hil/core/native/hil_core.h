@@ -1,9 +1,8 @@
 /* The native core: groups of axes, each with its own simulated time.
 
    Handles are opaque; there is no global or static mutable state, so many cores live in one
-   process. hil_core_new takes the memory of cores, groups and axes at once. Later a stepper is allocated when
-   its axis is opened, and scripts, sources, paths and watches are by the calls that set them, in their caller's
-   thread; a list of recorded edges grows in whichever thread advances.
+   process. hil_core_new takes the memory of cores, groups, axes and their laws at once. Later scripts,
+   sources, paths and watches are allocated by the calls that set them, in their caller's thread; a list of recorded edges grows in whichever thread advances.
 
    Who may touch a group: its owner. A group is free, or owned by the loop thread (hil_group_acquire)
    or by the real-time thread; every function below that takes a group or an axis needs the caller to
@@ -25,6 +24,7 @@ void hil_core_free(hil_core *c);                     /* stops the real-time thre
 int hil_group_open(hil_core *c, int64_t now_ns);
 void hil_group_close(hil_core *c, int group);
 int hil_axis_open(hil_core *c, int group, const hil_axis_params *params);
+int64_t hil_axis_bytes(hil_law law); /* memory that is locked for an axis with this law, alone in its group */
 void hil_axis_power_up(hil_core *c, int axis); /* cold start; shaft, table, inputs and registers stay */
 
 /* Simulated time. advance: runs every control step up to and at min(until_ns, horizon) and returns the
@@ -48,8 +48,8 @@ void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort);
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2); /* current commands only; IN pins stay */
 void hil_axis_loop(hil_core *c, int axis, int on);
 int hil_axis_spi(hil_core *c, int axis, int command);
-float *hil_axis_table(hil_core *c, int axis); /* HIL_TABLE_LEN angles in degrees */
-void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: 0 D0 dir, 1 D1 step, 2 D2 enable, 3 D3 */
+float *hil_axis_table(hil_core *c, int axis); /* HIL_TABLE_LEN angles in degrees; NULL: its law has none */
+void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: HIL_SERVO_IN_*, HIL_IN_* */
 /* Something (HIL_FAULT_*) goes wrong with an axis, or is right again (value 0). The currents of an open phase stop at
    once. -1: this axis cannot have it. */
 int hil_axis_fault(hil_core *c, int axis, int what, double value);
@@ -67,7 +67,7 @@ int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows);
 /* The set-point follows a path from start_ns on (now, if that is past), at each control step, and keeps its end;
    until then, and with n = 0, it stays as it is.
    Whatever else sets the set-point or the mode, or stops the loop, ends the path. -1: no memory, -2: a piece
-   that is not finite, or too long. */
+   that is not finite, or too long, -3: its law follows no paths. */
 int hil_axis_follow(hil_core *c, int axis, int64_t start_ns, int n, const hil_path_piece *pieces);
 
 /* ---- a stepper: the SAC's motion engine with driver and motor ---- */
@@ -78,22 +78,6 @@ void hil_motion_write(hil_core *c, int axis, int slot, const motion_entry *entry
 void hil_motion_read(hil_core *c, int axis, int slot, motion_entry *out);
 void hil_motion_xref_write(hil_core *c, int axis, int index, int slot);
 int hil_motion_xref(hil_core *c, int axis, int index);
-typedef enum hil_motion_call {
-    HIL_MOTION_ENQUEUE,    /* slot */
-    HIL_MOTION_ONCE,       /* slot; 0: continuous */
-    HIL_MOTION_RETARGET,   /* rpm, cycle_us */
-    HIL_MOTION_PULSE,      /* 1: counter-clockwise */
-    HIL_MOTION_STOP,       /* dec in hundredths, -1: at once */
-    HIL_MOTION_NEXT,       /* 1: with grace */
-    HIL_MOTION_FINISH,
-    HIL_MOTION_LOOP_BOUNDS, /* start, finish; 0: leave it */
-    HIL_MOTION_LOOP_PASSES, /* passes, 0: for ever */
-    HIL_MOTION_LOOP_ARRAY,  /* passes, 0: for ever */
-    HIL_MOTION_RELEASE_SYNC,
-    HIL_MOTION_GAP,         /* 1: on */
-    HIL_MOTION_THROTTLE,    /* 1: the encoder changes the speed */
-    HIL_MOTION_REPORT,      /* 1: commands' beginnings and ends are events; off after a power-up */
-} hil_motion_call;
 void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y);
 
 /* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever

@@ -2,16 +2,14 @@
 
 #include "core.h"
 #include "hil_core.h"
-#include "servo.h"
-#include "stepper.h"
+#include "law.h"
 
 void pins_set(hil_core *c, int axis, int pin, int level, int64_t at_ns)
 {
     hil_axis *a = &c->axes[axis];
     core_stir(c, axis);
     level = level != 0;
-    if (a->stepper) stepper_pin(c, a, pin, level, at_ns);
-    else servo_pin(c, a, axis, pin, level, at_ns);
+    a->law->pin(c, a, pin, level, at_ns);
 }
 
 void pins_take_edge(hil_core *c, int axis)
@@ -41,9 +39,10 @@ int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
 {
     hil_axis *a = &c->axes[from_axis];
-    stepper_wire wire = {.out = from_pin, .to_axis = to_axis, .to_pin = to_pin, .set = pins_set};
-    if (!a->stepper || stepper_join(a->stepper, &wire)) return -1;
+    law_wire wire = {.out = from_pin, .to_axis = to_axis, .to_pin = to_pin, .set = pins_set};
+    int level;
+    if (!a->law->join || a->law->join(a, &wire, &level)) return -1;
     core_stir(c, from_axis);
-    pins_set(c, to_axis, to_pin, a->stepper->levels[from_pin], hil_group_now(c, c->axes[to_axis].group));
+    pins_set(c, to_axis, to_pin, level, hil_group_now(c, c->axes[to_axis].group));
     return 0;
 }

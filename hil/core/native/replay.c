@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "hil_core.h"
-#include "servo.h"
+#include "law/servo.h"
 
 struct hil_replay {
     mechaduino law;

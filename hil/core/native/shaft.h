@@ -12,6 +12,12 @@ static inline void shaft_run(hil_axis *a, int64_t t_ns)
     else plant_advance(&a->plant, t_ns);
 }
 
+/* The next node of the plant's own. */
+static inline int64_t shaft_next_node_ns(const hil_axis *a)
+{
+    return a->is_full ? a->full.node_ns + a->full.step_ns : a->plant.node_ns + a->plant.step_ns;
+}
+
 /* Makes t_ns a node: before a change of currents or load. */
 static inline void shaft_node(hil_axis *a, int64_t t_ns)
 {

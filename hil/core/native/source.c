@@ -3,8 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIN_STEP = 1 };
-
 /* Makes the row that comes now ready for its first edge. */
 static void enter_row(source *s)
 {
@@ -38,7 +36,7 @@ void source_take(source *s, int *pin, int *level)
         *pin = r->pin;
         *level = r->level;
     } else {
-        *pin = PIN_STEP;
+        *pin = HIL_SERVO_IN_STEP;
         *level = s->edge % 2 == 0;
         s->next_ns += s->whole_ns;
         s->rest += s->part;

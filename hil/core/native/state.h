@@ -1,7 +1,7 @@
 /* What a core, its groups and its axes hold: data alone.
 
    The core's files are layers: what they include and call makes no circle (hil/core/tests checks it). From below:
-   what knows no axis (motion/, plant/, control/, encoder, source, follow, watch), this, core, shaft, servo and stepper,
+   what knows no axis (motion/, plant/, control/, encoder, source, follow, watch), this, core, shaft, law, the laws (law/),
    pins and view, axis, group and fault, batch, rt/thread, arena; beside them replay. */
 #ifndef HIL_STATE_H
 #define HIL_STATE_H
@@ -11,7 +11,6 @@
 
 #include "control/mechaduino.h"
 #include "encoder.h"
-#include "follow.h"
 #include "plant/full.h"
 #include "plant/simple.h"
 #include "rt/ring.h"
@@ -22,7 +21,7 @@
 
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
-typedef struct stepper stepper; /* stepper.h */
+typedef struct law law; /* law.h */
 
 /* What is wrong with an axis; all zeros: nothing. */
 typedef struct axis_fault {
@@ -43,30 +42,27 @@ typedef struct hil_axis {
     int order;                  /* of its opening in the group, which decides ties */
     int is_active, next_active; /* -1: the last of the group's active ones */
     int is_shown;               /* what is published is what it is, but for the time */
-    mechaduino law;
-    int is_full; /* which of the two plants moves */
-    plant plant;
-    full full;
-    encoder encoder;
-    double load_torque_Nm; /* as it was set, without the fault's */
-    axis_fault fault;
+    const law *law;
+    void *own;           /* the law's memory */
+    int64_t law_next_ns; /* when it does something next; HIL_FOREVER: not by itself */
+    int is_pacing;       /* its next step is the plant's next node: who looks before steps a copy */
+    int is_turned;       /* it has other currents since the plant's last node, which come with the next */
+    int is_telling;      /* it may post events when it steps */
+    int is_full;   /* which of the two plants moves */
     int is_faulty; /* something of fault is set: no lane has room for it */
-    double amps_per_count;
-    struct { int32_t dir, step, enable, d3; } pins;
-    int32_t loop_on;
-    int64_t loop_since_ns, loop_steps, next_step_ns; /* control step k is at since + k * 7385 / 48 MHz */
-    int64_t control_steps;
-    source source;
-    follow follow;
     int64_t watch_next_ns; /* of the sample to come, HIL_FOREVER: none */
-    stepper *stepper; /* NULL: a servo */
+    source source;
+    encoder encoder;
+    axis_fault fault;
+    double load_torque_Nm; /* as it was set, without the fault's */
+    plant plant; /* from here on lanes touch little */
+    full full;
     struct {
         double rev, rev_per_s, torque_Nm, a_A, b_A, a_V, b_V;
         full_energy energy;
         int32_t raw;
     } view; /* filled for a snapshot */
     watch watches[HIL_WATCHES];
-    float table[HIL_TABLE_LEN];
 } hil_axis;
 
 enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
@@ -106,7 +102,9 @@ struct hil_core {
     int16_t sine[MECHADUINO_SINE_LEN];
     rt_state rt;
     hil_axis *axes;
+    struct { char *first; size_t stride; } laws[HIL_LAWS]; /* memory for each law at each axis; only what is opened is touched */
     hil_group *groups;
+    hil_event *events; /* RING_MOST for each group; likewise */
     _Atomic uint8_t *due; /* one flag a group: has something for the loop thread */
 };
 

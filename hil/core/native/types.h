@@ -5,10 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define HIL_TABLE_LEN 16384
-/* Eight buckets an octave: bucket b < 8 counts values of b ns; the others those of
-   [(8 + b % 8) << (b / 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42. */
-#define HIL_HISTOGRAM_LEN 320
+#include "abi.h"
+
 #define HIL_FOREVER INT64_MAX
 
 typedef struct hil_core hil_core;
@@ -31,21 +29,11 @@ typedef enum hil_field {
     HIL_FIELDS
 } hil_field;
 
-enum { HIL_KIND_ANY, HIL_KIND_SERVO, HIL_KIND_STEPPER }; /* of axis that has a field */
-
 typedef struct hil_field_info {
     const char *name, *type, *unit, *meaning;
     size_t offset; /* in hil_snapshot */
     int writable, kind; /* kind: HIL_KIND_* */
 } hil_field_info;
-
-typedef enum hil_event_kind {
-    HIL_EVENT_STEP_RESPONSE = 1, /* value: yw * 1024, the number that 'j' prints before truncation */
-    HIL_EVENT_ENABLE = 2,        /* value: level of the enable input after a change */
-    HIL_EVENT_COMMAND_BEGUN = 3, /* of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot */
-    HIL_EVENT_COMMAND_ENDED = 4, /* and fell */
-    HIL_EVENT_ESTOP = 5,         /* value: level of a stepper's Estop input after a change */
-} hil_event_kind;
 
 typedef struct hil_event {
     int64_t at_ns;
@@ -77,8 +65,6 @@ typedef struct hil_edges {
     int32_t pin, level;
 } hil_edges;
 
-typedef enum hil_law { HIL_LAW_MECHADUINO, HIL_LAW_SAC } hil_law; /* a servo, a stepper */
-
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
 typedef struct hil_axis_params {
@@ -109,21 +95,6 @@ typedef struct hil_rt_stats {
     int running;
 } hil_rt_stats;
 
-/* What hil_axis_fault sets to a value; 0: right again. */
-enum {
-    HIL_FAULT_JAM,          /* 1: the rotor stands */
-    HIL_FAULT_OPEN_A,       /* 1: no current in coil A */
-    HIL_FAULT_OPEN_B,
-    HIL_FAULT_SLIP,         /* counts that the encoder's magnet has slipped */
-    HIL_FAULT_NOISE,        /* standard deviation of a reading, counts */
-    HIL_FAULT_NOISE_SEED,   /* a whole number */
-    HIL_FAULT_SUPPLY,       /* volts of the full plant's supply */
-    HIL_FAULT_SHIFT,        /* turns that the shaft is moved by, once; not one that is jammed */
-    HIL_FAULT_LOAD,         /* Nm on the shaft beside load_torque_Nm as it was set */
-    HIL_FAULT_FREEZE,       /* 1: the encoder stays at the count that it has now */
-    HIL_FAULT_OPEN_LINE,    /* 1: the encoder's data line is open and reads as all ones */
-};
-
 /* A piece of a path: the set-point and its first three derivatives at the piece's beginning, by the second. */
 typedef struct hil_path_piece {
     int64_t duration_ns;
@@ -136,9 +107,5 @@ typedef struct hil_edge {
     int64_t at_ns;
     int32_t pin, level;
 } hil_edge;
-enum { HIL_OUT_CLK, HIL_OUT_DIR, HIL_OUT_OP_SA, HIL_OUT_OP_SB, HIL_OUT_MS1, HIL_OUT_MS2, HIL_OUT_MS3, HIL_OUTPUTS };
-enum { HIL_IN_SYNC, HIL_IN_ESTOP, HIL_IN_RST, HIL_IN_ENA, HIL_IN_ENB }; /* hil_axis_pin of a stepper */
-
-enum { HIL_WATCHES = 17 }; /* of an axis */
 
 #endif

@@ -5,30 +5,25 @@
 
 #include "core.h"
 #include "hil_core.h"
+#include "law/servo.h"
+#include "law/stepper.h"
 #include "motion/profile.h"
-#include "shaft.h"
-#include "stepper.h"
 
 const hil_field_info hil_field_table[HIL_FIELDS] = {
 #define RO 0
 #define RW 1
-#define BOTH HIL_KIND_ANY
-#define SERVO HIL_KIND_SERVO
-#define STEPPER HIL_KIND_STEPPER
-#define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, kind},
+#define X(name, type, kind, access, unit, expression, meaning) {#name, #type, unit, meaning, offsetof(hil_snapshot, name), access, HIL_KIND_##kind},
 #include "fields.def"
 #undef X
 #undef RO
 #undef RW
-#undef BOTH
-#undef SERVO
-#undef STEPPER
 };
 
 static const motion *motion_of(const hil_axis *a)
 {
     static const motion none = {.slot = -1};
-    return a->stepper ? &a->stepper->motion : &none;
+    const stepper *s = stepper_of(a);
+    return s ? &s->motion : &none;
 }
 
 static int64_t motion_rpm(const motion *m) { return m->state ? profile_rpm(m) : 0; }
@@ -38,7 +33,7 @@ static int64_t motion_passes(const motion *m) { return m->array.is_on ? m->array
 
 static void fill_view(hil_axis *a, int64_t now_ns)
 {
-    if (a->stepper) stepper_plant(a, now_ns);
+    if (a->is_turned) law_plant(a, now_ns);
     if (a->is_full) {
         full f = full_at(&a->full, now_ns);
         a->view.rev = f.moving.state.rev;

@@ -117,8 +117,8 @@ def test_the_sources_are_read() -> None:
     ("file", "line"),
     [
         ("core/native/encoder.h", '#include "axis.h"'),
-        ("core/native/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
-        ("core/native/stepper.c", "static void *const set = pins_set;"),
+        ("core/native/law/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
+        ("core/native/law/stepper.c", "static void *const next = axis_advance;"),
         ("core/native/motion/profile.c", "static int run(motion *m) { return motion_run(m); }"),
     ],
 )

@@ -16,9 +16,9 @@ from hil.core import _trajectory
 from hil.core.trajectory import (
     MAX_AXES,
     AxisLimits,
-    AxisState,
     PlanError,
     PlanProblem,
+    PointState,
     Trajectory,
     plan_joint,
     plan_line,
@@ -46,9 +46,9 @@ def moves(draw, at_rest=False):
     """(start, target, limits) of an axis."""
     limits, position, target = draw(ANY_LIMITS), draw(POSITIONS), draw(POSITIONS)
     if at_rest or draw(st.booleans()):
-        return AxisState(position), target, limits
+        return PointState(position), target, limits
     velocity, acceleration = draw(FRACTIONS), draw(FRACTIONS)
-    start = AxisState(position, velocity * limits.velocity_max, acceleration * limits.acceleration_max)
+    start = PointState(position, velocity * limits.velocity_max, acceleration * limits.acceleration_max)
     later = start.acceleration_deg_per_s2 * abs(start.acceleration_deg_per_s2) / (2 * limits.jerk_max)
     assume(abs(start.velocity_deg_per_s + later) <= limits.velocity_max)
     return start, target, limits
@@ -71,7 +71,7 @@ def assert_within(plan, limits):
 
 
 def assert_rests_at(plan, targets):
-    end = tuple(AxisState(target) for target in targets)
+    end = tuple(PointState(target) for target in targets)
     assert plan.at(plan.duration_ns) == plan.at(plan.duration_ns + 10**9) == end
     # what the segments lead to, which the exact end only rounds
     for axis, target in enumerate(targets):
@@ -112,11 +112,11 @@ def test_a_mirrored_move_is_the_mirrored_plan(rows, kind):
     starts, targets, limits = columns(rows)
     plan = plan_joint(starts, targets, limits, kind)
     mirrored = plan_joint(
-        [AxisState(*(-x for x in astuple(s))) for s in starts], [-t for t in targets], limits, kind
+        [PointState(*(-x for x in astuple(s))) for s in starts], [-t for t in targets], limits, kind
     )
     assert mirrored.duration_ns == plan.duration_ns
     for there, here in zip(sampled(mirrored), sampled(plan), strict=True):
-        assert there == tuple(AxisState(*(-x for x in astuple(state))) for state in here)
+        assert there == tuple(PointState(*(-x for x in astuple(state))) for state in here)
 
 
 @given(st.lists(moves(), min_size=1, max_size=4), st.integers(1, 40), st.integers(1, 10**8))
@@ -184,7 +184,7 @@ def test_a_line_is_as_soon_as_its_slowest_axis_or_later(rows, kind):
 @pytest.mark.parametrize("kind", ["trapezoid", "s_curve"])
 def test_a_line_uses_its_limits_up(kind):
     half = AxisLimits(50, 500, 10_000)
-    one = plan_joint([AxisState(0)], [10], [LIMITS], kind)
+    one = plan_joint([PointState(0)], [10], [LIMITS], kind)
     assert plan_line([0, 0, 3], [10, -5, 3], [LIMITS, half, half], kind).duration_ns == one.duration_ns
     assert plan_line([0, 0], [10, 5.1], [LIMITS, half], kind).duration_ns > one.duration_ns
 
@@ -204,7 +204,7 @@ def test_a_stop_starts_smoothly_and_keeps_the_limits(rows, part):
 
 
 def test_a_velocity_is_reached_and_kept():
-    plan = plan_velocity([AxisState(0), AxisState(5, 40)], [100, -100], [LIMITS, LIMITS])
+    plan = plan_velocity([PointState(0), PointState(5, 40)], [100, -100], [LIMITS, LIMITS])
     assert plan.duration_ns == 190_000_000  # 140 deg/s: 0.14 s at 1000 deg/s2, and 0.05 s for the jerk
     first, second = plan.at(plan.duration_ns)
     assert (first.velocity_deg_per_s, second.velocity_deg_per_s) == (100, -100)
@@ -227,7 +227,7 @@ def splines(draw):
 def test_a_spline_passes_its_points_from_rest_to_rest(spline):
     points, times_ns = spline
     plan = plan_spline(points, times_ns)
-    assert plan.at(0) == tuple(AxisState(x) for x in points[0])
+    assert plan.at(0) == tuple(PointState(x) for x in points[0])
     assert_rests_at(plan, points[-1])
     assert plan.duration_ns == times_ns[-1] - times_ns[0]
     for point, at_ns in zip(points, times_ns, strict=True):
@@ -286,7 +286,7 @@ def test_the_first_violation_is_told():
     assert plan.violation([wide, wide]) is None
 
 
-FAR = AxisState(0), AxisState(0)
+FAR = PointState(0), PointState(0)
 SPLINE = plan_spline([(0,), (1,)], [0, 10**9])
 
 
@@ -294,11 +294,11 @@ SPLINE = plan_spline([(0,), (1,)], [0, 10**9])
     ("problem", "axis", "plan"),
     [
         ("NOT_FINITE", 1, lambda: plan_joint(FAR, [1, math.nan], [LIMITS] * 2)),
-        ("NOT_FINITE", 0, lambda: plan_joint([AxisState(0, math.inf)], [1], [LIMITS])),
+        ("NOT_FINITE", 0, lambda: plan_joint([PointState(0, math.inf)], [1], [LIMITS])),
         ("NOT_FINITE", 0, lambda: plan_line([0], [-math.inf], [LIMITS])),
-        ("NOT_FINITE", 0, lambda: plan_velocity([AxisState(0)], [math.nan], [LIMITS])),
+        ("NOT_FINITE", 0, lambda: plan_velocity([PointState(0)], [math.nan], [LIMITS])),
         ("NOT_FINITE", 1, lambda: plan_spline([(0, 0), (1, math.nan)], [0, 1])),
-        ("NOT_FINITE", 0, lambda: plan_joint([AxisState(0)], [1], [replace(LIMITS, jerk_max=math.inf)])),
+        ("NOT_FINITE", 0, lambda: plan_joint([PointState(0)], [1], [replace(LIMITS, jerk_max=math.inf)])),
         ("LIMIT_NOT_POSITIVE", 1, lambda: plan_line([0, 0], [1, 1], [LIMITS, AxisLimits(1, 0, 1)])),
         ("LIMIT_NOT_POSITIVE", 0, lambda: SPLINE.violation([AxisLimits(-1, 1, 1)])),
         ("LIMIT_NOT_POSITIVE", 0, lambda: SPLINE.fitted([AxisLimits(1, 1, 0)])),
@@ -308,17 +308,17 @@ SPLINE = plan_spline([(0,), (1,)], [0, 10**9])
         ("NO_AXES", None, lambda: plan_joint([], [], [])),
         ("TOO_MANY_AXES", None, lambda: plan_line([0] * 65, [1] * 65, [LIMITS] * 65)),
         ("TOO_MANY_AXES", None, lambda: plan_spline([[0] * 65, [1] * 65], [0, 1])),
-        ("START_BEYOND_LIMITS", 0, lambda: plan_joint([AxisState(0, 101)], [1], [LIMITS])),
-        ("START_BEYOND_LIMITS", 0, lambda: plan_joint([AxisState(0, 90, 900)], [1], [LIMITS])),
-        ("TARGET_BEYOND_LIMIT", 0, lambda: plan_velocity([AxisState(0)], [101], [LIMITS])),
+        ("START_BEYOND_LIMITS", 0, lambda: plan_joint([PointState(0, 101)], [1], [LIMITS])),
+        ("START_BEYOND_LIMITS", 0, lambda: plan_joint([PointState(0, 90, 900)], [1], [LIMITS])),
+        ("TARGET_BEYOND_LIMIT", 0, lambda: plan_velocity([PointState(0)], [101], [LIMITS])),
         ("TOO_SHORT", 1, lambda: plan_joint(FAR, [1, 2], [LIMITS] * 2, duration_ns=0)),
         ("TOO_SHORT", 0, lambda: plan_line([0], [1], [LIMITS], duration_ns=-(10**30))),
         ("TOO_FEW_POINTS", 0, lambda: plan_spline([(0,)], [0])),
         ("TOO_FEW_POINTS", None, lambda: plan_spline([], [])),
         ("POINTS_OUT_OF_ORDER", 0, lambda: plan_spline([(0,), (1,), (2,)], [0, 5, 5])),
         ("POINTS_OUT_OF_ORDER", 0, lambda: plan_spline_within([(0,), (1,), (1,)], [LIMITS])),
-        ("OUT_OF_RANGE", None, lambda: plan_joint([AxisState(0)], [1], [LIMITS], duration_ns=10**30)),
-        ("OUT_OF_RANGE", 0, lambda: plan_joint([AxisState(-1e308)], [1e308], [LIMITS])),
+        ("OUT_OF_RANGE", None, lambda: plan_joint([PointState(0)], [1], [LIMITS], duration_ns=10**30)),
+        ("OUT_OF_RANGE", 0, lambda: plan_joint([PointState(-1e308)], [1e308], [LIMITS])),
     ],
 )
 def test_what_cannot_be_planned_is_named(problem, axis, plan):
@@ -334,7 +334,7 @@ def test_as_many_axes_as_there_may_be():
 
 def test_lengths_that_differ_are_refused():
     with pytest.raises(ValueError, match="1 values for 2"):
-        plan_joint([AxisState(0)], [1, 2], [LIMITS] * 2)
+        plan_joint([PointState(0)], [1, 2], [LIMITS] * 2)
     with pytest.raises(ValueError, match="1 values for 2"):
         plan_line([0, 0], [1, 2], [LIMITS] * 2).violation([LIMITS])
 
@@ -344,7 +344,11 @@ def test_the_bits_are_the_same_on_every_machine():
     digest = hashlib.sha256()
     for k in range(1, 60):
         limits = [AxisLimits(10 + 7 * k, 100 + 31 * k * axis, 1000 + 997 * k / axis) for axis in (1, 2, 3)]
-        starts = [AxisState(k / 3, -3.0 - k / 9, 20.0 + k / 7), AxisState(-k), AxisState(k / 7, 9.0, -9.0)]
+        starts = [
+            PointState(k / 3, -3.0 - k / 9, 20.0 + k / 7),
+            PointState(-k),
+            PointState(k / 7, 9.0, -9.0),
+        ]
         points = [(k / 3 + x, -k + x * x, x / 7) for x in range(k % 5 + 2)]
         for plan in (
             plan_joint(starts, [k * k / 7, -k / 11, 90 - k], limits),

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from hil.core.trajectory import AxisLimits, AxisState, plan_joint, plan_velocity
+from hil.core.trajectory import AxisLimits, PointState, plan_joint, plan_velocity
 
 ruckig = pytest.importorskip(
     "ruckig", reason="ruckig (extra dev) is not installed: durations are not compared"
@@ -25,7 +25,7 @@ def moving(rng, limits):
         v = rng.uniform(-1, 1) * limits.velocity_max
         a = rng.uniform(-1, 1) * limits.acceleration_max
         if abs(v + a * abs(a) / (2 * limits.jerk_max)) <= limits.velocity_max:
-            return AxisState(rng.uniform(-100, 100), v, a)
+            return PointState(rng.uniform(-100, 100), v, a)
 
 
 def theirs_s(starts, targets, limits, is_velocity=False, trapezoid=False):
@@ -75,7 +75,7 @@ def test_durations(axes, is_moving):
     def cases():
         for _ in range(CASES // axes):
             limits = [limits_of(rng) for _ in range(axes)]
-            starts = [moving(rng, x) if is_moving else AxisState(rng.uniform(-100, 100)) for x in limits]
+            starts = [moving(rng, x) if is_moving else PointState(rng.uniform(-100, 100)) for x in limits]
             targets = targets_of(rng, starts)
             yield plan_joint(starts, targets, limits).duration_ns, theirs_s(starts, targets, limits)
 
@@ -88,7 +88,7 @@ def test_durations_of_trapezoids():
     def cases():
         for _ in range(CASES):
             limits = limits_of(rng)
-            start = AxisState(
+            start = PointState(
                 rng.uniform(-100, 100), rng.choice((0, rng.uniform(-1, 1))) * limits.velocity_max
             )
             (target,) = targets_of(rng, [start])

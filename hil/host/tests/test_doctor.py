@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.host.doctor import WORST_FIRST, Finding, healthy, judge, ranges
+from hil.host.doctor import WORST_FIRST, Diagnosis, healthy, judge, ranges
 from hil.host.probes import Tried
 from hil.host.real_time import grant
 from hil.host.system import System, read_system
@@ -98,12 +98,12 @@ def machine(tmp_path: Path) -> Machine:
     return Machine(tmp_path)
 
 
-def found(system: System, name: str, tried: Tried = TRIED, devices: int = 8) -> Finding:
+def found(system: System, name: str, tried: Tried = TRIED, devices: int = 8) -> Diagnosis:
     (finding,) = (each for each in judge(system, tried, devices) if each.name == name)
     return finding
 
 
-def says(finding: Finding, verdict: str, in_found: str, in_remedy: str) -> None:
+def says(finding: Diagnosis, verdict: str, in_found: str, in_remedy: str) -> None:
     assert finding.verdict == verdict, finding
     assert in_found in finding.found, finding
     assert in_remedy in finding.remedy, finding
@@ -207,7 +207,7 @@ def test_a_budget_is_ok(machine: Machine) -> None:
         f"{where}/cpu.rt_runtime_us": "950000\n",
         f"{where}/cpu.rt_period_us": "1000000\n",
     }
-    assert found(machine.system(files), "real-time group") == Finding(
+    assert found(machine.system(files), "real-time group") == Diagnosis(
         "real-time group", "ok", "950000 of 1000000 us"
     )
 

@@ -10,20 +10,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.compose.build import LOOKUP_SECTION, TableFileError, load_firmware, start_sections
-from hil.compose.find import load_verbs
+from hil.compose.build import TableFileError, named_sections, start_sections
 from hil.config import BenchConfig, Catalogue, Change, diff, parse
 from hil.firmware.nvm import Content
 from hil.host.regular_file import read_text
 from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.store import Loaded, NvmStore, StoreError, belongs_to
+from hil.vocab.profile import Profile
 
 SWITCH_S = 0.0005
 """Maximum time that this thread keeps Python from the event loop, at each system call; otherwise 5 ms."""
 
 
 @dataclass(frozen=True)
-class Plan:
+class BenchPlan:
     """Plan for a configuration that can be had. ``memories`` (of twins that do not go on with their own) and
     ``tables`` (what the configuration puts into a memory) are of twins that begin. ``is_start``: nothing runs
     yet, so that devices can be joined."""
@@ -32,6 +32,7 @@ class Plan:
     changes: tuple[Change, ...]
     memories: Mapping[str, Loaded]
     tables: Mapping[str, Mapping[str, bytes]]
+    boards: Mapping[str, Profile]
     is_start: bool = False
 
     def has_twin(self, name: str) -> bool:
@@ -50,23 +51,25 @@ class Plan:
     def sections(self, name: str, stored: Mapping[str, bytes]) -> dict[str, bytes]:
         """Memory of a twin as it begins: what the configuration asks for, over what is stored."""
         config = self.config.devices[name]
+        board = self.boards[config.profile]
         if config.flash.table in ("stored", "empty"):
-            return start_sections(config, stored, Path())
-        named = {section or LOOKUP_SECTION: data for section, data in stored.items()}
-        return named | dict(self.tables[name])
+            return start_sections(config, board, stored, Path())
+        return named_sections(board, stored) | dict(self.tables[name])
 
 
-def plan_start(config: BenchConfig, folder: Path, files: NvmStore) -> Plan:
+def plan_start(config: BenchConfig, folder: Path, catalogue: Catalogue, files: NvmStore) -> BenchPlan:
     """Plan the start of all devices of a configuration. Files that it names are looked up from ``folder``.
 
     Raises:
         Refused: memories or tables cannot be used; all of them are named.
     """
     nothing = config.model_copy(update={"devices": {}, "wires": [], "segments": {}, "faults": []})
-    return _plan(nothing, config, diff(nothing, config), folder, files, is_start=True)
+    return _plan(nothing, config, diff(nothing, config), folder, catalogue, files, is_start=True)
 
 
-def plan_reload(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig, files: NvmStore) -> Plan:
+def plan_reload(
+    path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig, files: NvmStore
+) -> BenchPlan:
     """Read the configuration again, and plan the change to it.
 
     Raises:
@@ -84,11 +87,7 @@ def plan_reload(path: Path, folder: Path, catalogue: Catalogue, old: BenchConfig
         changes = diff(old, new)
         if core := [line for change in changes if change.device is None for line in change.why]:
             raise Refused("\n".join(f"{line}: only a restart of the daemon does this" for line in core))
-        plan = _plan(old, new, changes, folder, files)
-        for name in plan.begun(twins=True):  # imports take their time
-            load_firmware(catalogue.profiles[new.devices[name].profile])
-            load_verbs(new.devices[name].profile)
-        return plan
+        return _plan(old, new, changes, folder, catalogue, files)
 
 
 def _plan(
@@ -96,18 +95,20 @@ def _plan(
     new: BenchConfig,
     changes: list[Change],
     folder: Path,
+    catalogue: Catalogue,
     files: NvmStore,
     *,
     is_start: bool = False,
-) -> Plan:
+) -> BenchPlan:
     memories: dict[str, Loaded] = {}
     tables: dict[str, Mapping[str, bytes]] = {}
-    plan, problems = Plan(new, tuple(changes), memories, tables, is_start), []
+    plan, problems = BenchPlan(new, tuple(changes), memories, tables, catalogue.boards, is_start), []
     for name in plan.begun(twins=True):
         try:
             if memory := _memory(old, new, name, files):
                 memories[name] = memory
-            tables[name] = start_sections(new.devices[name], {}, folder)
+            device = new.devices[name]
+            tables[name] = start_sections(device, catalogue.boards[device.profile], {}, folder)
         except StoreError as error:
             problems.append(str(error))
         except TableFileError as error:

@@ -9,7 +9,7 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
-from hil.live.apply.bench_plan import Plan
+from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
@@ -38,7 +38,7 @@ class Apply:
     bridges: Bridges
     swap: Swap
 
-    async def carry_out(self, plan: Plan) -> None:
+    async def carry_out(self, plan: BenchPlan) -> None:
         """Apply a plan. Raises Refused: it cannot be had; at a reload nothing has changed then."""
         staged = Staged()
         try:
@@ -61,7 +61,7 @@ class Apply:
             log.error("a port that was exchanged", exc_info=error)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 
-    async def _until_stored(self, plan: Plan) -> None:
+    async def _until_stored(self, plan: BenchPlan) -> None:
         """Wait for boards that are writing their memories: each has to know what became of it."""
         devices, loop = self.bench.devices, asyncio.get_running_loop()
         twins = [devices[name] for name in plan.named("remove", "restart") if name in devices]
@@ -71,7 +71,7 @@ class Apply:
                 raise Refused(f"{', '.join(writing)}: the memory is still being written; try again")
             await asyncio.sleep(_POLL_S)
 
-    def _keep_aside(self, plan: Plan) -> dict[str, str]:
+    def _keep_aside(self, plan: BenchPlan) -> dict[str, str]:
         """Put away the files that are other boards'; all of them, or none. Answers notes by device.
 
         Not in a thread: between the old board's last commit and its end nothing else may come.

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hil.compose.build import places_of
 from hil.config import ConfigError
 from hil.host.service import Service
-from hil.live.apply.bench_plan import Plan, plan_reload, problems_of
+from hil.live.apply.bench_plan import BenchPlan, plan_reload, problems_of
 from hil.live.apply.fail_first import Apply
 from hil.live.configured import Configured
 from hil.live.holds import Holds
@@ -98,15 +99,18 @@ class Reloader:
         log.info("reloaded: %s", "; ".join([*names, f"{len(done['kept'])} went on"]))
         return done
 
-    def _check(self, plan: Plan) -> None:
+    def _check(self, plan: BenchPlan) -> None:
         """Check what only the running bench knows."""
         problems = self.holds.problems(plan.named("remove", "restart"))
         if self.bench.log:
             problems.append("the run is being logged (--log), and a log holds one bench from its start")
-        needed = len(plan.begun(twins=True))
-        if needed > (free := self.bench.core.native.max_axes - len(self.bench.devices)):
+        begun, catalogue = plan.begun(twins=True), self.configured.catalogue
+        needed = sum(places_of(plan.config.devices[name], catalogue) for name in begun)
+        taken = sum(max(len(device.axes), 1) for device in self.bench.devices.values())
+        if needed > (free := self.bench.core.native.max_axes - taken):
+            what = "boards" if needed == len(begun) else "axes"
             problems.append(
-                f"{needed} boards begin, and the core has room for {free} beside those that run: change fewer"
+                f"{needed} {what} begin, and the core has room for {free} beside those that run: change fewer"
                 " at a time, or restart the daemon"
             )
         if problems:

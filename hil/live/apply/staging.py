@@ -7,8 +7,8 @@ from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
-from hil.config import DeviceConfig, PortConfig
-from hil.live.apply.bench_plan import Plan
+from hil.config import PortConfig
+from hil.live.apply.bench_plan import BenchPlan
 from hil.live.configured import Configured
 from hil.live.places import Places
 from hil.live.port_joint import Joint
@@ -16,8 +16,8 @@ from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import Port, PortContext, PortError, port_label
+from hil.vocab.address import Address
+from hil.vocab.ports import Port, PortContext, PortError
 
 
 @dataclass
@@ -32,11 +32,6 @@ class Staged:
     seeds: dict[str, int] = field(default_factory=dict)
 
 
-def ports_of(config: DeviceConfig) -> dict[str, PortConfig | None]:
-    """Ports of a device by its UARTs; a real board has one."""
-    return {MAIN: config.port, NETWORK: config.network}
-
-
 @dataclass
 class Stage:
     """Prepares plans for a bench. ``context``: gives the surroundings of a label's port."""
@@ -47,7 +42,7 @@ class Stage:
     context: Callable[[str], PortContext]
     _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
-    async def prepare(self, plan: Plan, staged: Staged) -> None:
+    async def prepare(self, plan: BenchPlan, staged: Staged) -> None:
         """Make everything that begins; what is made already is in ``staged``, whatever happens.
 
         Raises:
@@ -61,17 +56,17 @@ class Stage:
             except MemoryError as error:
                 problems.append(str(error))
                 continue
-            for uart, config in ports_of(plan.config.devices[name]).items():
-                if config and not self.keeps_port(plan, name, uart):
-                    await self._open(staged, port_label(name, uart), config, problems)
+            for uart, config in plan.config.devices[name].ports_by_uart().items():
+                if not self.keeps_port(plan, name, uart):
+                    await self._open(staged, str(Address(name, uart)), config, problems)
         if plan.is_start:
             for segment, wire in plan.config.segments.items():
                 for tap, tap_config in wire.taps.items():
-                    await self._open(staged, f"{segment}.{tap}", tap_config.port, problems)
+                    await self._open(staged, str(Address(segment, tap)), tap_config.port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
-            if not self.keeps_port(plan, name, MAIN):
+            if not self.keeps_port(plan, name, ""):
                 await self._open(staged, name, device.port, problems)
         if problems:
             raise Refused("\n".join(problems))
@@ -83,27 +78,27 @@ class Stage:
         for group in {group.id: group for group, _ in staged.twins.values()}.values():
             self.bench.discard(group)
 
-    def done(self, plan: Plan, staged: Staged) -> None:
+    def done(self, plan: BenchPlan, staged: Staged) -> None:
         """Note that everything runs."""
         seeds = self._seeds | staged.seeds
         self._seeds = {name: seed for name, seed in seeds.items() if plan.has_twin(name)}
 
-    def keeps_port(self, plan: Plan, name: str, uart: str) -> bool:
-        """Whether a changed device's port stays as it is, with its clients."""
+    def keeps_port(self, plan: BenchPlan, name: str, uart: str) -> bool:
+        """Whether a changed device's port stays as it is, with its clients. ``uart``: empty for the first."""
         old, new = self.configured.config.devices.get(name), plan.config.devices.get(name)
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False
-        return ports_of(old)[uart] == ports_of(new)[uart]
+        return old.port_of(uart) == new.port_of(uart)
 
-    def _make_twin(self, plan: Plan, staged: Staged, name: str, partner: str | None) -> None:
+    def _make_twin(self, plan: BenchPlan, staged: Staged, name: str, partner: str | None) -> None:
         config = plan.config.devices[name]
         staged.seeds[name] = self._seed_index(plan, staged, name)
         seed = axis_seed(plan.config, staged.seeds[name])
-        profile = self.configured.catalogue.profiles[config.profile]
         group = staged.twins[partner][0] if partner else self.bench.open_group()
-        staged.twins[name] = group, make_device(self.bench, name, config, profile, {}, seed, group)
+        catalogue = self.configured.catalogue
+        staged.twins[name] = group, make_device(self.bench, name, config, catalogue, {}, seed, group)
 
-    def _seed_index(self, plan: Plan, staged: Staged, name: str) -> int:
+    def _seed_index(self, plan: BenchPlan, staged: Staged, name: str) -> int:
         """Index of a twin's seed: it keeps its own, a new one gets the first that is free."""
         if name in self._seeds:
             return self._seeds[name]

@@ -5,7 +5,7 @@ import logging
 from dataclasses import dataclass
 
 from hil.compose.build import join_devices
-from hil.live.apply.bench_plan import Plan
+from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
@@ -18,9 +18,9 @@ from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
+from hil.vocab.address import address_of, owner_of
 from hil.vocab.faults import FaultRefused
-from hil.vocab.firmware import MAIN, NETWORK
-from hil.vocab.ports import Port, port_label
+from hil.vocab.ports import Port
 
 log = logging.getLogger("hil")
 
@@ -39,7 +39,7 @@ class Swap:
     watches: Watches
     notes: dict[str, str]
 
-    def carry_out(self, plan: Plan, staged: Staged, asides: dict[str, str]) -> list[Port]:
+    def carry_out(self, plan: BenchPlan, staged: Staged, asides: dict[str, str]) -> list[Port]:
         """Put the new in the old's place; answers the ports that have gone, still open."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
@@ -58,7 +58,7 @@ class Swap:
             device.nvm.update(plan.sections(name, stored))
             self.bench.add(group, device)
         if plan.is_start:
-            join_devices(self.bench, plan.config)
+            join_devices(self.bench, plan.config, self.configured.catalogue)
         self._occupy(plan, staged)
         if not plan.is_start:  # then all are set going together
             for _, device in staged.twins.values():
@@ -67,7 +67,7 @@ class Swap:
         self.watches.exchanged(plan.named("remove", "restart", "add"))
         return gone
 
-    def _take_away(self, plan: Plan, staged: Staged, name: str) -> list[Port]:
+    def _take_away(self, plan: BenchPlan, staged: Staged, name: str) -> list[Port]:
         """Remove a device; answers its ports that have gone. Ports that the new one keeps are vacated."""
         gone: list[Port] = []
         self.faults.forget(name)
@@ -81,8 +81,7 @@ class Swap:
                 self.commits.failures.pop(name, None)
         for joint in self.places.of_device(name):
             joint.vacate()
-            uart = NETWORK if joint.label == port_label(name, NETWORK) else MAIN
-            if self.stage.keeps_port(plan, name, uart):
+            if self.stage.keeps_port(plan, name, address_of(joint.label).part):
                 continue
             gone.append(joint.port)
             (boards if name in boards else uarts).pop(joint.label)
@@ -90,16 +89,23 @@ class Swap:
                 staged.joints[joint.label].listeners = joint.listeners
         return gone
 
-    def _occupy(self, plan: Plan, staged: Staged) -> None:
+    def _occupy(self, plan: BenchPlan, staged: Staged) -> None:
         uarts, taps, boards = self.places.uarts, self.places.taps, self.places.boards
         profiles = self.configured.catalogue.profiles
         for name, (_, device) in staged.twins.items():
             native_usb = profiles[device.profile].usb == "native"
             for uart in device.uarts:
-                label = port_label(name, uart)
+                label = device.uarts.label(name, uart)
                 joint: Joint[UartEnd] | None = staged.joints.get(label) or uarts.get(label)
                 if joint:
-                    end = UartEnd(self.bench, self.lines, joint, device, uart, native_usb=native_usb)
+                    end = UartEnd(
+                        self.bench,
+                        self.lines,
+                        joint,
+                        device,
+                        device.uarts.short(uart),
+                        native_usb=native_usb,
+                    )
                     uarts[label] = joint
                     joint.occupy(end)
         for label in self.bench.taps if plan.is_start else ():
@@ -109,11 +115,11 @@ class Swap:
             boards[name] = staged.joints.get(name) or boards[name]
             boards[name].occupy(BoardEnd(boards[name], line))
 
-    def _inject(self, plan: Plan) -> None:
+    def _inject(self, plan: BenchPlan) -> None:
         """Inject the configuration's faults on devices that begin."""
         begun = {*plan.begun(twins=True), *plan.begun(twins=False)}
         for fault in plan.config.faults:
-            place = fault.target.partition(".")[0]
+            place = owner_of(fault.target)
             if place not in begun and not plan.is_start:
                 continue
             try:

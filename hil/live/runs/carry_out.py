@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from hil.config import ConfigError
 from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
-from hil.live.runs import real_axes
 from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
-from hil.live.runs.real_axes import AllAxes
 from hil.runs import Execution, Progress, Soon
+from hil.vocab.axis import Axes
 from hil.vocab.bridge_protocol import BenchGone
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
@@ -57,7 +56,7 @@ class CarryingOut:
     """Moves the axes of one bench. ``tell``: called at changes of a run, ten times a second in motion."""
 
     def __init__(
-        self, axes: AllAxes, planning: Planning, configured: Configured, tell: Callable[[Progress], None]
+        self, axes: Axes, planning: Planning, configured: Configured, tell: Callable[[Progress], None]
     ) -> None:
         self._axes = axes
         self._planning = planning
@@ -74,9 +73,8 @@ class CarryingOut:
             plan = await self._planning.plan_now(entry.source, entry.text, entry.file)
         except (ConfigError, VerbRefused) as error:
             raise NotBegun(f"it cannot be done any more: {error}") from None
-        is_real = any(plan.axes[axis].is_real for axis in plan.run.axes)
-        lead_wall_ns = real_axes.LEAD_WALL_NS if is_real else LEAD_WALL_NS
-        baton = Soon(self._axes, round(lead_wall_ns * self._configured.config.speed))
+        lead_ns = round(LEAD_WALL_NS * self._configured.config.speed)
+        baton = Soon(self._axes, max([lead_ns, *(self._axes[device].lead_ns for device in entry.devices)]))
         await self.follow(entry, Execution(plan, self._axes, baton, entry.names, entry.progress))
 
     async def _lead(self, entry: Entry) -> None:

@@ -8,15 +8,24 @@ import asyncio
 import logging
 import secrets
 from collections.abc import Coroutine, Mapping
-from dataclasses import asdict
 from typing import Any
 
 from hil.config.document import Document, Finding
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
 from hil.live.runs.axis_names import device_names, other_benches
-from hil.live.runs.other_benches import ANSWER_S, LOOKS, LOST_S, Member, OtherBenches, stood_still
-from hil.runs import AxisNow, AxisReport, BenchReport, Execution, How, Plan, Progress, RunDocument, Told
+from hil.live.runs.other_benches import (
+    ANSWER_S,
+    LOOKS,
+    LOST_S,
+    Member,
+    OtherBenches,
+    axis_heard,
+    axis_told,
+    stood_still,
+)
+from hil.runs import AxisReport, BenchReport, Execution, Plan, Progress, RunDocument, Told
+from hil.vocab.axis import AxisNow, How
 from hil.vocab.bridge_protocol import BenchGone
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
@@ -86,11 +95,11 @@ class Together:
             raise VerbRefused(
                 "cannot", f"the time of bench {member.bench} goes {there:g} times the wall's, here {here:g}"
             )
-        return {f"{member.bench}/{device}": AxisNow(**now) for device, now in answer["axes"].items()}
+        return {f"{member.bench}/{device}": axis_heard(told) for device, told in answer["axes"].items()}
 
     async def join(self, text: str, plan: Plan) -> None:
         """Hold the others' axes. Raises BenchGone, VerbRefused: one does not take part."""
-        axes = {name: asdict(plan.axes[name]) for name in plan.run.axes}
+        axes = {name: axis_told(plan.axes[name]) for name in plan.run.axes}
         given = {"do": "join", "leader": self._config.bench, "document": text, "digest": plan.digest()}
         for member in self._members:
             member.joined = True  # it may be, even if it does not say so

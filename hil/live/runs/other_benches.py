@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil.runs import ClockOffset
+from hil.vocab.axis import AxisNow
 from hil.vocab.bridge_protocol import BenchDoor, BenchGone, Bridge
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
@@ -19,6 +20,30 @@ ANSWER_S = 0.3
 def stood_still(for_s: float) -> str:
     """Reason why a part ends whose own bench was not running."""
     return f"this bench stood still for {for_s:.1f} s"
+
+
+def axis_told(axis: AxisNow) -> dict[str, Any]:
+    """Axis as benches tell each other: these words are in what they send, whatever they are called here."""
+    return {
+        "kind": "servo" if axis.follows_paths else "stepper",
+        "position_deg": axis.position_deg,
+        "fields": axis.fields,
+        "pins": axis.pins,
+        "why_not": axis.why_not,
+        "is_real": not axis.tells_position,
+    }
+
+
+def axis_heard(told: Mapping[str, Any]) -> AxisNow:
+    """Axis that another bench told. Raises KeyError, TypeError: it is none."""
+    return AxisNow(
+        told["position_deg"],
+        told["kind"] == "servo",
+        told["fields"],
+        told["pins"],
+        told["why_not"],
+        tells_position=not told["is_real"],
+    )
 
 
 @dataclass

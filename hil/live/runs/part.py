@@ -8,7 +8,7 @@ whose leader says nothing for ``LOST_S`` stops as the run's ``on_fault`` says.
 
 import asyncio
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hil import __version__
@@ -18,10 +18,10 @@ from hil.live.configured import Configured
 from hil.live.holds import Holds
 from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names
-from hil.live.runs.other_benches import LOST_S, stood_still
+from hil.live.runs.other_benches import LOST_S, axis_heard, axis_told, stood_still
 from hil.live.runs.queue import RunQueue
-from hil.live.runs.real_axes import AllAxes
-from hil.runs import AxisNow, Execution, RunDocument, Told, parse_run, plan_run
+from hil.runs import Execution, RunDocument, Told, parse_run, plan_run
+from hil.vocab.axis import Axes, AxisNow
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
@@ -44,7 +44,7 @@ class Parts:
     """Parts of this bench in runs of others. Answers benches that lead; ``queue`` carries the parts out."""
 
     def __init__(
-        self, queue: RunQueue, axes: AllAxes, configured: Configured, wall: WallClock, holds: Holds
+        self, queue: RunQueue, axes: Axes, configured: Configured, wall: WallClock, holds: Holds
     ) -> None:
         self._queue = queue
         self._holds = holds
@@ -88,7 +88,7 @@ class Parts:
             if device in axes:
                 axes[device] = replace(axes[device], why_not=f"it is in the run {run}")
         return {
-            "axes": {name: asdict(axis) for name, axis in axes.items()},
+            "axes": {name: axis_told(axis) for name, axis in axes.items()},
             "speed": self._configured.config.speed,
         }
 
@@ -102,7 +102,7 @@ class Parts:
             if run.run != name:
                 raise VerbRefused("bad_request", f"the document is of the run {run.run!r}")
             names = device_names(run, leader, here)
-            axes = {axis: AxisNow(**now) for axis, now in told.items()} | self._mine(names, told)
+            axes = {axis: axis_heard(now) for axis, now in told.items()} | self._mine(names, told)
             plan = await off_loop(text, plan_run, run, document, axes)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None

@@ -9,18 +9,19 @@ from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names, other_benches, taken_twice
 from hil.live.runs.lead import Together
 from hil.live.runs.other_benches import OtherBenches
-from hil.live.runs.real_axes import AllAxes
-from hil.runs import AxisNow, Plan, RunDocument, parse_run, plan_run
+from hil.runs import Plan, RunDocument, parse_run, plan_run
+from hil.vocab.axis import Axes, AxisNow
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
-Axes = Callable[[], Mapping[str, AxisNow]]
+FoundAxes = Callable[[], Mapping[str, AxisNow]]
+"""Answers where a bench's axes are, or will be."""
 
 
 class Planning:
     """Reads and plans runs of this bench, and those it leads over ``others``."""
 
-    def __init__(self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches) -> None:
+    def __init__(self, axes: Axes, configured: Configured, wall: WallClock, others: OtherBenches) -> None:
         self._axes = axes
         self._configured = configured
         self._wall = wall
@@ -50,7 +51,7 @@ class Planning:
         return plan_run(run, document, self._as_named(run, axes))
 
     async def plan_text(
-        self, source: Source, text: str, file: str, axes: Axes, together: Together | None = None
+        self, source: Source, text: str, file: str, axes: FoundAxes, together: Together | None = None
     ) -> Plan:
         """Plan any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
         run, document = await off_loop(text, self.read, text, file)

@@ -23,9 +23,9 @@ from hil.live.off_loop import SHORT
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
-from hil.live.runs.real_axes import AllAxes
-from hil.runs import AxisNow, Execution, How, Plan, Progress
+from hil.runs import Execution, Plan, Progress
 from hil.runs.run_document import DOCUMENT_BYTES
+from hil.vocab.axis import Axes, AxisNow, How
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 
@@ -47,7 +47,7 @@ class RunQueue:
     """Runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
 
     def __init__(
-        self, axes: AllAxes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
+        self, axes: Axes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
     ) -> None:
         self._axes = axes
         self._holds = holds

@@ -1,6 +1,7 @@
-"""Lets the tests import the model of a bench that those of ``hil.sim`` have."""
+"""Lets the tests import their models, and that of a bench that those of ``hil.sim`` have."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "sim" / "tests"))  # --import-mode=importlib leaves it out
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parents[1] / "sim" / "tests")]  # --import-mode=importlib leaves them out

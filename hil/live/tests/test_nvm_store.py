@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hil.firmware.nvm import MAGIC, Content, encode
-from hil.live.store import Files, Loaded, NvmStore, StoreError
+from hil.live.store import Loaded, NvmStore, StoreCalls, StoreError
 
 DATA = Path(__file__).parent / "data"
 OLD = Content("mechaduino", 1, {"table": b"old" * 1000})
@@ -18,7 +18,7 @@ NEW = Content("mechaduino", 2, {"table": b"new" * 1000})
 EMPTY = Content("mechaduino", 0, {})
 
 
-class FailingFiles(Files):
+class FailingFiles(StoreCalls):
     """The real calls, of which those that ``fails(number)`` picks (counted from 0) fail with ``code``.
 
     As on Linux, a failing close has closed, and a failing write may have written a part.
@@ -70,7 +70,7 @@ class FailingFiles(Files):
 
 
 @contextmanager
-def opened(directory: Path, files: Files | None = None) -> Iterator[NvmStore]:
+def opened(directory: Path, files: StoreCalls | None = None) -> Iterator[NvmStore]:
     store = NvmStore(directory, files)
     try:
         yield store
@@ -78,7 +78,7 @@ def opened(directory: Path, files: Files | None = None) -> Iterator[NvmStore]:
         store.close()
 
 
-def commit(directory: Path, content: Content, files: Files | None = None) -> tuple[bool, str]:
+def commit(directory: Path, content: Content, files: StoreCalls | None = None) -> tuple[bool, str]:
     answers: list[tuple[bool, str]] = []
     with opened(directory, files) as store:
         store.commit("m1", content, lambda ok, reason: answers.append((ok, reason)))

@@ -13,6 +13,7 @@ from hil.live.sim_ends import UartEnd
 from hil.sim.bench import Around
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
+from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
@@ -118,6 +119,19 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     assert port.resumed == 1
     joint.drained()
     assert port.resumed == 1
+
+
+def test_a_held_port_reads_on_before_the_line_is_empty() -> None:
+    # A client's line has no gap then: half of what the port took is still to be sent when it reads on.
+    bench, joint, port = paced(9600, 9600)
+    joint.received(bytes(USB_HELD_BYTES))
+    assert joint.room() == 0
+    half = USB_HELD_BYTES // 2
+    assert joint.end.release(bench.runtime.now_ns) == character_ns(half + 1, 9600)
+    assert port.resumed == 0
+    bench.until(character_ns(half + 1, 9600))
+    joint.end.release(bench.runtime.now_ns)
+    assert (port.resumed, joint.room()) == (1, half + 1)
 
 
 class Counted(UartEnd):
@@ -290,7 +304,9 @@ def test_a_firmware_that_fails_in_its_interrupt_stops_its_device_alone() -> None
     broken, sound = bench.add("m1", Interrupted), bench.add("m2", Echo)
     bench.until(10**8)
     # The fifth control step is the first that prints.
-    assert broken.failed == f"OSError: at {5 * 7385 * 1000 // 48}"
+    why = f"OSError: at {5 * 7385 * 1000 // 48} (test_session_line.py:"
+    assert broken.failed
+    assert broken.failed.startswith(why)
     assert broken.axis.snapshot().loop_on == 0
     bench.runtime.give(sound, Bytes(b"d"))
     assert bench.heard == [("m2", 10**8, b"d")]

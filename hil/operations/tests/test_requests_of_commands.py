@@ -10,12 +10,12 @@ import pytest
 
 import hil
 from hil.client.verbs import AxisVerbs
-from hil.compose.find import load_verbs
+from hil.compose.find import find_boards
 from hil.operations.table import OPERATIONS
 
 ASKING = ("ask_bench", "ask", "begin")
 OWN = {"timeout_s"}
-TABLES = [load_verbs(profile).table for profile in ("mechaduino", "sac")]
+TABLES = [board.table for board in find_boards().values()]
 METHODS = [
     name
     for name, method in vars(AxisVerbs).items()

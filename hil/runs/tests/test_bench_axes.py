@@ -1,44 +1,123 @@
-"""What the axes of a bench tell a run of the verbs that it has given them."""
+"""What the axes of twins tell a run of what it has given them."""
 
-from collections.abc import Mapping
+from itertools import pairwise
 
 import pytest
 
-from hil.runs import BenchAxes
-from hil.sim.inputs import Do
-from hil.telemetry import Sampler
+from hil.runs import TwinAxes
 from hil.testing import Bench
-from hil.vocab.time import ms
-from hil.vocab.verbs import Verb, VerbRefused
+from hil.vocab.axis import Axis
+from hil.vocab.path import PathPiece
+from hil.vocab.time import NS_PER_MS, ms
+from hil.vocab.verbs import VerbRefused
 
 SOON_MS, NOW_MS = 100, 4500
 
 
-def test_a_verb_that_could_not_be_done_at_its_time_is_told() -> None:
-    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
-        runtime = bench._runtime
-        axes, told = BenchAxes(runtime, Sampler(runtime)), list[str]()
-        bench.run_until(ms=NOW_MS)
-        given = position(runtime.devices["m1"].verbs, at_ns=ms(NOW_MS + SOON_MS))
-        axes.give("m1", given, told.append)
-        assert told == []
-        bench.run(ms=2 * SOON_MS)
-        assert len(told) == 1
-        assert told[0].startswith("position: ")
+def stepper() -> tuple[Bench, Axis]:
+    bench = Bench({"bench": "t", "devices": {"s1": {"profile": "sac"}}})
+    bench.run_until(ms=NOW_MS)
+    axis = TwinAxes(bench._runtime, bench._sampler)["s1"]
+    axis.hold()
+    return bench, axis
 
 
-@pytest.mark.parametrize("due_ms", [None, NOW_MS - SOON_MS], ids=["now", "late"])
-def test_a_verb_that_is_done_at_once_is_refused_at_once(due_ms: int | None) -> None:
+def servo() -> tuple[Bench, Axis]:
+    bench = Bench(
+        {"bench": "t", "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}}}}
+    )
+    bench.run_until(ms=NOW_MS)
+    bench.axis("m1").do("enable")
+    bench.axis("m1").do("position", position_deg=10.0)
+    bench.run(ms=SOON_MS)
+    return bench, TwinAxes(bench._runtime, bench._sampler)["m1"]
+
+
+def test_a_motion_that_could_not_be_done_at_its_time_is_told() -> None:
+    bench, axis = stepper()
+    axis.move(90.0, 60, ms(NOW_MS + SOON_MS))
+    bench.port("s1").write(b"xm2000v60\r")
+    assert axis.refusal is None
+    bench.run(ms=2 * SOON_MS)
+    assert axis.refusal is not None
+    assert axis.refusal.startswith("move_abs: it moves")
+    axis.release()
+    axis.hold()
+    assert axis.refusal is None
+
+
+@pytest.mark.parametrize("due_ms", [NOW_MS + SOON_MS, NOW_MS], ids=["now", "late"])
+def test_a_motion_that_is_due_at_once_is_refused_at_once(due_ms: int) -> None:
     """Also one that comes when its time is over."""
-    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
-        runtime = bench._runtime
-        axes, told = BenchAxes(runtime, Sampler(runtime)), list[str]()
-        bench.run_until(ms=NOW_MS)
-        given = position(runtime.devices["m1"].verbs, None if due_ms is None else ms(due_ms))
-        with pytest.raises(VerbRefused):
-            axes.give("m1", given, told.append)
-        assert told == []
+    bench, axis = stepper()
+    bench.port("s1").write(b"xm2000v60\r")
+    bench.run(ms=SOON_MS)
+    with pytest.raises(VerbRefused):
+        axis.move(90.0, 60, ms(due_ms))
+    assert axis.refusal is None
 
 
-def position(verbs: Mapping[str, Verb], at_ns: int | None = None) -> Do:
-    return Do("position", tuple(verbs["position"].filled({"position_deg": 1.0}).items()), at_ns)
+def test_a_stepper_follows_no_path() -> None:
+    _, axis = stepper()
+    with pytest.raises(VerbRefused, match="follows no paths"):
+        axis.follow((PathPiece(0, 1.0),), ms(NOW_MS + SOON_MS))
+
+
+def test_an_axis_is_sampled_while_it_is_held() -> None:
+    bench, axis = servo()
+    bench.run(ms=5)
+    assert axis.samples() == ()
+    axis.hold()
+    bench.run(ms=5)
+    rows = axis.samples()
+    assert len(rows) == 5
+    assert [after[0] - before[0] for before, after in pairwise(rows)] == [NS_PER_MS] * 4
+    for _, commanded_deg, position_deg in rows:
+        assert commanded_deg == pytest.approx(10.0)
+        assert position_deg == pytest.approx(10.0, abs=0.2)
+    assert axis.samples() == []
+    axis.release()
+
+
+def test_a_servo_says_what_its_loop_does() -> None:
+    bench, axis = servo()
+    state = axis.state()
+    assert (state.is_moving, state.is_under_way, state.is_on, state.keeps_angle) == (
+        False,
+        False,
+        True,
+        True,
+    )
+    assert state.off_by_deg < 0.2
+    axis.follow((PathPiece(2 * NS_PER_MS, 10.0, 5.0), PathPiece(0, 10.01)), bench.now_ns + NS_PER_MS)
+    bench.run(ms=2)
+    assert (axis.state().is_moving, axis.state().is_under_way) == (True, True)
+    bench.axis("m1").do("velocity", velocity_rpm=100.0)
+    bench.run(ms=SOON_MS)
+    state = axis.state()
+    assert (state.is_moving, state.is_under_way, state.keeps_angle, state.off_by_deg) == (
+        True,
+        False,
+        False,
+        0.0,
+    )
+    bench.axis("m1").do("disable")
+    bench.run(ms=1)
+    assert (axis.state().is_moving, axis.state().is_on) == (False, False)
+
+
+def test_a_stepper_says_whether_it_moves() -> None:
+    bench, axis = stepper()
+    assert (axis.state().is_moving, axis.state().is_under_way) == (False, False)
+    axis.move(90.0, 60, bench.now_ns)
+    bench.run(ms=SOON_MS)
+    state = axis.state()
+    assert (state.is_moving, state.is_under_way, state.is_on, state.off_by_deg) == (
+        True,
+        True,
+        True,
+        0.0,
+    )
+    axis.stop("prejudice", 600.0)
+    bench.run(ms=SOON_MS)
+    assert (axis.state().is_moving, axis.state().is_under_way) == (False, False)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
-from hil.runs import BenchAxes, Execution, Progress, Soon
+from hil.runs import Execution, Progress, Soon, TwinAxes
 from hil.sim.inputs import Do
 from hil.testing import Bench
 
@@ -109,8 +109,8 @@ class Ahead:
     def now_ns(self) -> int:
         return self._bench.now_ns + self._by_ns
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._bench, name)
+    def __getitem__(self, device: str) -> Any:
+        return self._bench[device]
 
 
 @pytest.mark.parametrize("behind_ms", [1, 30, 400])
@@ -273,7 +273,7 @@ def test_a_verb_that_is_refused_when_its_time_has_come_fails_the_run() -> None:
     made = bench(servos=0, steppers=1)
     wanted = run({"dwell_s": 0.5}, {"move": {"s1": 90.0}}, axes={"s1": {}})
     execution = made.execute(wanted)
-    BenchAxes(made._runtime, made._sampler)  # as another run's
+    TwinAxes(made._runtime, made._sampler)["s1"]  # as another run's
     driver = until(made, execution, lambda: made.now_ns >= 4_300_000_000)
     made.port("s1").write(b"xm2000v60\r")
     to_end(made, driver)

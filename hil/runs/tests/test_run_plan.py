@@ -6,10 +6,12 @@ import pytest
 
 from hil.config import ConfigError
 from hil.firmware.set_point_paths import at, length_ns
-from hil.runs import AxisNow, Plan, parse_run, plan_run, run_from_data
+from hil.runs import Plan, parse_run, plan_run, run_from_data
+from hil.runs.plan import Level, Move
+from hil.vocab.axis import AxisNow
 
-SERVO = AxisNow("servo", 0.0, ("position_deg", "yw"), ("D3", "step"))
-STEPPER = AxisNow("stepper", 0.0, ("position_deg",), ("sync",))
+SERVO = AxisNow(0.0, True, ("position_deg", "yw"), ("D3", "step"))
+STEPPER = AxisNow(0.0, False, ("position_deg",), ("sync",))
 AXES = {"m1": SERVO, "m2": SERVO, "s1": STEPPER}
 
 
@@ -82,11 +84,11 @@ def test_a_stepper_starts_with_the_servos_and_takes_about_as_long() -> None:
     made = plan({"move": {"m1": 180.0, "s1": 90.0}}, {"move": {"m1": 0.0}})
     first, second = made.phrases
     (event,) = first.events
-    assert (event.at_ns, event.axis, event.verb) == (0, "s1", "move_abs")
-    assert event.parameters["position_deg"] == 90
-    turns_s = 90 / (float(event.parameters["velocity_rpm"]) * 6)
+    assert isinstance(event, Move)
+    assert (event.at_ns, event.axis, event.position_deg) == (0, "s1", 90)
+    turns_s = 90 / (event.velocity_rpm * 6)
     assert turns_s <= first.duration_ns / 1e9 <= 2 * turns_s
-    assert first.steppers == {"s1"}
+    assert first.awaited == {"s1"}
     assert second.paths.keys() == {"m1"}
 
 
@@ -98,7 +100,7 @@ def test_pins_and_waits() -> None:
         {"dwell_s": 0.5},
     )
     first, second = made.phrases
-    assert [(e.at_ns, e.verb) for e in first.events] == [(first.duration_ns, "pin")]
+    assert first.events == (Level(first.duration_ns, "m1", "D3", 1),)
     assert first.wait is not None
     assert second.duration_ns == 500_000_000
 
@@ -171,7 +173,7 @@ def test_a_repeated_step_that_cannot_be_done_is_said_once(step: dict[str, Any], 
 
 def test_an_axis_that_cannot_take_part_is_said() -> None:
     run = {"run": "r", "axes": {"m1": {}}, "steps": [{"move": {"m1": 1.0}}]}
-    off = {"m1": AxisNow("servo", 0.0, (), (), "its control loop is off; enable it first")}
+    off = {"m1": AxisNow(0.0, True, why_not="its control loop is off; enable it first")}
     with pytest.raises(ConfigError, match=r"axes\.m1: its control loop is off"):
         plan_run(*run_from_data(run), off)
 
@@ -181,8 +183,8 @@ def test_endless_repetitions_are_refused() -> None:
     assert "10000 steps or more" in problems(*steps)
 
 
-REAL_SERVO = AxisNow("servo", 12.5, (), (), is_real=True)
-REAL_STEPPER = AxisNow("stepper", 0.0, (), (), is_real=True)
+REAL_SERVO = AxisNow(12.5, True, tells_position=False)
+REAL_STEPPER = AxisNow(0.0, False, tells_position=False)
 
 
 def with_real(*steps: dict[str, Any], **rules: Any) -> Plan:
@@ -193,7 +195,7 @@ def with_real(*steps: dict[str, Any], **rules: Any) -> Plan:
 
 def test_a_phrase_waits_for_the_last_word_of_real_servos() -> None:
     made = with_real({"line": {"m1": 90.0, "m2": 90.0}}, {"move": {"s1": 9.0}}, {"move": {"m1": 0.0}})
-    assert [phrase.steppers for phrase in made.phrases] == [{"m2", "s1"}, set()]
+    assert [phrase.awaited for phrase in made.phrases] == [{"m2", "s1"}, set()]
     assert at(made.phrases[0].paths["m2"], 0)[0] == 12.5
 
 

@@ -1,14 +1,16 @@
 """Faults of a bench: where they may be, when they begin and end."""
 
+from collections.abc import Iterable
 from functools import partial
 
-from hil.sim.device import Device
+from hil.core import CoreAxis
 from hil.sim.faults import node
 from hil.sim.faults.physics import AxisFaults
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.sim.roster import Place, Roster
-from hil.vocab.faults import FAULT_KINDS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
+from hil.vocab.address import owner_of
+from hil.vocab.faults import FAULT_KINDS, OF_FRAMINGS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
@@ -53,23 +55,29 @@ class Faults:
             places = {name: self._roster.place(name) for name in self._roster.targets()}
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
-        if fault.kind == LOAD and place.device:
-            torque_Nm, axis = fault.number("torque_Nm"), place.device.axis
+        if place.segment and wanted in (STATION, SEGMENT) and fault.kind in OF_FRAMINGS:
+            framing = place.segment.framing
+            if fault.kind not in framing.faults:
+                raise FaultRefused(f"{fault.kind} means nothing on a line of {framing.name}")
+        if fault.kind == LOAD and (axis := place.axis):
+            torque_Nm = fault.number("torque_Nm")
             problem = load_problem(torque_Nm, axis.holding_Nm)
             if with_others and not problem:
-                others_Nm = [axis.set_load_Nm, *self._loads_Nm(place.device)]
+                others_Nm = [axis.set_load_Nm, *self._loads_Nm(axis)]
                 problem = load_problem(torque_Nm, axis.holding_Nm, others_Nm)
             if problem:
                 raise FaultRefused(f"torque_Nm: {problem}")
 
-    def load_problem(self, device: Device, torque_Nm: object) -> str | None:
-        """Error text for a torque to be set on a device's shaft, or None."""
-        return load_problem(torque_Nm, device.axis.holding_Nm, self._loads_Nm(device))
+    def load_problem(self, axis: CoreAxis, torque_Nm: object) -> str | None:
+        """Error text for a torque to be set on an axis's shaft, or None."""
+        return load_problem(torque_Nm, axis.holding_Nm, self._loads_Nm(axis))
 
-    def _loads_Nm(self, device: Device) -> list[float]:
-        """Loads of the faults on a device, in force or still to begin."""
-        here = [fault for fault in self.active.values() if fault.target.partition(".")[0] == device.name]
-        return [fault.number("torque_Nm") for fault in here if fault.kind == LOAD]
+    def _loads_Nm(self, axis: CoreAxis) -> list[float]:
+        """Loads of the faults on an axis, in force or still to begin."""
+        loads = (
+            (fault, self._roster.place(fault.target)) for fault in self.active.values() if fault.kind == LOAD
+        )
+        return [fault.number("torque_Nm") for fault, place in loads if place and place.axis is axis]
 
     def new_number(self) -> int:
         """New number, which no other fault of this bench has."""
@@ -102,13 +110,13 @@ class Faults:
         if begun := self._in_force.pop(number, None):
             self._end(number, *begun, now_ns)
 
-    def forget(self, name: str) -> None:
-        """Remove the faults of a device that goes."""
+    def forget(self, name: str, axes: Iterable[CoreAxis]) -> None:
+        """Remove the faults of a device that goes, with its axes."""
+        self._axes.forget(axes)
         for number, fault in list(self.active.items()):
-            if fault.target.partition(".")[0] == name and fault.target not in self._roster.taps:
+            if owner_of(fault.target) == name and fault.target not in self._roster.taps:
                 del self.active[number]
                 self._in_force.pop(number, None)
-        self._axes.forget(name)
 
     def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
         if number not in self.active:
@@ -129,7 +137,7 @@ class Faults:
         elif place.segment and kind.target in (SEGMENT, STATION):
             place.segment.inject(number, fault, place.station, partial(node.answer, place))
         elif place.device:
-            self._renew(place.device, place, kind.layer, now_ns)
+            self._renew(place, kind.layer, now_ns)
 
     def _end(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
         kind = FAULT_KINDS[fault.kind]
@@ -140,13 +148,16 @@ class Faults:
             if fault.kind != "node_babble":  # which hears of it when it wants to speak again
                 place.segment.clear(number, fault, place.station)
         elif place.device:
-            self._renew(place.device, place, kind.layer, now_ns)
+            self._renew(place, kind.layer, now_ns)
 
-    def _renew(self, device: Device, place: Place, layer: str, now_ns: SimTimeNs) -> None:
-        """Renew a board's state after a fault of ``layer`` on it has begun or ended."""
-        here = {number: fault for number, (fault, at) in self._in_force.items() if at.device is device}
-        self._axes.renew(device, here.values())
-        node.renew(place, here, now_ns)
+    def _renew(self, place: Place, layer: str, now_ns: SimTimeNs) -> None:
+        """Renew a board's state after a fault of ``layer`` on it or one of its axes has begun or ended."""
+        assert place.device
+        here = {number: held for number, held in self._in_force.items() if held[1].device is place.device}
+        for axis in place.device.axes.values():
+            on_axis = (fault for fault, at in here.values() if at.axis is axis or fault.layer == "node")
+            self._axes.renew(axis, on_axis)
+        node.renew(place, {number: fault for number, (fault, _) in here.items()}, now_ns)
         if layer == "node":
             node.run(place, now_ns)
 

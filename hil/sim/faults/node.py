@@ -24,7 +24,8 @@ def happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
     """Carry out a fault that happens once, and is over."""
     assert place.device
     if fault.kind == "steps_lost":
-        place.device.axis.fault("shift_rev", fault.number("turn_deg") / 360)
+        assert place.axis
+        place.axis.fault("shift_rev", fault.number("turn_deg") / 360)
         return
     place.device.apply(Reset(), now_ns)
     run(place, now_ns)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from hil.sim.device import Device
+from hil.core import CoreAxis
 from hil.vocab.faults import Fault
 
 COUNTS = 16384
@@ -50,17 +50,18 @@ class AxisFaults:
     """State that each axis was told last."""
 
     def __init__(self) -> None:
-        self._told: dict[Device, dict[str, float]] = {}
+        self._told: dict[CoreAxis, dict[str, float]] = {}
 
-    def renew(self, device: Device, faults: Iterable[Fault]) -> None:
-        """Set a device's axis from all the faults that are in force on it."""
-        supply_V = device.axis.nominal_supply_V
+    def renew(self, axis: CoreAxis, faults: Iterable[Fault]) -> None:
+        """Set an axis from all the faults that are in force on it."""
+        supply_V = axis.nominal_supply_V
         state = axis_state(faults, supply_V)
-        before = self._told.get(device) or axis_state((), supply_V)
+        before = self._told.get(axis) or axis_state((), supply_V)
         for what, value in state.items():
             if value != before[what]:
-                device.axis.fault(what, value)
-        self._told[device] = state
+                axis.fault(what, value)
+        self._told[axis] = state
 
-    def forget(self, name: str) -> None:
-        self._told = {device: state for device, state in self._told.items() if device.name != name}
+    def forget(self, axes: Iterable[CoreAxis]) -> None:
+        for axis in axes:
+            self._told.pop(axis, None)

@@ -2,14 +2,13 @@
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
-from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.core.fields import FIELDS, OF_KIND, OFFSETS, PACKED_BYTES, SIZES, reader
+from hil.core.fields import FIELDS, OFFSETS, PACKED_BYTES, SIZES, reader
 from hil.sim.bench import BenchRuntime
 from hil.testing.bench import MemoryStore
 from hil.vocab.time import ms
@@ -21,7 +20,7 @@ def runtime(profile: str) -> BenchRuntime:
     device = {"profile": profile, "port": "memory"} | (TABLE if profile == "mechaduino" else {})
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict({"bench": "t", "devices": {"d": device}}, catalogue)
-    memories = {"d": start_sections(config.devices["d"], {}, Path())}
+    memories = start_memories(config, catalogue)
     return bench_runtime(config, catalogue, memories, MemoryStore())
 
 
@@ -39,7 +38,7 @@ def test_each_field_is_where_the_table_says(profile: str, verbs: list[tuple[str,
     for verb, given in verbs:
         bench.do(device, verb, device.verbs[verb].filled(given))
     bench.watch("d", 0, 1_000_000, 1000)
-    seen: dict[str, set[float]] = {name: set() for name in OF_KIND[device.axis.kind]}
+    seen: dict[str, set[float]] = {name: set() for name in device.axis.kind.fields}
     for _ in range(200):
         bench.advance(ms(bench.now_ns / 1e6 + 1))
         (packed,), lost = bench.take_samples("d", 0)

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from hil.core.kinds import MECHADUINO
 from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, text_plot
 from hil.testing import Bench
 from hil.wire.step_dir import generate
@@ -122,9 +123,9 @@ def test_a_pulse_train_is_followed() -> None:
 @pytest.mark.parametrize("names", [("foo",), ("at_ns",), ()])
 def test_unknown_signals_are_refused(names: tuple[str, ...]) -> None:
     with pytest.raises(ValueError, match="signal"):
-        check_signals(names)
+        check_signals(names, MECHADUINO)
     with pytest.raises(ValueError, match=r"did you mean.*yw"):
-        check_signals(("yv",))
+        check_signals(("yv",), MECHADUINO)
 
 
 def test_too_fine_an_interval_is_refused() -> None:

@@ -13,6 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from device_profiles.sac.packet import PacketDecoder, encode
 from hil.compose.replay import replay
 from hil.sim.bench import Around
 from hil.sim.device import Device
@@ -29,7 +30,6 @@ from hil.vocab.faults import (
     SUPPLIED,
     TWIN_PORT,
 )
-from hil.wire.packet import PacketDecoder, encode
 
 CONFIG: dict[str, Any] = {
     "bench": "f",

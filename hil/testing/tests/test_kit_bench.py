@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hil.core import FIELDS
-from hil.core.fields import STEPPER
+from hil.core.abi import Kind
 from hil.testing import Bench, ConfigError, replay_control
 
 DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
@@ -92,7 +92,7 @@ def test_unknown_names_are_key_errors() -> None:
 
 def test_a_snapshot_has_every_field_and_no_other() -> None:
     snapshot = Bench(CONFIG).axis("m1").snapshot()
-    assert list(snapshot.as_dict()) == [name for name, field in FIELDS.items() if field.kind != STEPPER]
+    assert list(snapshot.as_dict()) == [name for name, field in FIELDS.items() if field.kind != Kind.stepper]
     assert snapshot == Bench(CONFIG).axis("m1").snapshot()
     with pytest.raises(AttributeError, match="position_deg"):
         _ = snapshot.position

@@ -2,11 +2,11 @@
 
 import pytest
 
+from device_profiles.sac.packet import Malformed, PacketDecoder, encode
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import FAULT_KINDS, FaultRefused
-from hil.wire.packet import Malformed, PacketDecoder, encode
 
 CONFIG = {
     "bench": "f",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 ACK = b"\x06"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hil.compose import bench_runtime, find_catalogue, start_sections
+from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
 from hil.sim.bench import Around
@@ -54,7 +54,7 @@ def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
     """The run's devices, and how many verbs were refused."""
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict(CONFIG, catalogue)
-    memories = {name: start_sections(device, {}, Path()) for name, device in config.devices.items()}
+    memories = start_memories(config, catalogue)
     refused = 0
 
     def until(at_ms: float) -> None:

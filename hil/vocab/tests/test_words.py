@@ -8,7 +8,7 @@ import pytest
 MODULES = sorted(Path(__file__).parents[1].glob("*.py"))
 FORMS = {
     "time": {"ms"},  # a number in the unit that its name says
-    "ports": {"port_label"},  # how a name is spelled
+    "address": {"address_of", "owner_of", "pin_of", "no_part"},  # how a name is spelled
     "parameters": {"filled"},  # what a Parameter means, for several
     "verbs": {"checked", "described", "table_of"},
 }

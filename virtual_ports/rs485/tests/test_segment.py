@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from wire_rig import BAUD, Wire, characters_ns
 
+from device_profiles.sac.packet import Malformed, Packet, PacketDecoder, encode
+from device_profiles.sac.packet_faults import packet_fault
 from hil.vocab.time import FOREVER
-from hil.wire.packet import Malformed, Packet, PacketDecoder, encode
-from virtual_ports.rs485.packet_faults import packet_fault
 from virtual_ports.rs485.waveform import Drive, low_line, read
 
 Y = encode(85, 1, b"y")

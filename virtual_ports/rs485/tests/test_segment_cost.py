@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from wire_rig import BAUD, Wire
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 
 STATIONS = 252
 CPU_MS = 20

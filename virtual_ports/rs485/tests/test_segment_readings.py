@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from wire_rig import BAUD, Ear, Sent, SlowWire, Timeline, Wire, characters_ns
 
-from hil.wire.packet import encode
+from device_profiles.sac.packet import encode
 from virtual_ports.rs485.disturbance import WINDOW_CHARACTERS
 from virtual_ports.rs485.stations import Station
 

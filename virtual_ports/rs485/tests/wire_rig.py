@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
-from hil.wire.packet import PacketDecoder
+from device_profiles.sac.framing import FRAMING
+from device_profiles.sac.packet import PacketDecoder
+from hil.vocab.framing import Framing
 from hil.wire.serial_line import resample
 from virtual_ports.rs485.segment import Segment
 from virtual_ports.rs485.stations import Station
@@ -45,7 +47,7 @@ class Ear:
     got: list[tuple[int, int]] = field(default_factory=list)
     told: int = 0
 
-    def hear(self, start_ns: int, data: bytes, baud: int) -> None:
+    def hear(self, start_ns: int, data: bytes, baud: int, packets: object = None) -> None:
         self.told += 1
         if baud == self.baud_now:
             self.got += [(start_ns + characters_ns(i + 1, baud), byte) for i, byte in enumerate(data)]
@@ -71,9 +73,9 @@ class Ear:
 class Wire(Segment):
     """Stations by their names, or by their names and bauds."""
 
-    def __init__(self, *names: str, bauds: Iterable[int] = ()) -> None:
+    def __init__(self, *names: str, bauds: Iterable[int] = (), framing: Framing = FRAMING) -> None:
         self.clock = Timeline()
-        super().__init__(self.clock)
+        super().__init__(self.clock, framing)
         self.ears = {name: Ear(self.clock) for name in names}
         for ear, baud in zip(self.ears.values(), bauds, strict=False):
             ear.baud_now = baud

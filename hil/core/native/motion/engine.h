@@ -4,13 +4,10 @@
 
 #include <stdint.h>
 
+#include "../abi.h"
 #include "ramp.h"
 
-#define MOTION_QUEUE 30
-#define MOTION_SLOTS 32 /* 0: continuous, 1 to 30: the queue, 31: one-shot */
 #define MOTION_NEVER INT64_MAX
-enum { MOTION_CONTINUOUS_SLOT = 0, MOTION_ONE_SHOT_SLOT = 31 };
-enum { MOTION_STANDBY, MOTION_ACCEL, MOTION_CRUISE, MOTION_DECEL, MOTION_STOP };
 
 /* One command, every attribute resolved. */
 typedef struct motion_entry {

@@ -7,7 +7,7 @@
 
 #include <stdint.h>
 
-#define RAMP_MARKS 1024
+#define RAMP_MARKS 384 /* above the root of RAMP_EXACT: what is between two marks fits */
 #define RAMP_EXACT 131072
 
 /* A linear ramp downwards is the upward one's list, last value first. Of its first RAMP_EXACT values some are kept,

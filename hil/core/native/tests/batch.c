@@ -2,6 +2,7 @@
 #include "../batch.h"
 #include "../batch_any.h"
 #include "../batch_avx2.h"
+#include "../law/servo.h"
 
 #include "fixture.h"
 
@@ -149,10 +150,10 @@ static void narrow_and_wide_are_the_same(void)
 #endif
             for (int i = 0; i < SEATS; i++) {
                 hil_axis *a = narrow[i].axis, *b = wide[i].axis;
-                CHECK(!memcmp(&a->law, &b->law, sizeof a->law));
+                CHECK(!memcmp(&servo_of(a)->law, &servo_of(b)->law, sizeof servo_of(a)->law));
                 CHECK(!memcmp(&a->full.moving, &b->full.moving, sizeof a->full.moving));
                 CHECK(!memcmp(&a->plant.moving, &b->plant.moving, sizeof a->plant.moving));
-                CHECK_INT(a->next_step_ns, b->next_step_ns);
+                CHECK_INT(a->law_next_ns, b->law_next_ns);
             }
         }
         hil_core_free(c);

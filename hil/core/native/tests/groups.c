@@ -41,14 +41,14 @@ static void half_full_ring_holds_time(void)
     hil_event e;
     hil_axis_set(c, 0, HIL_FIELD_print_yw, 1);
     hil_axis_loop(c, 0, 1);
-    int64_t half_ns = step_ns(5 * RING_LEN / 2);
+    int64_t half_ns = step_ns(5 * RING_MOST / 2);
     CHECK_INT(hil_group_advance(c, 0, 2 * half_ns), half_ns);
     CHECK_INT(hil_group_advance(c, 0, 2 * half_ns), half_ns);
-    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), 5 * RING_LEN / 2);
-    for (int i = 1; i <= RING_LEN / 2; i++) {
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), 5 * RING_MOST / 2);
+    for (int i = 1; i <= RING_MOST / 2; i++) {
         CHECK_INT(hil_group_take_event(c, 0, &e), 1);
         CHECK(e.at_ns == step_ns(5 * i) && e.kind == HIL_EVENT_STEP_RESPONSE && e.axis == 0);
-        if (i == 1) CHECK_INT(hil_group_advance(c, 0, 2 * half_ns), step_ns(5 * (RING_LEN / 2 + 1)));
+        if (i == 1) CHECK_INT(hil_group_advance(c, 0, 2 * half_ns), step_ns(5 * (RING_MOST / 2 + 1)));
     }
     CHECK_INT(hil_group_take_event(c, 0, &e), 1);
     CHECK_INT(hil_group_take_event(c, 0, &e), 0);
@@ -69,9 +69,9 @@ static void half_full_ring_stops_both_axes(void)
         hil_axis_loop(c, axis, 1);
     }
     int64_t now_ns = hil_group_advance(c, 0, 2000000000);
-    CHECK_INT(now_ns, step_ns(5 * RING_LEN / 2));
-    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), 5 * RING_LEN / 2);
-    CHECK_INT(hil_axis_get(c, 1, HIL_FIELD_control_steps), 5 * RING_LEN / 2);
+    CHECK_INT(now_ns, step_ns(5 * RING_MOST / 2));
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_control_steps), 5 * RING_MOST / 2);
+    CHECK_INT(hil_axis_get(c, 1, HIL_FIELD_control_steps), 5 * RING_MOST / 2);
     while (hil_group_take_event(c, 0, &e)) CHECK_INT(e.axis, 0);
     hil_core_free(c);
 }
@@ -79,14 +79,14 @@ static void half_full_ring_stops_both_axes(void)
 static void full_ring_fails(void)
 {
     hil_core *c = new_bench();
-    for (int i = 0; i < RING_LEN; i++) hil_axis_pin(c, 0, 2, !(i & 1));
+    for (int i = 0; i < RING_MOST; i++) hil_axis_pin(c, 0, 2, !(i & 1));
     CHECK_INT(hil_group_failed(c, 0), 0);
     hil_axis_pin(c, 0, 2, 1);
     CHECK_INT(hil_group_failed(c, 0), 1);
     hil_event e;
     int n = 0;
     while (hil_group_take_event(c, 0, &e)) CHECK_INT(e.value, !(n++ & 1));
-    CHECK_INT(n, RING_LEN);
+    CHECK_INT(n, RING_MOST);
     hil_group_close(c, 0);
     CHECK_INT(open_group(c, 7), 0);
     CHECK_INT(hil_group_failed(c, 0), 0);

@@ -23,7 +23,8 @@ static void *produce(void *argument)
 
 static void ring_keeps_order(void)
 {
-    static event_ring r;
+    static hil_event slots[RING_MOST];
+    static event_ring r = {.len = RING_MOST, .slot = slots};
     /* Starts a little before the counters wrap. */
     atomic_store(&r.head, UINT32_MAX - 1000);
     atomic_store(&r.tail, UINT32_MAX - 1000);

@@ -301,8 +301,52 @@ static void the_drivers_step_follows_the_mode_pins(void)
     }
 }
 
+/* A SAC has a small ring; with a servo in its group it grows, and the events that wait stay in order. */
+static void a_ring_grows_with_its_group(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    hil_event e;
+    int level = 0;
+    for (int i = 0; i < 40; i++, level = !level) {
+        hil_axis_pin(c, 0, HIL_IN_ESTOP, level);
+        CHECK_INT(hil_group_take_event(c, 0, &e), 1);
+    }
+    for (int i = 0; i < 50; i++, level = !level) hil_axis_pin(c, 0, HIL_IN_ESTOP, level);
+    CHECK_INT(c->groups[0].events.len, RING_LEAST);
+    CHECK_INT(open_axis(c, 0), 1);
+    CHECK_INT(c->groups[0].events.len, RING_MOST);
+    for (int i = 0; i < 50; i++) {
+        CHECK_INT(hil_group_take_event(c, 0, &e), 1);
+        CHECK_INT(e.kind, HIL_EVENT_ESTOP);
+        CHECK_INT(e.value, i & 1);
+    }
+    CHECK_INT(hil_group_take_event(c, 0, &e), 0);
+    CHECK_INT(hil_group_failed(c, 0), 0);
+    hil_core_free(c);
+}
+
+/* What only a servo has: refused, or nothing. */
+static void a_stepper_is_no_servo(void)
+{
+    hil_core *c = new_sac(&MOVE);
+    hil_path_piece piece = {.duration_ns = 1000000, .per_s = 1};
+    hil_snapshot before, after;
+    hil_axis_snapshot(c, 0, &before);
+    CHECK(!hil_axis_table(c, 0));
+    CHECK_INT(hil_axis_follow(c, 0, 0, 1, &piece), -3);
+    CHECK_INT(hil_axis_set(c, 0, HIL_FIELD_r, 1), -1);
+    hil_axis_output(c, 0, 10, 100);
+    hil_axis_vref(c, 0, 10, 10);
+    hil_axis_loop(c, 0, 1);
+    hil_axis_snapshot(c, 0, &after);
+    CHECK(!memcmp(&before, &after, sizeof before));
+    hil_core_free(c);
+}
+
 void stepper_tests(void)
 {
+    RUN(a_ring_grows_with_its_group);
+    RUN(a_stepper_is_no_servo);
     RUN(the_rotor_follows);
     RUN(a_ramp_that_is_too_steep_loses_whole_teeth);
     RUN(what_is_published_is_what_it_is);

@@ -1,0 +1,92 @@
+"""Whether one core carries 252 SACs on a line in real time: broadcasts alone at 38400 baud, the line never
+idle; and 1 Mbaud with one broadcast among ten commands, each to another node, which acknowledges it.
+
+The bursts are played at their own times. Prints the daemon's CPU time for a second of the line's time, of
+which a core has one, and how much of what was asked was on the wire when its time was over.
+"""
+
+import json
+import select
+import sys
+import time
+from pathlib import Path
+
+from _processes import Daemon, cpu_s, daemon
+
+from device_profiles.sac.packet import encode
+from hil.net.control_client import ask
+
+NODES = range(4, 256)
+SECONDS = 5 if "--quick" in sys.argv else 20
+ALL, MASTER = 0, 1
+ACK_CHARACTERS = 2 + 7 + 2
+"""Turnaround, an ACK, and what the master waits then."""
+PIECE_S = 1.0
+
+
+def config() -> str:
+    names = [f"s{address}" for address in NODES]
+    segment = {"stations": names, "taps": {"m": {"port": "tcp"}}, "baud": 38400}
+    devices = {name: {"profile": "sac", "port": "tcp"} for name in names}
+    return json.dumps({"bench": "bench", "devices": devices, "segments": {"bus0": segment}})
+
+
+def wait_s(seconds: float) -> None:
+    select.select([], [], [], seconds)
+
+
+def set_up(control: Path, baud: int) -> None:
+    for address in NODES:
+        for line in (f"$CM{address}", f"$Cn{baud}"):
+            ask(control, "type", device=f"s{address}", text=f"{line}\\r")
+    wait_s(3)
+    for address in NODES:
+        ask(control, "type", device=f"s{address}", text="$R\\r")
+    wait_s(4)
+
+
+def one_second(baud: int, broadcasts_of_ten: int, number: int) -> list[tuple[int, str]]:
+    """What is on the line in a second, of which the master's clock knows."""
+    character_ns = 10 * 10**9 / baud
+    rows, at_ns, count = [], 0.0, number * 1000
+    while at_ns < 0.999e9:
+        is_for_all = count % 10 < broadcasts_of_ten
+        to = ALL if is_for_all else NODES[count * 7 % len(NODES)]
+        raw = encode(to, MASTER, b"v%d" % (150 + count % 2))
+        rows.append((round(at_ns), raw.hex()))
+        at_ns += (len(raw) + (0 if is_for_all else ACK_CHARACTERS)) * character_ns + 1
+        count += 1
+    return rows
+
+
+def measure(about: str, running: Daemon, control: Path, baud: int, broadcasts_of_ten: int) -> None:
+    def packets() -> int:
+        return int(ask(control, "segments")[0]["packets"])
+
+    asked, before = 0, packets()
+    cpu, began_s = cpu_s(running.pid), time.monotonic()
+    for number in range(SECONDS):
+        rows = one_second(baud, broadcasts_of_ten, number)
+        asked += len(rows) + sum(bytes.fromhex(raw)[1] != ALL for _, raw in rows)
+        ask(control, "play", tap="bus0.m", bursts=rows)
+        wait_s(max(0, began_s + (number + 1) * PIECE_S - time.monotonic()))
+    spent_s, wall_s = cpu_s(running.pid) - cpu, time.monotonic() - began_s
+    share = (packets() - before) / asked
+    print(f"{about}: {spent_s / SECONDS:.2f} s of CPU a second")
+    print(f"  {share:.1%} of {asked} packets after {wall_s:.1f} s")
+
+
+def main() -> None:
+    for about, baud, broadcasts in (
+        ("38400 baud, broadcasts alone", 38400, 10),
+        ("1 Mbaud, one broadcast in ten", 1_000_000, 1),
+    ):
+        with daemon(config()) as running:
+            control = running.folder / "run" / "bench" / "control.sock"
+            wait_s(3)
+            set_up(control, baud)
+            measure(about, running, control, baud, broadcasts)
+
+
+if __name__ == "__main__":
+    main()

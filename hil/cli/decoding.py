@@ -1,0 +1,70 @@
+"""Captures as text: each packet a line, by the framing that the capture names."""
+
+from collections.abc import Iterator
+
+from hil.compose.find import find_catalogue
+from hil.compose.framings import LINE_FRAMING
+from hil.vocab.framing import Framing, Splitter
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.pcapng import EVENT_NAMES, CaptureError, Interface, Record, RecordKind, read
+
+LINE_BAUD = 38400
+"""Speed of a line whose capture does not say it."""
+
+
+class _Line:
+    """One direction of an interface."""
+
+    def __init__(self, line: Interface) -> None:
+        framings = find_catalogue().framings
+        if (name := line.framing or LINE_FRAMING) not in framings:
+            raise CaptureError(f"{line.name} has the framing {name!r}; this knows {', '.join(framings)}")
+        self._name = line.name
+        self._baud = line.baud or LINE_BAUD
+        self._framing: Framing = framings[name]
+        self._splitter: Splitter = self._framing.splitter()
+
+    def packets(self, data: bytes, at_ns: int) -> Iterator[tuple[int, str]]:
+        for item in self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items:
+            yield item.at_ns, f"{self._name} {self._framing.text(item)}"
+
+    def silent(self, now_ns: int) -> Iterator[tuple[int, str]]:
+        for item in self._splitter.silence(SimTimeNs(now_ns)):
+            yield item.at_ns, f"{self._name} {self._framing.text(item)}"
+
+
+def decoded(data: bytes) -> Iterator[str]:
+    """Decode a capture; times are seconds since its first record.
+
+    Raises:
+        CaptureError: after all that is whole, as ``hil.wire.pcapng.read``; or a framing that is not here.
+    """
+    lines: dict[tuple[Interface, int], _Line] = {}
+    first_ns: int | None = None
+    error: CaptureError | None = None
+    try:
+        for record in read(data):
+            first_ns = record.at_ns if first_ns is None else first_ns
+            for at_ns, text in _of_record(record, lines):
+                yield f"{(at_ns - first_ns) / 1e9:12.6f} {text}"
+    except CaptureError as caught:
+        error = caught
+    for line in lines.values():  # behind the last record comes silence
+        for at_ns, text in line.silent(FOREVER):
+            yield f"{(at_ns - (first_ns or 0)) / 1e9:12.6f} {text}"
+    if error:
+        raise error
+
+
+def _of_record(record: Record, lines: dict[tuple[Interface, int], _Line]) -> Iterator[tuple[int, str]]:
+    for line in lines.values():
+        yield from line.silent(record.at_ns)
+    if record.event not in (RecordKind.TX, RecordKind.RX):
+        name = EVENT_NAMES.get(record.event, f"event {record.event}")
+        about = f" ({record.comment})" if record.comment else ""
+        yield record.at_ns, f"{record.interface} {name}{about}: {record.data.hex(' ')}"
+        return
+    key = record.line, record.event
+    if key not in lines:
+        lines[key] = _Line(record.line)
+    yield from lines[key].packets(record.data, record.at_ns)

@@ -1,0 +1,105 @@
+"""``hil profile``: which boards there are, a new one, and the checks that each has to pass."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hil.cli.ask import fail
+
+if TYPE_CHECKING:
+    from hil.config import BenchConfig
+
+NAME = "[a-z][a-z0-9_]{0,31}"
+
+profile_app = typer.Typer(
+    help="Kinds of boards: list them, begin one, check one.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@profile_app.command("list")
+def list_profiles(
+    folders: Annotated[
+        list[Path] | None,
+        typer.Option("--folder", help="A folder with boards of your own, as in profile_path."),
+    ] = None,
+) -> None:
+    """List the boards that a configuration can name, and where each is."""
+    from hil.compose import find_catalogue
+    from hil.discovery.board_places import find_places
+
+    path = tuple(folder.resolve() for folder in folders or ())
+    found, catalogue = find_places(path), find_catalogue(path=path)
+    for message, remedy in found.wrong_paths.values():
+        typer.echo(f"hil: {message} ({remedy})", err=True)
+    for name in sorted({*found.places, *catalogue.refused}):
+        problems = catalogue.problems(name)
+        for problem in problems:
+            typer.echo(problem, err=True)
+        title = "cannot be used" if problems else catalogue.profiles[name].title
+        origin = found.places[name].origin if name in found.places else "an entry point"
+        typer.echo(f"{name}: {title} ({origin})")
+
+
+@profile_app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="Its name: a letter a-z and up to 31 more of a-z, 0-9 and _.")],
+    folder: Annotated[
+        Path, typer.Option("--folder", help="The folder in which to make the board's.")
+    ] = Path(),
+) -> None:
+    """Write a new board: a folder that runs, and passes its tests, as it is."""
+    from hil.cli.new_board import files_of
+    from hil.discovery.board_places import find_places
+    from hil.host.new_file import write_file
+
+    if not re.fullmatch(NAME, name):
+        raise fail(f"hil: {name!r} is not a name: a letter a-z and up to 31 more of a-z, 0-9 and _", 2)
+    if place := find_places().places.get(name):
+        raise fail(f"hil: there is a board {name} already, {place.origin}: choose another name", 2)
+    board = folder / name
+    try:
+        if board.exists():
+            raise fail(f"hil: {board} is there already: choose another name, or remove it", 2)
+        files = files_of(name, str(folder))
+        for file in files:
+            (board / file).parent.mkdir(parents=True, exist_ok=True)
+        for file, text in files.items():
+            write_file(board / file, text.encode())
+    except OSError as error:
+        raise fail(f"hil: {error.filename or board}: {error.strerror}", 2) from None
+    typer.echo(f"{board}: {', '.join(files)}")
+    typer.echo(f"Try it: hil profile check {board}, and python -m pytest {board}")
+    typer.echo(f"Use it: profile_path: [{folder}] in a configuration beside it, and profile: {name}")
+
+
+@profile_app.command()
+def check(
+    folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
+) -> None:
+    """Carry out the checks that every board has to pass.
+
+    It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
+    starts anew after a reset, and its log replays identically. Exits with 1 if one fails.
+    """
+    from hil.testing.check_profile import profile_failures
+
+    if not folder.is_dir():
+        raise fail(f"hil: there is no folder {folder}", 2)
+    failures = list(profile_failures(folder))
+    if failures:
+        raise fail("\n".join(failures))
+    typer.echo(f"{folder}: passes all checks")
+
+
+def say_what_is_spoilt(bench: "BenchConfig") -> str:
+    """Print the problems of boards that a bench does not use; answers their names as the end of a message."""
+    from hil.compose import find_catalogue
+
+    catalogue = find_catalogue(path=bench.profile_path)
+    others = {*catalogue.profiles, *catalogue.refused} - {each.profile for each in bench.devices.values()}
+    spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
+    for problem in (each for problems in spoilt.values() for each in problems):
+        typer.echo(problem, err=True)
+    return f"; not used and not usable: {', '.join(spoilt)}" if spoilt else ""

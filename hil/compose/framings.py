@@ -1,0 +1,47 @@
+"""Framings of lines by name: those of boards, and those that belong to no board."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from hil.config import Catalogue, ConfigError, SegmentConfig
+from hil.vocab.framing import Framing
+from hil.vocab.profile import Profile
+from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+
+COMMON = {framing.name: framing for framing in (MODBUS_RTU,)}
+LINE_FRAMING = "sac"
+"""Framing of a line for which neither a board on it nor a tap says one: what all lines had before there was
+another."""
+
+
+class Framings(Mapping[str, Framing]):
+    """Framings by name. Boards are imported only when one is asked for that belongs to no protocol."""
+
+    def __init__(self, boards: Mapping[str, Profile]) -> None:
+        self._boards = boards
+
+    def __getitem__(self, name: str) -> Framing:
+        return COMMON[name] if name in COMMON else self._of_boards[name]
+
+    @property
+    def _of_boards(self) -> dict[str, Framing]:
+        framings = filter(None, map(self._of_board, self._boards))
+        return {framing.name: framing for framing in framings}
+
+    def _of_board(self, board: str) -> Framing | None:
+        try:
+            return self._boards[board].framing
+        except ConfigError:  # said where the board is named
+            return None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._of_boards | COMMON)
+
+    def __len__(self) -> int:
+        return len(self._of_boards | COMMON)
+
+
+def framing_of(config: SegmentConfig, boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
+    """Find the framing of a line: what a tap says, or the first of the ``boards`` on it that says one."""
+    said = [tap.framing for tap in config.taps.values() if tap.framing]
+    name = said[0] if said else LINE_FRAMING
+    return (None if said else next(filter(None, boards), None)) or catalogue.framings[name]

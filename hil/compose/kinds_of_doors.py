@@ -1,0 +1,83 @@
+"""Kinds of ports and bridges: in the folders of hil, and in packages that are installed beside it."""
+
+import sys
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from traceback import extract_tb
+from types import ModuleType
+from typing import Any
+
+from pydantic import BaseModel
+
+from hil.config.catalogue import Unusable
+from hil.discovery.installed import installed, told
+
+
+class Kinds(Mapping[str, type[BaseModel]]):
+    """Options models by kind; a kind's module is imported only when it is asked for.
+
+    ``package`` has a folder for each kind of hil's own; ``group`` is that of entry points for others; each
+    has ``module``. ``extra`` are the caller's own.
+
+    Raises:
+        KeyError: there is no such kind.
+        Unusable: it cannot be imported, or there are two of the name.
+    """
+
+    def __init__(
+        self, package: str, group: str, module: str, extra: Mapping[str, type[BaseModel]] | None = None
+    ) -> None:
+        self._module, self._extra = module, extra or {}
+        self._packages = {
+            name: [(f"{package}.{name}", "that of hil")] for name in folders(package, f"{module}.py")
+        }
+        for name, points in installed(group).items():
+            self._packages.setdefault(name, []).extend((point.value, told(point)) for point in points)
+        self._names = [*self._extra, *(name for name in self._packages if name not in self._extra)]
+
+    def __getitem__(self, kind: str) -> type[BaseModel]:
+        if kind in self._extra:
+            return self._extra[kind]
+        options: type[BaseModel] = self.attribute(kind, "Options")
+        return options
+
+    def __contains__(self, kind: object) -> bool:
+        return kind in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def attribute(self, kind: str, name: str) -> Any:
+        """Get what a kind's module defines. Raises as this class does."""
+        (package, _), *others = self._packages[kind]
+        if others:
+            places = ", and ".join(origin for _, origin in self._packages[kind])
+            raise Unusable(f"there are two of this name: {places}", "uninstall one of them")
+        module = _imported(f"{package}.{self._module}")
+        if not hasattr(module, name):
+            raise Unusable(f"{module.__file__}:1: there is no {name} here", "each kind has to define it")
+        return getattr(module, name)
+
+
+@cache
+def folders(package: str, marker: str) -> tuple[str, ...]:
+    """Names of a package's folders that have the marker file, in their order."""
+    spec = find_spec(package)
+    roots = (spec.submodule_search_locations or []) if spec else []
+    return tuple(path.parent.name for root in roots for path in sorted(Path(root).glob(f"*/{marker}")))
+
+
+def _imported(name: str) -> ModuleType:
+    try:
+        return import_module(name)
+    except (Exception, SystemExit) as error:  # somebody else's code
+        sys.modules.pop(name, None)
+        frames = [each for each in extract_tb(error.__traceback__)[1:] if "importlib" not in each.filename]
+        where = f"{frames[-1].filename}:{frames[-1].lineno}: " if frames else ""
+        raise Unusable(f"{where}{type(error).__name__}: {error}", f"mend the package {name}") from None

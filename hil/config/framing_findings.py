@@ -1,0 +1,77 @@
+"""Checks of what lines speak: all on one segment the same, and faults that its packets can have."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hil.config.catalogue import Catalogue, ProfileInfo
+from hil.config.document import Finding, KeyPath
+from hil.config.explain import shown, suggestion
+from hil.config.station_names import station_addresses
+from hil.vocab.address import Address, owner_of
+from hil.vocab.faults import OF_FRAMINGS
+from hil.vocab.framing import Framing
+
+Said = tuple[KeyPath, str, str]
+"""Where it is said what a line speaks, who says so, and the framing's name."""
+
+
+def framing_findings(
+    value: Mapping[str, Any], devices: Mapping[str, ProfileInfo], catalogue: Catalogue
+) -> Iterator[Finding]:
+    """Findings about what segments speak. ``devices``: those whose profile is known."""
+    lines: dict[str, Framing] = {}
+    segments = value.get("segments")
+    for name, segment in segments.items() if isinstance(segments, dict) else ():
+        if not isinstance(segment, dict):
+            continue
+        said = [*_boards(name, segment, devices, catalogue), *_taps(name, segment)]
+        known = [each for each in said if each[2] in catalogue.framings]
+        for path, _, framing in said:
+            if framing not in catalogue.framings:
+                remedy = suggestion(framing, catalogue.framings)
+                yield Finding(path, f"there is no framing {shown(framing)}", remedy)
+        for path, _, framing in known[1:]:
+            if framing != known[0][2]:
+                message = f"{name} speaks {known[0][2]} already, by {known[0][1]}; this is {framing}"
+                yield Finding(path, message, "put it on a segment of its own")
+        if known:
+            framing_here = catalogue.framings[known[0][2]]
+            lines |= dict.fromkeys((name, *_stations(name, segment, devices)), framing_here)
+    yield from _faults(value.get("faults"), lines)
+
+
+def _boards(
+    name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo], catalogue: Catalogue
+) -> Iterator[Said]:
+    stations = segment.get("stations")
+    for index, station in enumerate(stations if isinstance(stations, list) else ()):
+        device = owner_of(str(station))
+        if device not in devices or catalogue.problems(profile := devices[device].name):
+            continue
+        if framing := catalogue.boards[profile].framing:
+            yield ("segments", name, "stations", index), device, framing.name
+
+
+def _taps(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
+    taps = segment.get("taps")
+    for tap, keys in taps.items() if isinstance(taps, dict) else ():
+        if isinstance(keys, dict) and isinstance(keys.get("framing"), str):
+            yield ("segments", name, "taps", tap, "framing"), tap, keys["framing"]
+
+
+def _stations(name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
+    stations, taps = segment.get("stations"), segment.get("taps")
+    for station in stations if isinstance(stations, list) else ():
+        yield from station_addresses(str(station), devices)
+    yield from (str(Address(name, str(tap))) for tap in (taps if isinstance(taps, dict) else ()))
+
+
+def _faults(entries: object, lines: Mapping[str, Framing]) -> Iterator[Finding]:
+    for index, entry in enumerate(entries if isinstance(entries, list) else ()):
+        if not isinstance(entry, dict):
+            continue
+        kind, framing = entry.get("fault"), lines.get(str(entry.get("target")))
+        if framing and kind in OF_FRAMINGS and kind not in framing.faults:
+            able = ", ".join(framing.faults)
+            message = f"{kind} means nothing on a line of {framing.name}"
+            yield Finding(("faults", index, "fault"), message, f"of faults of packets it can have {able}")

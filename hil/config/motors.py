@@ -1,0 +1,190 @@
+"""Catalogue of motors that a ``profile.yaml`` may name, as in ``motor: nema17-2A``, instead of writing out
+their numbers. Each number has its origin."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+
+class Figure(NamedTuple):
+    """Number of a motor; ``full`` is the full plant's, where it differs."""
+
+    value: float
+    source: str
+    full: float | None = None
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Motor at its rated current. The origin of a figure says whether its data sheet was read, or sellers."""
+
+    title: str
+    figures: Mapping[str, Figure]
+
+
+MEANINGS: dict[str, dict[str, Any]] = {
+    "inertia_kg_m2": {
+        "unit": "kg m2",
+        "above": 0,
+        "about": "Moment of inertia of the rotor and what turns with it.",
+    },
+    "viscous_Nm_s_per_rad": {
+        "unit": "Nm s/rad",
+        "minimum": 0,
+        "about": "Friction that grows with the speed.",
+    },
+    "torque_constant_Nm_per_A": {
+        "unit": "Nm/A",
+        "above": 0,
+        "about": "Torque of one coil for each ampere, at the angle where it pulls most.",
+    },
+    "rotor_teeth": {
+        "unit": "teeth",
+        "minimum": 1,
+        "maximum": 1000,
+        "whole": True,
+        "about": "Teeth of the rotor; four full steps turn it by one tooth.",
+    },
+    "start_deg": {"unit": "deg", "minimum": -1e6, "maximum": 1e6, "about": "Shaft angle at power-up."},
+    "load_torque_Nm": {
+        "unit": "Nm",
+        "minimum": -1e6,
+        "maximum": 1e6,
+        "about": "External torque on the shaft; up to ten times what the motor holds.",
+    },
+    "supply_V": {
+        "unit": "V",
+        "above": 0,
+        "about": "Supply voltage of the driver; must be in its range. The simple plant has no limit from it.",
+    },
+    "phase_resistance_ohm": {"unit": "ohm", "above": 0, "about": "Resistance of one coil. Full plant only."},
+    "phase_inductance_H": {"unit": "H", "above": 0, "about": "Inductance of one coil. Full plant only."},
+    "detent_torque_Nm": {
+        "unit": "Nm",
+        "minimum": 0,
+        "about": "Largest torque of the magnets without current; four periods to one of the current."
+        " Full plant only.",
+    },
+    "coulomb_torque_Nm": {
+        "unit": "Nm",
+        "minimum": 0,
+        "about": "Dry friction; a stopped shaft stays under less than this. Full plant only.",
+    },
+    "full_step_error_pct": {
+        "unit": "% of a full step",
+        "minimum": 0,
+        "maximum": 100,
+        "about": "Amplitude of the once-per-turn error of the motor's magnetic angle. Full plant only.",
+    },
+    "encoder_eccentricity_deg": {
+        "unit": "deg",
+        "minimum": 0,
+        "maximum": 20,
+        "about": "Amplitude of the encoder's once-per-turn error. Full plant only.",
+    },
+    "encoder_nonlinearity_deg": {
+        "unit": "deg",
+        "minimum": 0,
+        "maximum": 10,
+        "about": "Amplitude of the encoder's twice-per-turn error. Full plant only.",
+    },
+    "encoder_noise_counts": {
+        "unit": "counts rms",
+        "minimum": 0,
+        "maximum": 1000,
+        "about": "Noise of a reading. Full plant only.",
+    },
+}
+"""Units, limits and meanings of the numbers that come with a motor."""
+
+_AROUND = {
+    "start_deg": Figure(0.0, "chosen"),
+    "load_torque_Nm": Figure(0.0, "a bare shaft"),
+    "supply_V": Figure(12.0, "chosen, usual bench supplies", 24.0),
+    "encoder_eccentricity_deg": Figure(0.0, "no encoder, or a perfect one"),
+    "encoder_nonlinearity_deg": Figure(0.0, "no encoder, or a perfect one"),
+    "encoder_noise_counts": Figure(0.0, "no encoder, or a perfect one"),
+}
+"""Numbers around a motor, which a board gives if it has others."""
+
+_BEARINGS = "chosen: bearings and the iron's hysteresis, see docs/decisions/0008"
+_DETENT = "chosen, a thirtieth of the holding torque as usual for the size"
+_DAMPING = (
+    "chosen: the damping of nema17-2A, by the root of holding torque times inertia; full: bearings alone"
+)
+
+MOTORS: Mapping[str, Motor] = {
+    "nema17-2A": Motor(
+        "17HS16-2004S1: 42 x 40 mm, 0.45 Nm at 2 A",
+        _AROUND
+        | {
+            "inertia_kg_m2": Figure(5.4e-6, "17HS16-2004S1 data sheet, rotor 54 g cm2"),
+            "viscous_Nm_s_per_rad": Figure(
+                0.0015,
+                "chosen: the simple plant then takes full steps at 10 to 800 RPM without swinging out of"
+                " step; full: bearings alone",
+                4.0e-5,
+            ),
+            "torque_constant_Nm_per_A": Figure(
+                0.155, "17HS16-2004S1 data sheet, 0.45 Nm holding torque with two coils at 2 A"
+            ),
+            "rotor_teeth": Figure(50, "17HS16-2004S1 data sheet, 200 steps a turn"),
+            "phase_resistance_ohm": Figure(1.1, "17HS16-2004S1 data sheet"),
+            "phase_inductance_H": Figure(2.6e-3, "17HS16-2004S1 data sheet"),
+            "detent_torque_Nm": Figure(0.015, _DETENT),
+            "coulomb_torque_Nm": Figure(0.008, _BEARINGS),
+            "full_step_error_pct": Figure(5.0, "17HS16-2004S1 data sheet, step angle accuracy +-5 %"),
+        },
+    ),
+    "nema17-2A-long": Motor(
+        "17HS19-2004S1: 42 x 48 mm, 0.59 Nm at 2 A",
+        _AROUND
+        | {
+            "inertia_kg_m2": Figure(8.2e-6, "17HS19-2004S1 as sellers quote it, rotor 82 g cm2"),
+            "viscous_Nm_s_per_rad": Figure(0.0021, _DAMPING, 4.0e-5),
+            "torque_constant_Nm_per_A": Figure(
+                0.209, "17HS19-2004S1 as sellers quote it, 0.59 Nm holding torque with two coils at 2 A"
+            ),
+            "rotor_teeth": Figure(50, "17HS19-2004S1, 200 steps a turn"),
+            "phase_resistance_ohm": Figure(1.4, "17HS19-2004S1 as sellers quote it"),
+            "phase_inductance_H": Figure(3.0e-3, "17HS19-2004S1 as sellers quote it"),
+            "detent_torque_Nm": Figure(0.02, _DETENT),
+            "coulomb_torque_Nm": Figure(0.008, _BEARINGS),
+            "full_step_error_pct": Figure(
+                5.0, "17HS19-2004S1 as sellers quote it, step angle accuracy +-5 %"
+            ),
+        },
+    ),
+    "nema23-2.8A": Motor(
+        "23HS22-2804S: 57 x 56 mm, 1.26 Nm at 2.8 A",
+        _AROUND
+        | {
+            "inertia_kg_m2": Figure(3.0e-5, "23HS22-2804S as sellers quote it, rotor 300 g cm2"),
+            "viscous_Nm_s_per_rad": Figure(0.0059, _DAMPING, 1.0e-4),
+            "torque_constant_Nm_per_A": Figure(
+                0.318, "23HS22-2804S as sellers quote it, 1.26 Nm holding torque with two coils at 2.8 A"
+            ),
+            "rotor_teeth": Figure(50, "23HS22-2804S, 200 steps a turn"),
+            "phase_resistance_ohm": Figure(0.9, "23HS22-2804S as sellers quote it"),
+            "phase_inductance_H": Figure(2.5e-3, "23HS22-2804S as sellers quote it"),
+            "detent_torque_Nm": Figure(0.042, _DETENT),
+            "coulomb_torque_Nm": Figure(0.02, _BEARINGS),
+            "full_step_error_pct": Figure(5.0, "23HS22-2804S as sellers quote it, step angle accuracy +-5 %"),
+        },
+    ),
+}
+
+
+def motor_parameters(motor: str, own: Mapping[str, object]) -> dict[str, object]:
+    """Make the parameters of an axis with this motor, as ``profile.yaml`` would write them. ``own`` are those
+    that it writes; of one that comes with the motor it may leave out what stays: unit, limits, meaning."""
+    written = {name: _written(name, own.get(name, {})) for name in MOTORS[motor].figures}
+    for name, figure in MOTORS[motor].figures.items():
+        if name not in own:
+            full = {} if figure.full is None else {"full": figure.full}
+            written[name] |= {"value": figure.value, **full, "source": figure.source}
+    return {**written, **{name: given for name, given in own.items() if name not in written}}
+
+
+def _written(name: str, given: object) -> Any:
+    return MEANINGS[name] | dict(given) if isinstance(given, Mapping) else given

@@ -1,0 +1,226 @@
+"""Numbers of the native core's face, and what it tells as dictionaries.
+
+Written by `make abi` from native/abi.def and the C headers: change those.
+"""
+
+from enum import IntEnum
+from typing import TypedDict
+
+TABLE_LEN = 16384
+"""Angles in a Mechaduino's calibration table, one for each count of its encoder."""
+HISTOGRAM_LEN = 320
+"""Buckets of a histogram of times: bucket b < 8 counts values of b ns; the others those of [(8 + b % 8) << (b
+/ 8 - 1), (9 + b % 8) << (b / 8 - 1)) ns, up to 2^42."""
+WATCHES = 17
+"""Watches of an axis."""
+WIRES = 16
+"""Wires from the outputs of an axis."""
+MOTION_QUEUE = 30
+"""Positions of a motion engine's queue."""
+MOTION_SLOTS = 32
+"""Entries of a motion engine: continuous, queue, one-shot."""
+MOTION_CONTINUOUS_SLOT = 0
+"""The entry of continuous motion; 1 to 30 are the queue."""
+MOTION_ONE_SHOT_SLOT = 31
+"""The entry of a single command."""
+
+
+class Law(IntEnum):
+    """Control laws, by the names that profiles give them."""
+
+    mechaduino = 0
+    """the Mechaduino's closed loop"""
+    sac = 1
+    """the SAC's motion engine"""
+
+
+class Kind(IntEnum):
+    """Kinds of axis that have a field."""
+
+    any = 0
+    """a field of every axis"""
+    servo = 1
+    """of axes with a loop and an encoder"""
+    stepper = 2
+    """of axes with a motion engine"""
+
+
+class Event(IntEnum):
+    """Events from a board's interrupts, by the names that firmwares know."""
+
+    step_response = 1
+    """value: yw * 1024, the number that 'j' prints before truncation"""
+    enable = 2
+    """value: level of the enable input after a change"""
+    command_begun = 3
+    """of a stepper that reports (HIL_MOTION_REPORT): OP SA rose; value: its slot"""
+    command_ended = 4
+    """and fell"""
+    estop = 5
+    """value: level of a stepper's Estop input after a change"""
+
+
+class Fault(IntEnum):
+    """Faults of an axis that are set to a value; 0: right again."""
+
+    jam = 0
+    """1: the rotor stands"""
+    open_a = 1
+    """1: no current in coil A"""
+    open_b = 2
+    """1: no current in coil B"""
+    slip_counts = 3
+    """counts that the encoder's magnet has slipped"""
+    noise_counts = 4
+    """standard deviation of a reading, counts"""
+    noise_seed = 5
+    """a whole number"""
+    supply_V = 6
+    """volts of the full plant's supply"""
+    shift_rev = 7
+    """turns that the shaft is moved by, once; not one that is jammed"""
+    load_Nm = 8
+    """Nm on the shaft beside load_torque_Nm as it was set"""
+    freeze = 9
+    """1: the encoder stays at the count that it has now"""
+    open_line = 10
+    """1: the encoder's data line is open and reads as all ones"""
+
+
+class ServoInput(IntEnum):
+    """Inputs of a servo; two names of one number are the same pin."""
+
+    D0 = 0
+    """direction: high is towards smaller counts"""
+    D1 = 1
+    """step, rising edge"""
+    D2 = 2
+    """enable, active low"""
+    D3 = 3
+    """free"""
+    dir = 0
+    """D0 as the step/dir interface names it"""
+    step = 1
+    """D1"""
+    enable = 2
+    """D2"""
+
+
+class StepperInput(IntEnum):
+    """Inputs of a stepper's controller."""
+
+    sync = 0
+    """falling edge: what is held begins"""
+    Estop = 1
+    """active low"""
+    RST = 2
+    """active low, read at a cold start"""
+    EnA = 3
+    """an encoder's channel A"""
+    EnB = 4
+    """and B"""
+
+
+class Output(IntEnum):
+    """Outputs of a stepper's controller."""
+
+    clk = 0
+    """step pulses"""
+    dir = 1
+    """direction"""
+    OP_SA = 2
+    """1 while a command runs, if it is enabled"""
+    OP_SB = 3
+    """its inverse, if it is enabled"""
+    MS1 = 4
+    """the driver's microsteps, lowest bit"""
+    MS2 = 5
+    """middle bit"""
+    MS3 = 6
+    """highest bit"""
+
+
+class MotionState(IntEnum):
+    """States of a motion engine."""
+
+    standby = 0
+    """of a motion engine: nothing runs"""
+    accel = 1
+    """the speed grows"""
+    cruise = 2
+    """the speed stays"""
+    decel = 3
+    """the speed falls"""
+    stop = 4
+    """it falls because somebody said so"""
+
+
+class Call(IntEnum):
+    """Calls of a motion engine, with what they take."""
+
+    enqueue = 0
+    """slot"""
+    once = 1
+    """slot; 0: continuous"""
+    retarget = 2
+    """rpm, cycle_us"""
+    pulse = 3
+    """1: counter-clockwise"""
+    stop = 4
+    """deceleration in hundredths, -1: at once"""
+    next = 5
+    """1: with grace"""
+    finish = 6
+    """nothing"""
+    loop_bounds = 7
+    """start, finish; 0: leave it"""
+    loop_passes = 8
+    """passes, 0: for ever"""
+    loop_array = 9
+    """passes, 0: for ever"""
+    release_sync = 10
+    """nothing"""
+    gap = 11
+    """1: on"""
+    throttle = 12
+    """1: the encoder changes the speed"""
+    report = 13
+    """1: commands' beginnings and ends are events; off after a power-up"""
+
+
+class RtStats(TypedDict):
+    """Statistics of the real-time thread."""
+
+    ticks: int
+    missed: int
+    elapsed_ns: int
+    overruns: int
+    wake_latency: list[int]
+    longest_latency_ns: int
+    latency_total_ns: int
+    fifo_errno: int
+    pin_errno: int
+    lock_errno: int
+    running: int
+
+
+class ReplayRow(TypedDict):
+    """One control step of the Mechaduino's law."""
+
+    y_meas: float
+    y_excite: float
+    yw: float
+    e: float
+    ITerm: float
+    DTerm: float
+    v: float
+    u: float
+    U: int
+    wrap_count: int
+    vref1: int
+    vref2: int
+    in1: int
+    in2: int
+    in3: int
+    in4: int
+    led: int

@@ -1,0 +1,138 @@
+"""The table of kinds of axis: all that hil asks of one, by the control law that a profile names.
+
+Whoever wants to know something of an axis that not every axis has, asks its row here; nobody asks which
+board it is.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+from hil.core._native import axis_bytes
+from hil.core.abi import Kind, Law, Output, ServoInput, StepperInput
+from hil.core.fields import Snapshot, fields_of
+from hil.vocab.axis import AxisState
+from hil.vocab.faults import SERVO, SHAFT
+
+CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
+"""A stepper controller's clock output and its input for one: frequencies and not edges."""
+FULL_SCALE_V = 0.33
+"""Full scale of the Mechaduino's current command, at the driver's sense resistor: 3.3 V / 10."""
+ANGLES = (ord("x"), ord("h"))
+"""Modes of a servo whose set-point is an angle."""
+TURNS_RPM = 5.0
+"""Speed below which a shaft whose set-point is no angle stands: above the noise of a measured speed."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AxisKind:
+    """Kind of axis. Fields are names of ``hil.core.FIELDS``."""
+
+    title: str
+    """Word for it in messages."""
+    law: Law
+    """Control law that the native core runs."""
+    inputs: Mapping[str, int]
+    """Numbers of its inputs by name; two names of one number are the same pin."""
+    outputs: Mapping[str, int]
+    has_clock: bool
+    """Whether it gives and takes a clock besides (``CLOCK_OUT``, ``CLOCK_IN``)."""
+    parameters: tuple[str, ...]
+    """Numbers that a profile gives for its motor, driver and load."""
+    fields: Mapping[str, int]
+    """Indices of its fields in the table, by name."""
+    default_signals: tuple[str, ...]
+    """Fields that are drawn by default."""
+    fault_targets: frozenset[str]
+    """Kinds of target of ``hil.vocab.faults`` that it is: what can fail."""
+    follows_paths: bool
+    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    course: tuple[str, str]
+    """Fields of its set-point and of its position, in degrees."""
+    motion: Callable[[Snapshot], AxisState]
+    """Reads its state as motion."""
+    max_current_A: Callable[[Mapping[str, float]], float]
+    """Maximum current of a coil, by its parameters."""
+    memory_bytes: int
+    """Locked memory in the core, of an axis that is alone in its group."""
+
+    def holding_Nm(self, parameters: Mapping[str, float]) -> float:
+        """Maximum torque of the motor, without that of its magnets."""
+        return parameters["torque_constant_Nm_per_A"] * self.max_current_A(parameters)
+
+
+def _numbers(pins: type[IntEnum]) -> dict[str, int]:
+    return {name: int(number) for name, number in pins.__members__.items()}
+
+
+def _servo_motion(said: Snapshot) -> AxisState:
+    is_angle, is_on, follows = said.mode in ANGLES, bool(said.loop_on), bool(said.following)
+    return AxisState(
+        at_ns=said.at_ns,
+        commanded_deg=said.r,
+        position_deg=said.yw,
+        is_moving=follows or (is_on and not is_angle and abs(said.velocity_rpm) > TURNS_RPM),
+        is_under_way=follows,
+        is_on=is_on,
+        keeps_angle=is_on and is_angle,
+    )
+
+
+def _stepper_motion(said: Snapshot) -> AxisState:
+    return AxisState(
+        at_ns=said.at_ns,
+        commanded_deg=said.commanded_deg,
+        position_deg=said.position_deg,
+        is_moving=bool(said.motion_state),
+        is_under_way=bool(said.motion_state or said.pending),
+        is_on=True,
+    )
+
+
+_MOTOR = (
+    "inertia_kg_m2",
+    "viscous_Nm_s_per_rad",
+    "torque_constant_Nm_per_A",
+    "start_deg",
+    "load_torque_Nm",
+    "rotor_teeth",
+)
+
+MECHADUINO = AxisKind(
+    title="servo",
+    law=Law.mechaduino,
+    inputs=_numbers(ServoInput),
+    outputs={},
+    has_clock=False,
+    parameters=(*_MOTOR, "sense_resistor_ohm"),
+    fields=fields_of(Kind.servo),
+    default_signals=("r", "yw", "u"),
+    fault_targets=frozenset({SHAFT, SERVO}),
+    follows_paths=True,
+    course=("r", "yw"),
+    motion=_servo_motion,
+    max_current_A=lambda parameters: FULL_SCALE_V / parameters["sense_resistor_ohm"],
+    memory_bytes=axis_bytes(Law.mechaduino),
+)
+"""A closed loop with an encoder, driven by step and direction or by set-points."""
+
+SAC = AxisKind(
+    title="stepper",
+    law=Law.sac,
+    inputs=_numbers(StepperInput),
+    outputs=_numbers(Output),
+    has_clock=True,
+    parameters=(*_MOTOR, "phase_current_A", "driver"),
+    fields=fields_of(Kind.stepper),
+    default_signals=("speed_rpm", "commanded_deg", "position_deg"),
+    fault_targets=frozenset({SHAFT}),
+    follows_paths=False,
+    course=("commanded_deg", "position_deg"),
+    motion=_stepper_motion,
+    max_current_A=lambda parameters: parameters["phase_current_A"],
+    memory_bytes=axis_bytes(Law.sac),
+)
+"""A motion engine that makes step pulses for a driver, without an encoder."""
+
+KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC)}
+"""All kinds, by their laws' names in ``profile.yaml``."""

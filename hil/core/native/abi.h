@@ -1,0 +1,58 @@
+/* Constants and enumerations that C and Python both know: abi.def as C. */
+#ifndef HIL_ABI_H
+#define HIL_ABI_H
+
+enum {
+#define NUMBER(name, value, meaning) name = value,
+#include "abi.def"
+};
+
+/* Control laws, by the names that profiles give them. */
+typedef enum hil_law {
+#define LAW(name, value, python, meaning) HIL_LAW_##name = value,
+#include "abi.def"
+    HIL_LAWS /* after the last, which is the largest */
+} hil_law;
+
+/* Kinds of axis that have a field. */
+enum {
+#define KIND(name, value, python, meaning) HIL_KIND_##name = value,
+#include "abi.def"
+};
+
+typedef enum hil_event_kind {
+#define EVENT(name, value, python, meaning) HIL_EVENT_##name = value,
+#include "abi.def"
+} hil_event_kind;
+
+enum {
+#define FAULT(name, value, python, meaning) HIL_FAULT_##name = value,
+#include "abi.def"
+};
+
+/* Pins: inputs of a servo and of a stepper, and a stepper's outputs. */
+enum {
+#define SERVO_INPUT(name, value, python, meaning) HIL_SERVO_IN_##name = value,
+#include "abi.def"
+};
+enum {
+#define STEPPER_INPUT(name, value, python, meaning) HIL_IN_##name = value,
+#include "abi.def"
+};
+enum {
+#define OUTPUT(name, value, python, meaning) HIL_OUT_##name = value,
+#include "abi.def"
+    HIL_OUTPUTS /* after the last, which is the largest */
+};
+
+/* Of a motion engine. */
+enum {
+#define STATE(name, value, python, meaning) MOTION_##name = value,
+#include "abi.def"
+};
+typedef enum hil_motion_call {
+#define CALL(name, value, python, meaning) HIL_MOTION_##name = value,
+#include "abi.def"
+} hil_motion_call;
+
+#endif

@@ -1,0 +1,52 @@
+/* A control law as an axis holds it: by pointer, with memory of its own. laws.h has all of them.
+
+   What it does by itself it says in its axis: when next, and the flags beside that (state.h). */
+#ifndef HIL_LAW_H
+#define HIL_LAW_H
+
+#include "shaft.h"
+
+/* From an output to an input, which `set` sets. */
+typedef struct law_wire {
+    int out, to_axis, to_pin;
+    void (*set)(hil_core *c, int to_axis, int to_pin, int level, int64_t at_ns);
+} law_wire;
+
+struct law {
+    size_t bytes; /* of its memory, which is locked with the axis */
+    int kind;     /* HIL_KIND_*: of its fields */
+    int events;   /* room in the ring of its group */
+    double (*max_current_A)(const hil_axis_params *params); /* of a coil */
+    void (*open)(hil_axis *a, const hil_axis_params *params); /* its memory is all zeros, its axis has its plant */
+    void (*close)(hil_axis *a);                               /* gives back what it has taken since */
+    void (*power_up)(hil_core *c, hil_axis *a, int64_t now_ns);
+    int64_t (*step)(hil_core *c, hil_axis *a, int64_t until_ns); /* all that it does up to and at until_ns, which is not before law_next_ns; how much more than one thing */
+    void (*drive)(hil_axis *a); /* at a node: the currents that it has told before, as a fault has begun or ended */
+    void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
+    void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */
+    int (*set)(hil_axis *a, hil_field field, double value, int64_t now_ns); /* -1: no field that it can set */
+    int (*join)(hil_axis *a, const law_wire *wire, int *level); /* *level: of that output now. -1: too many. NULL: it has no outputs */
+};
+
+/* The plant's whole steps up to t_ns. Currents that a law has turned change at the plant's own nodes, the first one
+   after: what a pulse costs does not depend on the plant, and the plant's motion not on who looked when.
+   docs/decisions/0010-motion-engine.md */
+static inline void law_plant(hil_axis *a, int64_t t_ns)
+{
+    if (a->is_turned) {
+        int64_t node_ns = shaft_next_node_ns(a);
+        if (node_ns > t_ns) return;
+        shaft_run(a, node_ns);
+        a->law->turn(a);
+        a->is_turned = 0;
+    }
+    shaft_run(a, t_ns);
+}
+
+/* Where the memory of an axis's law is, whichever it has. */
+static inline void *law_place(const hil_core *c, hil_law law, int axis)
+{
+    return c->laws[law].first + c->laws[law].stride * (size_t)axis;
+}
+
+#endif

@@ -1,0 +1,39 @@
+/* A stepper: the SAC's motion engine with its driver and its pins, and what its pulses do to a motor. */
+#ifndef HIL_LAW_STEPPER_H
+#define HIL_LAW_STEPPER_H
+
+#include "../law.h"
+#include "../motion/engine.h"
+
+#define MICROSTEPS 128 /* positions of the driver in a full step, in which every driver's step is whole */
+
+typedef struct stepper {
+    motion motion;
+    int driver, teeth;
+    int is_set_up;   /* the firmware has got past its cold start */
+    int32_t watched; /* outputs that somebody looks at, a bit each: recorded or wired */
+    double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
+    int64_t position; /* of the driver, in microsteps: how far its currents have turned */
+    int64_t fall_ns;  /* of clk, if anybody looks at it; HIL_FOREVER: not high */
+    int32_t levels[HIL_OUTPUTS];
+    int32_t ena, enb, quadrature, rst_is_low;
+    law_wire wires[HIL_WIRES];
+    int n_wires;
+    int32_t recorded; /* outputs, a bit each */
+    hil_edge *edges;
+    int edges_first, edges_len, edges_room; /* first: that nobody has taken */
+} stepper;
+
+extern const law sac_law;
+
+/* NULL: the axis has another law. */
+static inline stepper *stepper_of(const hil_axis *a) { return a->law == &sac_law ? a->own : NULL; }
+
+double stepper_commanded_deg(const hil_axis *a);
+double stepper_lag_steps(const hil_axis *a);
+double stepper_lost_steps(const hil_axis *a);
+int stepper_rst(const hil_axis *a);
+int stepper_out(const hil_axis *a, int pin);
+int stepper_mode_pins(const hil_axis *a);
+
+#endif

@@ -1,0 +1,9 @@
+#include "laws.h"
+
+#include "law/servo.h"
+#include "law/stepper.h"
+
+const law *const laws[HIL_LAWS] = {
+#define LAW(name, value, python, meaning) [value] = &python##_law,
+#include "abi.def"
+};

@@ -1,0 +1,174 @@
+"""Import of a board's ``PROFILE``, with the place of whatever is wrong with it."""
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib import import_module, invalidate_caches
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec, spec_from_file_location
+from traceback import extract_tb
+
+from hil.discovery.board_places import PYTHON, YAML, BoardPlace
+from hil.discovery.profile_text import ProfileText
+from hil.vocab.problem import ConfigError, Problem
+from hil.vocab.profile import AxisSpec, MemoryFile, Profile, UartSpec
+from hil.vocab.verbs import COMMON, Verb
+
+SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
+
+
+class Boards(Mapping[str, Profile]):
+    """What boards say in their ``board.py``, imported when it is asked for. ``uarts``: serial interfaces of
+    each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names there.
+
+    Raises:
+        KeyError: there is no such board.
+        ConfigError: it cannot be used, with its problems.
+    """
+
+    def __init__(
+        self,
+        places: Mapping[str, BoardPlace],
+        uarts: Mapping[str, Sequence[str]],
+        axes: Mapping[str, Sequence[str]],
+    ) -> None:
+        self._places, self._uarts, self._axes = places, uarts, axes
+
+    def __getitem__(self, name: str) -> Profile:
+        return _load(self._places[name], tuple(self._uarts[name]), tuple(self._axes.get(name, ())))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._uarts
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._uarts)
+
+    def __len__(self) -> int:
+        return len(self._uarts)
+
+
+@cache
+def _load(place: BoardPlace, uarts: tuple[str, ...], axes: tuple[str, ...]) -> Profile:
+    """Import a board. ``uarts`` and ``axes``: as ``Boards`` has them."""
+    if not (place.folder / PYTHON).exists():
+        raise ConfigError([place.problem(PYTHON, "this file is missing", SAY_IT)])
+    said = _imported(place)
+    text = ProfileText((place.folder / PYTHON).read_bytes())
+    if not isinstance(said, Profile):
+        what = (
+            "there is no PROFILE here"
+            if said is None
+            else f"PROFILE is no Profile, but a {type(said).__name__}"
+        )
+        raise ConfigError([place.problem(PYTHON, what, SAY_IT, *text.at())])
+    problems = [
+        place.problem(PYTHON, f"{part}: {message}", remedy, *text.at(part))
+        for part, message, remedy in (*_wrong_types(said), *_wrong_names(said, uarts, axes))
+    ]
+    problems += [place.problem(PYTHON, message, "keep one of the two", *at) for message, at in text.twice()]
+    if problems:
+        raise ConfigError(problems)
+    return said
+
+
+def _imported(place: BoardPlace) -> object:
+    """Import ``PROFILE``, None where there is none."""
+    invalidate_caches()  # the folder may be younger than the last look
+    try:
+        _make_package(place)
+        return getattr(import_module(f"{place.package}.board"), "PROFILE", None)
+    except (Exception, SystemExit) as error:
+        for name in [each for each in sys.modules if each.startswith(f"{place.package}.")]:
+            del sys.modules[name]  # a mended one begins anew
+        raise ConfigError([_import_problem(place, error)]) from None
+
+
+def _make_package(place: BoardPlace) -> None:
+    """Let a folder that is in no package be imported as one."""
+    if place.package in sys.modules or not place.package.startswith("board_"):
+        return
+    init = place.folder / "__init__.py"
+    spec = spec_from_file_location(place.package, init) if init.exists() else None
+    spec = spec or ModuleSpec(place.package, None, is_package=True)
+    spec.submodule_search_locations = [str(place.folder)]
+    package = sys.modules[place.package] = module_from_spec(spec)
+    try:
+        if spec.loader and init.exists():
+            spec.loader.exec_module(package)
+    except BaseException:
+        del sys.modules[place.package]
+        raise
+
+
+def _import_problem(place: BoardPlace, error: BaseException) -> Problem:
+    """Say what an import raised, at the line of the board's own that raised it."""
+    file, line, column = str(place.folder / PYTHON), 1, 1
+    for frame in extract_tb(error.__traceback__):
+        if frame.filename.startswith(f"{place.folder}/"):
+            file, line, column = frame.filename, frame.lineno or 1, (frame.colno or 0) + 1
+    if isinstance(error, SyntaxError) and error.filename:
+        file, line, column = error.filename, error.lineno or 1, error.offset or 1
+    remedy = "mend this line"
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        remedy = f"install {error.name.partition('.')[0]}, or correct the name"
+        if error.name.partition(".")[0] in (place.name, place.folder.name):
+            remedy = "modules of the board's own folder are imported with a dot: from .firmware import ..."
+    said = " ".join(str(error).replace(f"{place.package}.", ".").split())
+    return Problem(file, line, column, f"{type(error).__name__}: {said}", remedy)
+
+
+def _wrong_types(profile: Profile) -> Iterator[tuple[str, str, str]]:
+    for part, wanted, is_good in (
+        ("firmware", "a class or a function that takes a Board", callable(profile.firmware)),
+        ("uarts", "a mapping of names to UartSpec", _maps(profile.uarts, UartSpec)),
+        ("axes", "a mapping of names to AxisSpec", _maps(profile.axes, AxisSpec)),
+        ("verbs", "a tuple of Verb", _holds(profile.verbs, Verb)),
+        ("starve", "a function", profile.starve is None or callable(profile.starve)),
+        ("follow", "a function", profile.follow is None or callable(profile.follow)),
+        ("dialogues", "a mapping of verbs' names to functions", _maps_to_calls(profile.dialogues)),
+        ("terminal_axis", "a class", profile.terminal_axis is None or callable(profile.terminal_axis)),
+        ("shown_first", "a tuple of fields' names", _holds(profile.shown_first, str)),
+        ("memory_file", "a MemoryFile", isinstance(profile.memory_file, MemoryFile | None)),
+        ("commands", "a function", profile.commands is None or callable(profile.commands)),
+    ):
+        if not is_good:
+            given = type(getattr(profile, part)).__name__
+            yield part, f"{wanted} is wanted here, not this {given}", f"write {wanted}"
+
+
+def _wrong_names(
+    profile: Profile, uarts: tuple[str, ...], axes: tuple[str, ...]
+) -> Iterator[tuple[str, str, str]]:
+    if _maps(profile.axes, AxisSpec) and uarts and set(profile.axes) != set(axes):
+        here, there = ", ".join(profile.axes) or "none", ", ".join(axes) or "none"
+        yield "axes", f"these are {here}, and those of {YAML} {there}", "write the same names in both"
+    if _maps(profile.uarts, UartSpec):
+        if not profile.uarts:
+            yield "uarts", "there is none, which a device's port is at", "write one"
+        elif uarts and set(profile.uarts) != set(uarts):
+            here, there = ", ".join(profile.uarts), ", ".join(uarts)
+            yield "uarts", f"these are {here}, and those of {YAML} {there}", "write the same names in both"
+    if not _holds(profile.verbs, Verb) or not _maps_to_calls(profile.dialogues):
+        return
+    names = [verb.name for verb in (*COMMON, *profile.verbs)]
+    for name in sorted({each for each in names if names.count(each) > 1}):
+        yield "verbs", f'there are two verbs "{name}"', "give one of them another name"
+    for name in profile.dialogues:
+        if name not in names:
+            yield "dialogues", f'there is no verb "{name}"', f"write one of {', '.join(sorted(names))}"
+
+
+def _holds(value: object, kind: type) -> bool:
+    return isinstance(value, tuple) and all(isinstance(each, kind) for each in value)
+
+
+def _maps(value: object, kind: type) -> bool:
+    return isinstance(value, Mapping) and all(
+        isinstance(name, str) and isinstance(each, kind) for name, each in value.items()
+    )
+
+
+def _maps_to_calls(value: object) -> bool:
+    return isinstance(value, Mapping) and all(
+        isinstance(name, str) and callable(each) for name, each in value.items()
+    )

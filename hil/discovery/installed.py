@@ -1,0 +1,44 @@
+"""Packages that others installed beside hil, by their entry points: boards, ports and bridges."""
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+
+BOARDS, PORTS, BRIDGES = "hil.profiles", "hil.ports", "hil.bridges"
+"""Groups of entry points; the value of one is a package, as in ``pinger = "lab_boards.pinger"``."""
+
+
+class NotThere(Exception):
+    """A package that an entry point names cannot be found: ``str(error)`` says why."""
+
+
+@cache
+def installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
+    """Find entry points of a group by name, without importing anything; several of one name are a mistake."""
+    found: dict[str, tuple[EntryPoint, ...]] = {}
+    for point in sorted(entry_points(group=group), key=lambda each: (each.name, each.value)):
+        if point not in (same := found.get(point.name, ())):
+            found[point.name] = (*same, point)
+    return found
+
+
+def folder_of(point: EntryPoint) -> Path:
+    """Find the folder of a package.
+
+    Raises:
+        NotThere: it is missing, is no package, or one above it cannot be imported.
+    """
+    try:
+        spec = find_spec(point.value)
+    except Exception as error:  # a package above it is somebody else's code
+        raise NotThere(f"{point.value} cannot be found: {error!r}") from None
+    if spec is None or not spec.submodule_search_locations:
+        raise NotThere(f"there is no package {point.value}")
+    return Path(next(iter(spec.submodule_search_locations)))
+
+
+def told(point: EntryPoint) -> str:
+    """Name an entry point for people, with the distribution that it is of."""
+    return f"{point.value} of the package {point.dist.name if point.dist else '?'}"

@@ -1,0 +1,135 @@
+"""An event loop whose time is simulated: a bench with a twin, and real boards, which are twins of another
+bench behind their serial lines."""
+
+import asyncio
+import selectors
+from collections.abc import Coroutine
+from types import SimpleNamespace
+from typing import Any, cast
+
+from hil.compose import find_catalogue
+from hil.live.board_end import BoardEnd
+from hil.live.configured import Configured
+from hil.live.places import Places
+from hil.live.port_joint import Joint
+from hil.live.runs.real_axes import AllAxes, RealAxes
+from hil.runs import TwinAxes
+from hil.testing import Bench
+from hil.vocab.ports import Port
+
+SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
+BOARDS = {"m2": SERVO, "s2": {"profile": "sac"}}
+SLICE_S = 0.001
+UP_S = 4.2
+"""Time from power-up until all boards take commands."""
+
+
+class Programs:
+    """Port at which programs would be; none is."""
+
+    address = "nowhere"
+
+    def backlog(self) -> int:
+        return 0
+
+    def write(self, data: bytes) -> None:
+        """Nobody reads it."""
+
+    def resume_reading(self) -> None:
+        """Nothing was held up."""
+
+
+class Line(Programs):
+    """Serial line of a board. ``written``: what was typed, with the time in seconds."""
+
+    def __init__(self, world: "World", name: str) -> None:
+        self._world, self._name = world, name
+        self.address = f"/dev/{name}"
+        self.is_there, self.connects = True, 1
+        self.written: list[tuple[float, bytes]] = []
+
+    def stats(self) -> Any:
+        return SimpleNamespace(clients=int(self.is_there), connects=self.connects)
+
+    def write(self, data: bytes) -> None:
+        self.written.append((self._world.time(), data))
+        if self.is_there:
+            self._world.far.port(self._name).write(data)
+
+
+class World(asyncio.SelectorEventLoop):
+    """Loop in which nothing takes time but what sleeps. ``near``: the bench with the twin ``m1``; ``far``:
+    that of the boards behind ``lines``; ``axes``: all three as a run sees them."""
+
+    def __init__(self) -> None:
+        self._now_s = 0.0
+        self.near = Bench({"bench": "near", "devices": {"m1": SERVO}})
+        self.far = Bench({"bench": "far", "devices": BOARDS})
+        self.lines = {name: Line(self, name) for name in BOARDS}
+        self.places = Places()
+        for name, line in self.lines.items():
+            joint = Joint[BoardEnd](name, cast(Port, Programs()))
+            joint.occupy(BoardEnd(joint, cast(Port, line)))
+            self.places.boards[name] = joint
+        devices = {
+            name: SimpleNamespace(profile=board["profile"], setpoint_rate_Hz=None)
+            for name, board in BOARDS.items()
+        }
+        config = SimpleNamespace(devices=devices, speed=1)
+        configured = cast(Configured, SimpleNamespace(config=config, catalogue=find_catalogue()))
+        self.real = RealAxes(self.places, configured, self.near._runtime)
+        self.axes = AllAxes(TwinAxes(self.near._runtime, self.near._sampler), self.real)
+        super().__init__(_Sleeping(self))
+
+    def time(self) -> float:
+        return self._now_s
+
+    def end(self, name: str) -> BoardEnd:
+        return self.places.boards[name].end
+
+    def pass_time(self, most_s: float) -> None:
+        """Let time pass, until a board says something."""
+        end_s = self._now_s + most_s
+        while self._now_s < end_s - 1e-12:
+            self._now_s = min(self._now_s + SLICE_S, end_s)
+            for bench in (self.near, self.far):
+                bench.run_until(self._now_s * 1e3)
+            heard = {name: self.far.port(name).read() for name in BOARDS}
+            for name, data in heard.items():
+                if data and self.lines[name].is_there:
+                    self.call_soon(self.end(name).from_board.received, data)
+            if any(heard.values()):
+                return
+
+    async def taken(self) -> None:
+        """Switch all axes on and take the boards in hand."""
+        await asyncio.sleep(UP_S)
+        self.near.axis("m1").do("enable")
+        for name, verb in (("m2", "enable"), ("s2", "reset")):
+            await self.real.carry_out(name, verb, _nothing())
+
+
+class _Sleeping(selectors.DefaultSelector):
+    def __init__(self, world: World) -> None:
+        super().__init__()
+        self._world = world
+
+    def select(self, timeout: float | None = None) -> Any:
+        assert timeout is not None, "everybody waits, and nothing will happen"
+        if timeout > 0:
+            self._world.pass_time(timeout)
+        return super().select(0)
+
+
+def _nothing() -> Any:
+    yield from ()
+
+
+def in_world(doing: Any) -> None:
+    """Carry out ``await doing(world)``."""
+    world = World()
+    work: Coroutine[Any, Any, None] = doing(world)
+    try:
+        world.run_until_complete(work)
+    finally:
+        world.close()

@@ -1,0 +1,141 @@
+"""Twins as axes of runs, on a bench in real or in virtual time."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from hil.core import CoreAxis
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.inputs import Do, Follow, Input
+from hil.telemetry import Sampler, Subscription
+from hil.vocab.address import owner_of
+from hil.vocab.axis import AxisNow, AxisState, How, Sample
+from hil.vocab.path import Path
+from hil.vocab.verbs import VerbRefused
+
+SAMPLE_NS = 1_000_000
+"""Interval of samples while a run has the axis."""
+LEAST_ACCELERATION_RPM_PER_S = 0.01
+"""Least acceleration that the verb ``stop`` takes."""
+RAMPS_MOVE = "it moves; stop it first"
+PATHS_MOVE = "it follows a path or turns; let it end, or stop it"
+LOOP_OFF = "its control loop is off; enable it first"
+NO_VERBS = "it has no verbs to be moved by"
+
+
+class TwinAxes:
+    """Axes of the twins of a bench, as ``hil.vocab.axis.Axes``."""
+
+    def __init__(self, bench: BenchRuntime, sampler: Sampler) -> None:
+        self._bench = bench
+        self._sampler = sampler
+
+    @property
+    def now_ns(self) -> int:
+        return self._bench.now_ns
+
+    def axes(self) -> dict[str, AxisNow]:
+        return {address: self[address].now() for address in self._bench.roster.axes}
+
+    def __getitem__(self, axis: str) -> "TwinAxis":
+        return TwinAxis(self._bench, self._sampler, axis)
+
+
+class TwinAxis:
+    """Axis of a twin, as ``hil.vocab.axis.Axis``: what it is given are inputs of the bench. It is looked up
+    by its address each time, for a reload may exchange the twin."""
+
+    lead_ns = 0
+
+    def __init__(self, bench: BenchRuntime, sampler: Sampler, name: str) -> None:
+        self._bench = bench
+        self._sampler = sampler
+        self._name = name
+        self._subscription: Subscription | None = None
+        self.refusal: str | None = None
+
+    @property
+    def _device(self) -> Device:
+        return self._bench.devices[owner_of(self._name)]
+
+    @property
+    def _axis(self) -> CoreAxis:
+        return self._bench.roster.axis(self._name)
+
+    @property
+    def _follows_paths(self) -> bool:
+        return self._device.follows_paths and self._axis.kind.follows_paths
+
+    @property
+    def failure(self) -> str | None:
+        return self._device.failed
+
+    def now(self) -> AxisNow:
+        """The axis as a plan begins with it."""
+        kind, state = self._axis.kind, self.state()
+        is_free = self._follows_paths and not state.keeps_angle
+        at_deg = state.position_deg if is_free else state.commanded_deg
+        assert at_deg is not None  # twins tell everything
+        fields, pins = tuple(kind.fields), tuple(kind.inputs)
+        return AxisNow(at_deg, self._follows_paths, fields, pins, self._why_not(state))
+
+    def _why_not(self, state: AxisState) -> str | None:
+        device = self._device
+        if why := device.failed:
+            return why
+        if not state.is_on:
+            return LOOP_OFF
+        if state.is_moving or state.is_under_way:
+            return PATHS_MOVE if self._follows_paths else RAMPS_MOVE
+        wanted = {"stop"} if self._follows_paths else {"stop", "move_abs"}
+        return None if wanted <= set(device.verbs) else NO_VERBS
+
+    def state(self) -> AxisState:
+        return self._axis.kind.motion(self._bench.snapshot(self._name))
+
+    def field(self, name: str) -> float:
+        return float(getattr(self._bench.snapshot(self._name), name))
+
+    def hold(self) -> None:
+        self.refusal = None
+        signals = self._axis.kind.course
+        self._subscription = self._sampler.subscribe(self._name, signals, SAMPLE_NS, is_limited=False)
+
+    def samples(self) -> Sequence[Sample]:
+        if self._subscription is None:
+            return ()
+        self._sampler.poll_axis(self._name)
+        return self._subscription.take()
+
+    def release(self) -> None:
+        if self._subscription:
+            self._sampler.unsubscribe(self._subscription)
+
+    # ---- what it is given ----
+
+    def follow(self, path: Path, start_ns: int) -> None:
+        self._give(Follow(start_ns, path))
+
+    def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
+        self._do("move_abs", {"position_deg": position_deg, "velocity_rpm": velocity_rpm}, start_ns)
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
+        ramp = max(acceleration_rpm_per_s, LEAST_ACCELERATION_RPM_PER_S)
+        self._do("stop", {"how": how, "acceleration_rpm_per_s": ramp})
+
+    def set_pin(self, pin: str, level: int, at_ns: int) -> None:
+        self._do("pin", {"pin": pin, "level": level}, at_ns)
+
+    def _do(self, verb: str, given: Mapping[str, float | str], at_ns: int | None = None) -> None:
+        """Carry out a verb, with those parameters that it has here."""
+        known = {parameter.name for parameter in self._device.verbs[verb].parameters}
+        self._give(Do(verb, tuple(item for item in given.items() if item[0] in known), at_ns))
+
+    def _give(self, given: Input) -> None:
+        self._bench.take(self._name, given, on_refused=self._refused_later(given))
+
+    def _refused_later(self, given: Input) -> Callable[[VerbRefused], None]:
+        def refused(refusal: VerbRefused) -> None:
+            assert isinstance(given, Do)
+            self.refusal = self.refusal or f"{given.verb}: {refusal}"
+
+        return refused

@@ -1,0 +1,54 @@
+"""Flights: characters on a line, with the times at which a receiver has them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from hil.vocab.framing import Framing, Item
+from hil.vocab.segment import HeardCharacter
+from hil.wire.serial_line import character_ns, resample
+
+
+@dataclass(eq=False, slots=True)
+class Flight:
+    """Characters on the line, at least one. All receivers of a burst share it; equal only to itself, so that
+    it is found quickly."""
+
+    times_ns: tuple[int, ...]
+    """Times at which each is complete, ascending."""
+    data: bytes
+    packets: Sequence[Item] | None = None
+    """What they are by the line's framing, if they are whole packets for everybody."""
+
+    tail: bytes = b""
+    """Its last two bytes, or fewer."""
+
+    def __post_init__(self) -> None:
+        self.tail = self.data[-2:]
+
+    def part(self, first: int, end: int) -> "Flight":
+        return Flight(self.times_ns[first:end], self.data[first:end])
+
+    def characters(self) -> Iterator[tuple[int, int]]:
+        return zip(self.times_ns, self.data, strict=True)
+
+
+@lru_cache(maxsize=4)
+def flight_of(characters: tuple[HeardCharacter, ...]) -> Flight:
+    """Make a flight of characters; cached, because all receivers on a line hear the same."""
+    return Flight(tuple(each.at_ns for each in characters), bytes(each.byte for each in characters))
+
+
+@lru_cache(maxsize=4)
+def heard(
+    start_ns: int, data: bytes, sent_baud: int, baud: int, framing: Framing | None = None
+) -> Flight | None:
+    """Characters that a receiver makes of bytes on a line, of this framing; cached: all receivers on it make
+    the same."""
+    if sent_baud == baud:
+        times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
+        return Flight(times_ns, data) if data else None
+    one_ns = character_ns(1, baud)
+    sampled = resample(data, sent_baud, baud)
+    times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)
+    return Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None

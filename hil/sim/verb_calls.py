@@ -1,0 +1,81 @@
+"""Calls of a board's verbs: of the whole board, or of one of its axes."""
+
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+from typing import Any
+
+from hil.core import CoreAxis
+from hil.sim.hardware import DeviceSpec, Hardware
+from hil.sim.setpoints import Setpoints
+from hil.sim.sketch import Sketch
+from hil.vocab.address import DeviceParts, no_part
+from hil.vocab.time import SimTimeNs
+from hil.vocab.verbs import Effect, Verb, VerbRefused
+
+Answer = Mapping[str, float | str | int]
+"""Answer of a verb, by names."""
+
+
+def verb_problem(device: str, axes: DeviceParts[CoreAxis], verb: Verb, part: str) -> str | None:
+    """Reason why a device's verb is not one of its part of this name, or None; empty: of the device."""
+    is_of_axis = verb.is_of_axis or verb.name == "pin"
+    if part not in axes and (part or is_of_axis):
+        return no_part(device, "axis", part, axes)
+    if part and not is_of_axis and len(axes) > 1:
+        return f"{verb.name} is of the whole board: ask {device} for it"
+    return None
+
+
+def axes_of(axes: DeviceParts[CoreAxis], verb: Verb, part: str) -> Collection[str]:
+    """Names of the axes whose motions a verb is about."""
+    return [part or axes.first] if part or verb.is_of_axis else axes
+
+
+class VerbCalls:
+    """Calls of one device's verbs. A board with several axes is told which is meant: ``axis=``."""
+
+    def __init__(self, spec: DeviceSpec, hardware: Hardware, sketch: Sketch) -> None:
+        self._device, self._profile = spec.name, spec.profile
+        self._hardware, self._sketch = hardware, sketch
+        axes = hardware.axes
+        self._named = {name: {"axis": name} if len(axes) > 1 else {} for name in axes}
+        self.setpoints = Setpoints(spec.time_out, self._named)
+        self._follow = (
+            Verb("follow", "", run=spec.follow, effect=Effect.ENDS, is_of_axis=True) if spec.follow else None
+        )
+
+    @property
+    def follows_paths(self) -> bool:
+        return self._follow is not None
+
+    def follow(self) -> Verb:
+        """Path of set-points as a verb. Raises VerbRefused: the board follows none."""
+        if self._follow is None:
+            raise VerbRefused("cannot", f"a {self._profile} follows no paths")
+        return self._follow
+
+    def carry_out(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs, part: str) -> Answer:
+        """Carry out a verb of the device or one of its axes; answers what it answers.
+
+        Raises:
+            VerbRefused: it is none of this part, or the firmware refuses it.
+        """
+        axes = self._hardware.axes
+        if why := verb_problem(self._device, axes, verb, part):
+            raise VerbRefused("no_verb", why)
+        work = self._call(verb, part or axes.first, parameters)
+        answer = self._sketch.turn(work, passes=(VerbRefused,))
+        if verb.types:
+            self._hardware.interfaces.by_name[""].arrive(verb.types, None)
+        for axis in axes_of(axes, verb, part):
+            self.setpoints.note(axis, verb.effect, now_ns, self._hardware.note)
+        return answer or {}
+
+    def _call(self, verb: Verb, axis: str, parameters: Mapping[str, Any]) -> Callable[[], Answer | None]:
+        if verb.name == "pin":
+            pin, level = str(parameters["pin"]), int(parameters["level"])
+            return partial(self._hardware.axes[axis].pin, pin, level)
+        if verb.run is None:
+            return lambda: None
+        named = self._named[axis] if verb.is_of_axis else {}
+        return lambda: verb.run(self._sketch.firmware, **parameters, **named) if verb.run else None

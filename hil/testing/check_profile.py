@@ -1,0 +1,248 @@
+"""Checks that every kind of board has to pass, wherever its folder is: ``hil profile check FOLDER``."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from hil.compose import find_catalogue
+from hil.compose.replay import MemoryOptions, replay
+from hil.config import ProfileInfo
+from hil.core import FIELDS
+from hil.discovery.board_places import MAKE_ONE
+from hil.sim.bench import Around
+from hil.sim.firmware_guard import FirmwareHung, Unguarded
+from hil.sim.input_log import InputLogWriter
+from hil.testing.bench import Bench
+from hil.testing.checks.findings import CheckFailed
+
+DEVICE = "d"
+TURN_S = 5.0
+"""Time that one turn of a firmware may take; the daemon's guard allows 0.2 s of CPU time."""
+IDLE_MS, GARBAGE_ROUNDS, FLOOD_BYTES = 1000.0, 40, 5_000
+ROUNDING_NS = 1000
+"""Of characters' times: a piece's are multiples of a character from its beginning."""
+LINE_NS = 100_000_000
+"""Time that what is on a line still takes after a reset, before the board's first words."""
+UNEVEN_MS = 0.1337
+"""So that a reset comes at no time of its own."""
+
+Heard = dict[str, list[tuple[int, bytes]]]
+"""What a board sent, by its UARTs, with the times."""
+
+
+def check_profile(folder: str | Path) -> None:
+    """Check a board, given as its folder.
+
+    Raises:
+        CheckFailed: it does not pass; a line for each check that failed, with what was seen.
+    """
+    if failures := list(profile_failures(Path(folder))):
+        raise CheckFailed(f"the board {Path(folder).name}", failures)
+
+
+def profile_failures(folder: Path) -> Iterator[str]:
+    """Carry out the checks; answers what failed. A board that does not power up fails once."""
+    folder = folder.resolve()
+    catalogue = find_catalogue({"memory": MemoryOptions}, [folder.parent])
+    if problems := catalogue.problems(folder.name):
+        yield from (f"it loads: {problem}" for problem in problems)
+        return
+    if folder.name not in catalogue.profiles:
+        yield f"it loads: {folder} is no board: {MAKE_ONE}"
+        return
+    config = {
+        "bench": "check",
+        "profile_path": [str(folder.parent)],
+        "devices": {DEVICE: {"profile": folder.name}},
+    }
+    if strange := [name for name in catalogue.boards[folder.name].shown_first if name not in FIELDS]:
+        yield f"its shown_first are fields of an axis: there is none named {', '.join(strange)}"
+    trial = Trial(config, catalogue.profiles[folder.name])
+    if failed := trial.idle().failed:
+        yield f"it powers up: {failed}"
+        return
+    for name, check in CHECKS.items():
+        if why := check(trial):
+            yield f"{name}: {why}"
+
+
+@dataclass
+class Ran:
+    """Board that has run: what it sent, why it failed, and the log of it."""
+
+    heard: Heard
+    failed: str | None
+    log: StringIO
+
+
+class _Alarm(Unguarded):
+    """Guard that stops a firmware which comes to no end; in the main thread, where signals arrive."""
+
+    @contextmanager
+    def __call__(self, device: object, /) -> Iterator[None]:
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(signal.SIGALRM, _ring)
+        signal.setitimer(signal.ITIMER_REAL, TURN_S)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+
+
+def _ring(*_: object) -> None:
+    raise FirmwareHung(f"one step took more than {TURN_S:g} s: it has to yield what it waits for")
+
+
+@dataclass
+class Trial:
+    """Board under trial: each run is one of a new bench."""
+
+    config: dict[str, Any]
+    info: ProfileInfo
+    bauds: dict[str, int | None] = field(init=False)
+    ready_ms: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.bauds = {name: uart.baud for name, uart in self.info.uarts.items()}
+        self.ready_ms = self.info.ready_after_s * 1000 + IDLE_MS
+
+    def run(self, script: Callable[[Bench], None], step_ms: float | None = None) -> Ran:
+        """Run a script after power-up, then idle; ``step_ms``: advanced in steps of that length."""
+        log = StringIO()
+        around = Around(guard=_Alarm(), log=InputLogWriter(log, "check", self.config, {}))
+        with Bench(self.config, around=around) as bench:
+            _advance(bench, self.ready_ms, step_ms)
+            script(bench)
+            _advance(bench, self.ready_ms, step_ms)
+            heard = {uart: _joined(bench.port(DEVICE, uart).timeline) for uart in self.bauds}
+            return Ran(heard, bench.device(DEVICE).failed, log)
+
+    def idle(self, step_ms: float | None = None) -> Ran:
+        return self.run(lambda bench: None, step_ms)
+
+    def garbage(self, seed: int, *, one_by_one: bool = False) -> Ran:
+        """Run with random bytes at all UARTs: at those with a baud in one piece, or byte by byte."""
+
+        def script(bench: Bench) -> None:
+            random = Random(seed)
+            for _ in range(GARBAGE_ROUNDS):
+                for uart, baud in self.bauds.items():
+                    data = random.randbytes(random.randint(1, 12))
+                    single = one_by_one and baud
+                    for piece in [bytes([byte]) for byte in data] if single else [data]:
+                        bench.port(DEVICE, uart).write(piece)
+                bench.run(ms=random.choice((0.1, 3.0, 40.0, 400.0)))
+
+        return self.run(script)
+
+
+def _advance(bench: Bench, ms: float, step_ms: float | None) -> None:
+    end_ns = bench.now_ns + round(ms * 1e6)
+    while step_ms and bench.now_ns + round(step_ms * 1e6) < end_ns:
+        bench.run(ms=step_ms)
+    bench.run_until(end_ns / 1e6)
+
+
+def _joined(pieces: list[tuple[Any, bytes]]) -> list[tuple[int, bytes]]:
+    joined: list[tuple[int, bytes]] = []
+    for at_ns, data in pieces:
+        if joined and joined[-1][0] == at_ns:
+            data = joined.pop()[1] + data
+        joined.append((int(at_ns), data))
+    return joined
+
+
+def _same(one: Heard, other: Heard, within_ns: int = 0) -> str | None:
+    """First difference of what was heard, or None. ``within_ns``: times may differ by less."""
+    for uart in one:
+        first, second = one[uart], other[uart]
+        for index in range(max(len(first), len(second))):
+            was = first[index] if index < len(first) else None
+            now = second[index] if index < len(second) else None
+            is_same = was and now and was[1] == now[1] and abs(was[0] - now[0]) <= within_ns
+            if not is_same:
+                return f"at {uart} once {_told(was)}, once {_told(now)}"
+    return None
+
+
+def _told(piece: tuple[int, bytes] | None) -> str:
+    return f"{piece[1][:40]!r} at {piece[0] / 1e6:g} ms" if piece else "nothing"
+
+
+def _time(trial: Trial) -> str | None:
+    return _same(trial.idle().heard, trial.idle(step_ms=7.3).heard)
+
+
+def _chunks(trial: Trial) -> str | None:
+    return _same(trial.garbage(1).heard, trial.garbage(1, one_by_one=True).heard, ROUNDING_NS)
+
+
+def _repeatable(trial: Trial) -> str | None:
+    return _same(trial.garbage(2).heard, trial.garbage(2).heard)
+
+
+def _garbage(trial: Trial) -> str | None:
+    return next(filter(None, (trial.garbage(seed).failed for seed in range(3, 6))), None)
+
+
+def _flood(trial: Trial) -> str | None:
+    def script(bench: Bench) -> None:
+        for uart in trial.bauds:
+            bench.port(DEVICE, uart).write(Random(6).randbytes(FLOOD_BYTES))
+        bench.run(ms=max(FLOOD_BYTES * 10_000 / (baud or FLOOD_BYTES) for baud in trial.bauds.values()))
+
+    return trial.run(script).failed
+
+
+def _reset(trial: Trial) -> str | None:
+    """A board that is switched off and on does what it did at first: what it knew is in its memory alone."""
+    reset_ns = []
+
+    def script(bench: Bench) -> None:
+        bench.run(ms=UNEVEN_MS)
+        reset_ns.append(int(bench.now_ns))
+        bench.device(DEVICE).reset()
+
+    ran = trial.run(script)
+    if ran.failed:
+        return ran.failed
+    end_ns = round(trial.ready_ms * 1e6) - LINE_NS
+    first, after = (
+        {
+            uart: [(at_ns - start_ns, data) for at_ns, data in pieces if at_ns >= start_ns]
+            for uart, pieces in ran.heard.items()
+        }
+        for start_ns in (0, *reset_ns)
+    )
+    return _same_until(end_ns, first, after) or _same_until(end_ns, after, first)
+
+
+def _same_until(end_ns: int, one: Heard, other: Heard) -> str | None:
+    """First difference of what one sent before a time from what another sent first, or None."""
+    early = {uart: [piece for piece in pieces if piece[0] < end_ns] for uart, pieces in one.items()}
+    return _same(early, {uart: pieces[: len(early[uart])] for uart, pieces in other.items()}, LINE_NS)
+
+
+def _replays(trial: Trial) -> str | None:
+    ran = trial.garbage(7)
+    return replay(ran.log.getvalue().splitlines(keepends=True)).difference()
+
+
+CHECKS: dict[str, Callable[[Trial], str | None]] = {
+    "what it does does not depend on how time passes": _time,
+    "what it does does not depend on how bytes come in pieces": _chunks,
+    "the same bytes at the same times give the same answers": _repeatable,
+    "garbage does not stop it": _garbage,
+    "a flood does not stop it": _flood,
+    "after off and on it does as at first": _reset,
+    "a log of it replays identically": _replays,
+}

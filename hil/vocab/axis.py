@@ -1,0 +1,121 @@
+"""Axis as runs and doors see it: one contract, kept by twins and by real boards.
+
+``AxisNow`` is what a plan needs to know before anything moves, ``AxisState`` what an axis says of itself at
+one time, ``Axis`` what a run does with it. Each kind of axis says its state in these words, whatever its own
+fields are called.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from hil.vocab.path import Path
+from hil.vocab.time import SimTimeNs
+
+How = Literal["grace", "prejudice"]
+"""Ways to stop: on a ramp, or at once."""
+
+Sample = tuple[float, ...]
+"""Time in nanoseconds, set-point and position in degrees."""
+
+
+@dataclass(frozen=True)
+class AxisNow:
+    """Axis before a run. ``why_not``: the reason why it cannot take part, or None."""
+
+    position_deg: float
+    """Angle from which its motion is planned: its set-point where it has one."""
+    follows_paths: bool
+    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    fields: Sequence[str] = ()
+    """Names of fields that a run may wait for."""
+    pins: Sequence[str] = ()
+    """Names of inputs that a run may drive."""
+    why_not: str | None = None
+    tells_position: bool = True
+    """Whether it tells where it is while it moves; the end of one that does not is awaited."""
+
+
+@dataclass(frozen=True)
+class AxisState:
+    """State of an axis at one time. None: it does not tell."""
+
+    at_ns: SimTimeNs
+    commanded_deg: float | None
+    """Set-point, in degrees if it is an angle; of a real board, the last that it confirmed."""
+    position_deg: float | None
+    is_moving: bool
+    """Whether it moves by what it was given, a motion without an end included."""
+    is_under_way: bool
+    """Whether a motion with an end that it was given has not ended, be it that it has not begun."""
+    is_on: bool | None = None
+    """Whether it would move if it were told to: its control loop, if it has one, is on."""
+    keeps_angle: bool = False
+    """Whether a loop keeps its shaft at the set-point, an angle."""
+
+    @property
+    def off_by_deg(self) -> float:
+        """Distance of its shaft from the angle that a loop keeps it at; 0: none does, or it does not tell."""
+        if not self.keeps_angle or self.commanded_deg is None or self.position_deg is None:
+            return 0.0
+        return abs(self.commanded_deg - self.position_deg)
+
+
+class Axis(Protocol):
+    """Axis of one board. A run holds it from its beginning to its end, and only then gives it motions.
+
+    Motions raise ``VerbRefused`` when the board does not take them. One that is for later can be refused when
+    its time has come: ``refusal`` says so.
+    """
+
+    @property
+    def lead_ns(self) -> int:
+        """Least time between the giving of a motion and its start."""
+
+    @property
+    def failure(self) -> str | None:
+        """Reason why it does nothing any more, or None."""
+
+    @property
+    def refusal(self) -> str | None:
+        """Reason why it did not do what it was given for later since ``hold``, or None."""
+
+    def state(self) -> AxisState:
+        """Its state now."""
+
+    def field(self, name: str) -> float:
+        """One of its fields (``AxisNow.fields``) now, for a run that waits for it."""
+
+    def samples(self) -> Sequence[Sample]:
+        """Samples since ``hold`` or the last call, 1 ms apart; none of an axis that tells no position."""
+
+    def hold(self) -> None:
+        """Begin a run with it: it is sampled, and where others wait for their turn at the board, they do."""
+
+    def release(self) -> None:
+        """End what ``hold`` began; a board that still moves is let go when it stands."""
+
+    def follow(self, path: Path, start_ns: int) -> None:
+        """Let its set-point go along a path from a time on; an axis that ``follows_paths``."""
+
+    def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
+        """Send it to an angle from a time on, by ramps of its own; an axis that follows no paths."""
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
+        """Stop it, whatever it does. ``acceleration_rpm_per_s``: of a ramp that is not the board's own."""
+
+    def set_pin(self, pin: str, level: int, at_ns: int) -> None:
+        """Drive one of its inputs at a time."""
+
+
+class Axes(Protocol):
+    """Axes of a bench, by their devices' names, and its time."""
+
+    @property
+    def now_ns(self) -> int: ...
+
+    def axes(self) -> dict[str, AxisNow]:
+        """All of them, as a plan begins with them."""
+
+    def __getitem__(self, device: str) -> Axis:
+        """The axis of a device that can take part in runs; each run asks for its own."""

@@ -1,0 +1,27 @@
+"""Mistake in a file that a user wrote, with its place and its remedy."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Mistake with its place. Line and column count from 1; both are 0 where there is no text."""
+
+    file: str
+    line: int
+    column: int
+    message: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}: {self.message} ({self.remedy})"
+
+
+class ConfigError(Exception):
+    """The configuration, or a board that it names, cannot be used. ``problems`` has every mistake found, in
+    file order."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = list(problems)

@@ -1,0 +1,92 @@
+"""Profile of a kind of board: ``PROFILE`` in its folder's ``board.py``, all that hil asks of its Python.
+
+The numbers of the board, its motor and its encoder are in the ``profile.yaml`` beside it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hil.vocab.dialogue import Dialogue, Task
+from hil.vocab.firmware import MAIN, Board, Firmware
+from hil.vocab.framing import Framing
+from hil.vocab.terminal_axis import TerminalAxis
+from hil.vocab.verbs import Verb, table_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class UartSpec:
+    """Serial interface of a board. Its speed is in ``profile.yaml``, under the same name."""
+
+    about: str
+    """What speaks there, as in "terminal"."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisSpec:
+    """Axis of a board with several. Its law and numbers are in ``profile.yaml``, under the same name."""
+
+    about: str
+    """What it moves."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Commands:
+    """Commands of a board for the command line, ``hil <profile> <command>``, at a twin or a real board."""
+
+    about: str
+    functions: tuple[Callable[..., Task], ...]
+    """Functions with typer's annotations, named as their commands."""
+    baud: int
+    """Speed of a real board's port, unless ``--baud`` says another."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemoryFile:
+    """File that a configuration may have a board's memory begin with: ``flash: {table: FILE}``."""
+
+    section: str
+    """Section of the memory that it is put into."""
+    most_bytes: int
+    """Maximum length of a file."""
+    read: Callable[[bytes], bytes]
+    """Makes the section of a file's content. Raises ValueError: it cannot; says what the file is not."""
+    named: Mapping[str, Callable[[], bytes]] = field(default_factory=dict)
+    """Contents that need no file, by the names they have in a configuration."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Profile:
+    """Kind of board."""
+
+    firmware: Callable[[Board], Firmware]
+    """Maker of its program, one for each power-up; most often the program's class."""
+    uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
+    """Serial interfaces by name."""
+    axes: Mapping[str, AxisSpec] = field(default_factory=dict)
+    """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
+    framing: Framing | None = None
+    """How the bytes of a line that it is on are packets; None: it has no say in that."""
+    verbs: tuple[Verb, ...] = ()
+    """Requests that a twin understands beside those of all boards."""
+    starve: Callable[..., None] | None = None
+    """``starve(firmware, policy, acceleration_rpm_per_s)`` stops an axis whose set-points stay away; None: it
+    has no stream of them. On a board with several axes it, ``follow`` and each ``Verb.is_of_axis`` get
+    ``axis``, the axis's name."""
+    follow: Callable[..., None] | None = None
+    """``follow(firmware, path, start_ns)`` lets an axis follow a path of set-points; None: it cannot."""
+    dialogues: Mapping[str, Callable[[], Dialogue[Any]]] = field(default_factory=dict)
+    """Dialogues with a real board over its terminal, by the verbs that they stand for."""
+    terminal_axis: Callable[[], TerminalAxis] | None = None
+    """Maker of what lets a real board be an axis of runs; None: nothing does."""
+    shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
+    """Fields of an axis that its short state has."""
+    memory_file: MemoryFile | None = None
+    """File that its memory may begin with; None: there is none."""
+    commands: Callable[[], Commands] | None = None
+    """Maker of its commands for the command line, which alone calls it; None: it has none."""
+
+    @property
+    def table(self) -> dict[str, Verb]:
+        """Verbs of a twin by name, those of all boards with them."""
+        return table_of(self.verbs)

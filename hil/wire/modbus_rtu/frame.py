@@ -1,0 +1,105 @@
+"""Frames of Modbus RTU: address, function, data, CRC; and the silences that bound them.
+
+A frame has at most 256 bytes, and no mark of its end: it ends where the line is silent for at least 3.5
+characters. A silence of more than 1.5 characters within it makes it no frame. Up to 19200 baud these follow
+the speed; above it they are fixed (2.5.1.1). Decision: a character has the ten bits of the lines here, where
+the standard's default, with parity, has eleven.
+"""
+
+from dataclasses import dataclass
+
+ADDRESSES = range(1, 248)
+"""Addresses of nodes; those above are reserved (2.2)."""
+TO_ALL = 0
+FRAME_BYTES_MAX = 256
+FRAME_BYTES_MIN = 4
+"""Address, function and CRC."""
+DATA_MAX = FRAME_BYTES_MAX - FRAME_BYTES_MIN
+FIXED_ABOVE_BAUD = 19200
+"""Speed above which both silences are fixed (2.5.1.1)."""
+FIXED_GAP_NS, FIXED_SILENCE_NS = 750_000, 1_750_000
+_TENTH_NS = 10**9
+"""Nanoseconds of a bit at 1 baud, a tenth of a character."""
+
+
+def gap_ns(baud: int) -> int:
+    """Longest silence within a frame (t1.5), rounded down."""
+    return FIXED_GAP_NS if baud > FIXED_ABOVE_BAUD else 15 * _TENTH_NS // baud
+
+
+def silence_ns(baud: int) -> int:
+    """Shortest silence between frames (t3.5), rounded down."""
+    return FIXED_SILENCE_NS if baud > FIXED_ABOVE_BAUD else 35 * _TENTH_NS // baud
+
+
+def _crc_of_byte(byte: int) -> int:
+    for _ in range(8):
+        byte = byte >> 1 ^ (0xA001 if byte & 1 else 0)
+    return byte
+
+
+_CRCS = tuple(map(_crc_of_byte, range(256)))
+
+
+def crc16(data: bytes) -> int:
+    """CRC of a frame's bytes before it: x^16 + x^15 + x^2 + 1, least significant bit first, from 0xFFFF. On
+    the line its low byte comes first (2.5.1.2)."""
+    crc = 0xFFFF
+    for byte in data:
+        crc = crc >> 8 ^ _CRCS[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def encode(address: int, function: int, data: bytes = b"") -> bytes:
+    """Encode a frame, with its CRC.
+
+    Raises:
+        ValueError: an address or a function that is no byte, or more data than fits.
+    """
+    if not 0 <= address <= 255 or not 0 <= function <= 255:
+        raise ValueError(f"address and function are 0 to 255, not {address} and {function}")
+    if len(data) > DATA_MAX:
+        raise ValueError(f"{len(data)} bytes of data; a frame has at most {DATA_MAX}")
+    body = bytes((address, function)) + data
+    return body + crc16(body).to_bytes(2, "little")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Bytes between two silences, with the form of a frame: of 4 to 256, none of them late."""
+
+    at_ns: int
+    """Time at which its first start bit began."""
+    raw: bytes
+    is_packet = True
+    origin = None
+    """Nobody: an answer has the address of the node that gives it, as the question had."""
+
+    @property
+    def address(self) -> int:
+        return self.raw[0]
+
+    @property
+    def function(self) -> int:
+        return self.raw[1]
+
+    @property
+    def data(self) -> bytes:
+        return self.raw[2:-2]
+
+    @property
+    def fault(self) -> str:
+        return "" if crc16(self.raw[:-2]) == int.from_bytes(self.raw[-2:], "little") else "CRC"
+
+
+@dataclass(frozen=True)
+class Malformed:
+    """Bytes between two silences that are no frame. ``fault`` is ``gap``, ``too short`` or ``too long``; what
+    is too long comes in pieces of at most 256 bytes."""
+
+    at_ns: int
+    """Time at which its first start bit began."""
+    raw: bytes
+    fault: str
+    is_packet = False
+    origin = None

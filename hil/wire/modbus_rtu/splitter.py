@@ -1,0 +1,96 @@
+"""A listener to a line of Modbus RTU: characters with their times in, frames out."""
+
+from collections.abc import Sequence
+
+from hil.vocab.framing import BurstItems
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.modbus_rtu.frame import (
+    FRAME_BYTES_MAX,
+    FRAME_BYTES_MIN,
+    TO_ALL,
+    Frame,
+    Malformed,
+    gap_ns,
+    silence_ns,
+)
+from hil.wire.serial_line import character_ns
+
+
+class RtuSplitter:
+    """Splits a line's characters by the silences between them. Time never goes back.
+
+    A frame is over when the line has been silent behind it: the next character shows it, or ``silence``. All
+    bytes come out again, each once.
+    """
+
+    def __init__(self) -> None:
+        self._raw = bytearray()
+        self._at_ns = 0
+        self._last_ns = 0
+        """Time at which the last character was complete."""
+        self._over_ns: int = FOREVER
+        """Time at which what is held is over, if nothing follows."""
+        self._is_broken = False
+        """Whether a silence within it was too long."""
+        self._is_long = False
+        """Whether a first piece of it was given as too long."""
+        self._address = TO_ALL
+
+    def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:
+        items: list[Frame | Malformed] = []
+        if data:
+            self._take(data, start_ns, baud, items)
+            self._complete(start_ns + character_ns(len(data), baud), baud)
+        addresses = None if self._address == TO_ALL else (self._address,)
+        return BurstItems(items, addresses, over_ns=SimTimeNs(self._over_ns))
+
+    def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
+        items: list[Frame | Malformed] = []
+        one_ns = character_ns(1, baud)
+        for at_ns, byte in zip(times_ns, data, strict=True):
+            self._take(bytes((byte,)), at_ns - one_ns, baud, items)
+            self._complete(at_ns, baud)
+        return BurstItems(items, None, over_ns=SimTimeNs(self._over_ns))
+
+    def silence(self, now_ns: SimTimeNs) -> Sequence[Frame | Malformed]:
+        items: list[Frame | Malformed] = []
+        if self._raw and self._over_ns <= now_ns:
+            self._end(items)
+        return items
+
+    def copy(self) -> "RtuSplitter":
+        other = RtuSplitter()
+        vars(other).update(vars(self))
+        other._raw = self._raw[:]
+        return other
+
+    def _take(self, data: bytes, start_ns: int, baud: int, items: list[Frame | Malformed]) -> None:
+        """Take characters without a silence between them, the first of which begins at ``start_ns``."""
+        if start_ns >= self._over_ns:
+            self._end(items)
+        if self._over_ns == FOREVER:
+            self._at_ns, self._address = start_ns, data[0]
+        elif start_ns - self._last_ns > gap_ns(baud):
+            self._is_broken = True
+        self._raw += data
+        while len(self._raw) > FRAME_BYTES_MAX:
+            self._is_long = True
+            items.append(Malformed(self._at_ns, bytes(self._raw[:FRAME_BYTES_MAX]), "too long"))
+            del self._raw[:FRAME_BYTES_MAX]
+
+    def _complete(self, at_ns: int, baud: int) -> None:
+        self._last_ns, self._over_ns = at_ns, at_ns + silence_ns(baud)
+
+    def _end(self, items: list[Frame | Malformed]) -> None:
+        raw = bytes(self._raw)
+        if self._is_long:
+            items.append(Malformed(self._at_ns, raw, "too long"))
+        elif self._is_broken:
+            items.append(Malformed(self._at_ns, raw, "gap"))
+        elif len(raw) < FRAME_BYTES_MIN:
+            items.append(Malformed(self._at_ns, raw, "too short"))
+        else:
+            items.append(Frame(self._at_ns, raw))
+        self._raw.clear()
+        self._over_ns = FOREVER
+        self._is_broken = self._is_long = False

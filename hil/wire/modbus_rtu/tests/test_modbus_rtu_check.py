@@ -1,0 +1,20 @@
+"""The framing of Modbus RTU passes the shipped check of codecs, at each side of its fixed silences."""
+
+import pytest
+
+from hil.testing import check_codec, framing_reader
+from hil.wire.modbus_rtu.frame import encode
+from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+from hil.wire.serial_line import character_ns
+
+QUESTION, ANSWER = encode(17, 3, bytes.fromhex("006b0003")), encode(17, 3, bytes.fromhex("06022b00000064"))
+MESSAGES = {
+    QUESTION: [("17, function 3: 00 6b 00 03", True, "", None)],
+    ANSWER: [("17, function 3: 06 02 2b 00 00 00 64", True, "", None)],
+    encode(0, 6, b"\0\1"): [("all, function 6: 00 01", True, "", None)],
+}
+
+
+@pytest.mark.parametrize("baud", [9600, 115200])
+def test_it_keeps_to_what_codecs_keep_to(baud: int) -> None:
+    check_codec(framing_reader(MODBUS_RTU, baud), MESSAGES, character_ns=character_ns(1, baud))

@@ -1,0 +1,30 @@
+"""Ports of the kind ``rfc2217`` pass the shipped check of ports."""
+
+from hil.testing import check_port
+from hil.testing.checks.port_check import FileClient
+from hil.vocab.ports import Port, PortContext
+from virtual_ports.rfc2217.port import Options, make
+
+
+class Plain:
+    """Client that agrees to nothing, and doubles each 255."""
+
+    def __init__(self, port: Port) -> None:
+        self._line = FileClient.of(port)
+
+    def send(self, data: bytes) -> int:
+        """Send whole bytes: the socket takes these few at once."""
+        escaped = data.replace(b"\xff", b"\xff\xff")
+        sent = self._line.send(escaped)
+        assert sent in (0, len(escaped))
+        return len(data) if sent else 0
+
+    def read(self) -> bytes:
+        return self._line.read().replace(b"\xff\xff", b"\xff")
+
+    def close(self) -> None:
+        self._line.close()
+
+
+def test_they_keep_to_what_ports_keep_to() -> None:
+    check_port(lambda folder: make(Options(), PortContext("b", "m1", folder)), Plain)
