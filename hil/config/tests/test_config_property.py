@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
@@ -204,24 +204,22 @@ def test_any_mapping_gives_a_bench_or_problems(top: dict[str, object], keys: dic
 
 
 def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
-    """What was read and where, or what is wrong."""
+    """Nodes that were read, with their places, or the sentence that says what is wrong."""
 
-    def flat(node: Any) -> object:
+    def flat(node: Any, around: tuple[Any, ...] = ()) -> object:
         if node is None:
             return None
-        mark = node.start_mark
+        if node in around:  # an anchor whose value has an alias of it
+            return "itself", around.index(node)
+        mark, inside = node.start_mark, (*around, node)
         match node.value:
             case str(value):
                 return node.tag, value, mark.line, mark.column
             case [tuple(), *_]:
-                return (
-                    node.tag,
-                    [(flat(key), flat(value)) for key, value in node.value],
-                    mark.line,
-                    mark.column,
-                )
+                pairs = [(flat(key, inside), flat(value, inside)) for key, value in node.value]
+                return node.tag, pairs, mark.line, mark.column
             case _:
-                return node.tag, [flat(item) for item in node.value], mark.line, mark.column
+                return node.tag, [flat(item, inside) for item in node.value], mark.line, mark.column
 
     try:
         return flat(compose(text, "f"))
@@ -233,6 +231,7 @@ PIECES = [*"ab:-#[]{},'\"\\ \t!?|>*%@1.~\n\ufeff", "a: ", "- ", "\n  ", "\n- ", 
 
 
 @settings(max_examples=2000)
+@example("&a [*a]")
 @given(st.lists(st.sampled_from([*PIECES, "\n", "&a ", "*a"]), max_size=14).map("".join))
 def test_the_fast_parser_reads_what_the_other_reads(text: str) -> None:
     assert nodes(text, yaml_text._compose) == nodes(text, yaml_text._compose_slowly)
