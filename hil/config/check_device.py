@@ -25,6 +25,11 @@ EMULATED_KEYS = (
     "setpoints",
     "spi_previous_command",
 )
+_OF_REAL_BOARDS = {
+    "setpoint_rate_Hz": "a twin's set-point moves at each step",
+    "lead_ms": "a twin is told its motion in no time",
+}
+"""Keys that a twin has no use for, with the reason."""
 ANY_BOARDS_TABLES = ("stored", "empty")
 """Tables that the memory of every board can begin with."""
 REAL_BAUD = 115200
@@ -65,8 +70,9 @@ class DeviceCheck:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             result.setdefault("baud", profile.baud())
-            if self.raw.get(key := "setpoint_rate_Hz") is not None:
-                self._add("a twin's set-point moves at each step", "leave this key out", key, at_key=True)
+            for key, why in _OF_REAL_BOARDS.items():
+                if self.raw.get(key) is not None:
+                    self._add(why, "leave this key out", key, at_key=True)
             self._uarts(profile)
             self._axes(profile, result)
             self._hardware(profile, result["hardware"])

@@ -150,6 +150,13 @@ class DeviceConfig(StrictModel):
         le=200,
         description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
     )
+    lead_ms: float | None = Field(
+        default=None,
+        ge=50,
+        le=60_000,
+        description="Time before each phrase of a run in which a real board (`at`) is told its motion; null:"
+        " 250. Longer for a board behind a network, or where the computer has much else to do.",
+    )
     spi_previous_command: int = Field(
         default=0xFFFF,
         ge=0,

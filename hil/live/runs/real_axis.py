@@ -20,8 +20,6 @@ from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
 
-LEAD_NS = 250_000_000
-"""Time to tell a SAC its motion before a phrase: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
 STOP_S = 2.0
 """Maximum time for a board to stop in when the daemon ends."""
 STOP_RPM_PER_S = 600.0
@@ -30,18 +28,19 @@ STOP_RPM_PER_S = 600.0
 
 class RealAxis:
     """Axis of a real board, as ``hil.vocab.axis.Axis``. ``bench``: the bench whose time it goes by, at the
-    speed 1; ``period_ns``: interval of set-points that are typed."""
+    speed 1; ``period_ns``: interval of set-points that are typed; ``lead_ns``: time before a phrase in which
+    the board is told its motion."""
 
-    lead_ns = LEAD_NS
     refusal: str | None = None
 
     def __init__(
-        self, bench: BenchRuntime, through: BoardEnd, terminal: TerminalAxis, period_ns: int
+        self, bench: BenchRuntime, through: BoardEnd, terminal: TerminalAxis, period_ns: int, lead_ns: int
     ) -> None:
         self._bench = bench
         self.through = through
         self._terminal = terminal
         self._period_ns = period_ns
+        self.lead_ns = lead_ns
         self._failure: str | None = None
         """Failure since ``hold``."""
         self._known_as: tuple[int, int] | None = None

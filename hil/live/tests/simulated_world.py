@@ -40,12 +40,13 @@ class Programs:
 
 
 class Line(Programs):
-    """Serial line of a board. ``written``: what was typed, with the time in seconds."""
+    """Serial line of a board. ``written``: what was typed, with the time in seconds; ``late_s``: delay of
+    what is typed from now on."""
 
     def __init__(self, world: "World", name: str) -> None:
         self._world, self._name = world, name
         self.address = f"/dev/{name}"
-        self.is_there, self.connects = True, 1
+        self.is_there, self.connects, self.late_s = True, 1, 0.0
         self.written: list[tuple[float, bytes]] = []
 
     def stats(self) -> Any:
@@ -54,14 +55,14 @@ class Line(Programs):
     def write(self, data: bytes) -> None:
         self.written.append((self._world.time(), data))
         if self.is_there:
-            self._world.far.port(self._name).write(data)
+            self._world.call_later(self.late_s, self._world.far.port(self._name).write, data)
 
 
 class World(asyncio.SelectorEventLoop):
     """Loop in which nothing takes time but what sleeps. ``near``: the bench with the twin ``m1``; ``far``:
     that of the boards behind ``lines``; ``axes``: all three as a run sees them."""
 
-    def __init__(self) -> None:
+    def __init__(self, lead_ms: float | None = None) -> None:
         self._now_s = 0.0
         self.near = Bench({"bench": "near", "devices": {"m1": SERVO}})
         self.far = Bench({"bench": "far", "devices": BOARDS})
@@ -72,7 +73,7 @@ class World(asyncio.SelectorEventLoop):
             joint.occupy(BoardEnd(joint, cast(Port, line)))
             self.places.boards[name] = joint
         devices = {
-            name: SimpleNamespace(profile=board["profile"], setpoint_rate_Hz=None)
+            name: SimpleNamespace(profile=board["profile"], setpoint_rate_Hz=None, lead_ms=lead_ms)
             for name, board in BOARDS.items()
         }
         config = SimpleNamespace(devices=devices, speed=1)
@@ -125,9 +126,9 @@ def _nothing() -> Any:
     yield from ()
 
 
-def in_world(doing: Any) -> None:
-    """Carry out ``await doing(world)``."""
-    world = World()
+def in_world(doing: Any, lead_ms: float | None = None) -> None:
+    """Carry out ``await doing(world)``. ``lead_ms``: as in the configuration of both boards."""
+    world = World(lead_ms)
     work: Coroutine[Any, Any, None] = doing(world)
     try:
         world.run_until_complete(work)

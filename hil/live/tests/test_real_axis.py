@@ -75,6 +75,22 @@ def test_set_points_are_typed_at_their_times_and_the_last_exactly() -> None:
     in_world(doing)
 
 
+@pytest.mark.parametrize(("lead_ms", "end"), [(None, "failed"), (1000.0, "done")])
+def test_a_board_behind_a_slow_line_needs_a_longer_lead(lead_ms: float | None, end: str) -> None:
+    async def doing(world: World) -> None:
+        await world.taken()
+        world.lines["s2"].late_s = 0.3
+        done = await to_end(world, execution(world, {"move": {"m1": 90.0, "s2": 90.0}}))
+        assert done.state == end, done.why
+        if end == "failed":
+            assert done.why.startswith("s2 stopped: it took its command ")
+            assert done.why.endswith(" ms after the start; its line is too slow")
+        else:
+            assert world.far.axis("s2").snapshot().commanded_deg == pytest.approx(90.0)
+
+    in_world(doing, lead_ms)
+
+
 def test_a_board_is_a_runs_own_until_it_stands() -> None:
     async def doing(world: World) -> None:
         axis = await held(world, "s2")
