@@ -1,4 +1,4 @@
-"""Of all tests."""
+"""Settings of all tests."""
 
 from hypothesis import HealthCheck, settings
 
