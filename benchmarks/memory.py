@@ -10,7 +10,7 @@ from _report import report
 ONE = {"profile": "mechaduino"}
 LIMIT_MB = 80.0
 LIBRARIES = ("serial", "yaml", "pydantic", "typer", "rich")
-"""What an installation without extras brings; the daemon itself leaves out what it does not use."""
+"""Libraries of an installation without extras; the daemon itself leaves out what it does not use."""
 
 
 def config(devices: dict[str, object]) -> str:

@@ -50,7 +50,7 @@ def config(cpu: int, extra: int = 0) -> str:
 
 
 class Bench:
-    """What is pressed upon."""
+    """Bench of the daemon that is put under pressure, with ways to reach it."""
 
     def __init__(self, running: Daemon, cpu: int) -> None:
         self.running = running
@@ -176,7 +176,7 @@ def counts(bench: Bench) -> tuple[int, int]:
 
 
 def main() -> None:
-    """Each pressure, on a daemon of its own."""
+    """Run each kind of pressure on a daemon of its own."""
     if not have("cyclictest", "rt-tests"):
         return
     numbers = [float(word) for word in sys.argv[1:] if word.isdigit()]

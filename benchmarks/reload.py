@@ -1,4 +1,4 @@
-"""How late a board answers while a board is added beside it and 199 others."""
+"""Longest answer time of a board while another is added to it and 199 others."""
 
 import json
 import os
