@@ -39,7 +39,7 @@ class Inbox:
         self._queue: deque[Request] = deque()
         self._lock = threading.Lock()
         self._is_awake = False
-        """Whether ``_drain`` is scheduled."""
+        """True while ``_drain`` is scheduled."""
         self._is_closed = False
         self.dropped = 0
 

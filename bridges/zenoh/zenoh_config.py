@@ -83,7 +83,7 @@ def access_control(
 
 
 def is_loopback(endpoint: str) -> bool:
-    """Whether only this computer reaches an endpoint, as in ``tcp/127.0.0.1:7447``."""
+    """True if only this computer reaches an endpoint, as in ``tcp/127.0.0.1:7447``."""
     scheme, _, rest = endpoint.partition("/")
     if scheme in ("unixsock-stream", "unixpipe"):
         return True
