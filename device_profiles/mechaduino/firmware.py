@@ -43,7 +43,7 @@ class Mechaduino:
         """Path that the set-point follows, or followed last."""
         self.path_from_ns = 0
         self.is_busy = True
-        """Whether it starts, runs a routine or asks for a number."""
+        """True while the main program starts, runs a routine or asks for a number."""
 
     # ---- setup() and loop() ----
 

@@ -75,7 +75,7 @@ class LookupTable:
 
     @property
     def is_written(self) -> bool:
-        """Whether the table was ever written, as the firmware tells it."""
+        """True if the table was ever written, by the firmware's own test of three angles."""
         return any(self.angles[i] for i in (0, 128, 1024))
 
     def angle_deg(self) -> float:
@@ -87,7 +87,7 @@ class LookupTable:
         return angle_deg + 360.0 * turns
 
     def text(self) -> str:
-        """All angles with two decimals, as ``q`` prints them."""
+        """Text of all angles with two decimals, as ``q`` prints them."""
         if not self._text:
             self._text = "".join(f"{print_float(angle)}, " for angle in self.angles)
         return self._text

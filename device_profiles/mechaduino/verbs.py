@@ -154,7 +154,7 @@ def _letter(board: Mechaduino) -> str:
 
 
 def _is_on_the_way(board: Mechaduino) -> bool:
-    """Whether the set-point is an angle that follows a path."""
+    """True while the set-point is an angle that follows a path."""
     return bool(board.axis.get("following")) and _letter(board) in "xh"
 
 

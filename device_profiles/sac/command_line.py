@@ -29,7 +29,7 @@ class Command(NamedTuple):
     about: str
     run: Callable[["CommandLine", Text], Steps | None]
     is_quick: bool = False
-    """Whether it takes no time and writes nothing when it comes over the network."""
+    """True if the command takes no time and writes nothing when it comes over the network."""
 
 
 @dataclass(eq=False)

@@ -44,7 +44,7 @@ class Sac:
         )
         self.queue, self.moves = self._line.queue, self._line.moves
         self.is_started = False
-        """Whether the cold start is over."""
+        """True once the cold start is over."""
         self._note_estop()
 
     def main(self) -> Main:

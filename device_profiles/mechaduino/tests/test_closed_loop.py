@@ -63,13 +63,13 @@ def trace(bench: Bench, until_ms: float, loop_since_ms: float | None = None) -> 
 
 
 def crossing_ms(t_ms: "np.ndarray", x: "np.ndarray", level: float) -> float:
-    """When ``x`` first reaches ``level`` from below, interpolated."""
+    """Time in ms at which ``x`` first reaches ``level`` from below, interpolated."""
     i = int(np.argmax(x >= level))
     return float(t_ms[i - 1] + (level - x[i - 1]) / (x[i] - x[i - 1]) * (t_ms[i] - t_ms[i - 1]))
 
 
 def settled_ms(t_ms: "np.ndarray", error: "np.ndarray", band: float) -> float:
-    """From when on the error stays in the band; the trace's end if it never does."""
+    """Time in ms from which the error stays in the band; the trace's end if it never does."""
     outside = np.nonzero(np.abs(error) > band)[0]
     return float(t_ms[min(outside[-1] + 1, len(t_ms) - 1)])
 

@@ -49,7 +49,8 @@ ACTS = st.one_of(
 
 
 def played(acts: list[tuple[str, bytes, Any, Any]], takes: bool) -> tuple[object, ...]:
-    """What the boards have sent, when, how they stand, and how many turns they had."""
+    """Play the acts, and return what the boards have sent and when, their states, and how many turns they
+    had."""
     with pytest.MonkeyPatch.context() as patch:
         if not takes:
             patch.setattr(CommandLine, "takes", None)

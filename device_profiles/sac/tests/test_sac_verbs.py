@@ -1,4 +1,4 @@
-"""What can be asked of a SAC beside typing: each verb moves as its command does, pulse for pulse."""
+"""Verbs of a SAC beside typing: each moves as its command does, pulse for pulse."""
 
 from collections.abc import Iterator
 from typing import Any

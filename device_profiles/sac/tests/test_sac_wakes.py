@@ -1,4 +1,4 @@
-"""When a sketch that reads the SAC's packets is woken, and that it gets every byte all the same."""
+"""Wakes of a sketch that reads the SAC's packets: when each comes, and that no byte is lost."""
 
 from device_profiles.sac.framing import FRAMING
 from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart
