@@ -19,7 +19,7 @@ MECHADUINO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 
 
 def ready() -> Bench:
-    """All boards have started, the servos hold 0 degrees."""
+    """Bench whose boards have all started, and whose servos hold 0 degrees."""
     devices = dict.fromkeys(SERVOS, MECHADUINO) | dict.fromkeys(STEPPERS, SAC)
     bench = Bench({"bench": "six", "devices": devices})
     bench.run(ms=4100)
