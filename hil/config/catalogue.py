@@ -41,7 +41,7 @@ class AxisParameter(StrictModel):
     above: float | None = None
     """Exclusive minimum, for a number that cannot be 0."""
     whole: bool = False
-    """Whether only whole numbers make sense."""
+    """True if only whole numbers make sense."""
 
     def default(self, plant: str) -> float:
         """Value under this plant unless a device sets one."""
@@ -160,8 +160,8 @@ class Catalogue:
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """Options model of each kind of bridge."""
     boards: Mapping[str, Profile] = field(default_factory=dict)
-    """What each profile's ``board.py`` says, imported when it is asked for; raises ConfigError for one that
-    cannot be used."""
+    """Profile of each board, from its ``board.py``, imported when it is asked for; raises ConfigError for one
+    that cannot be used."""
     refused: Mapping[str, Sequence[Problem]] = field(default_factory=dict)
     """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two."""
     path: tuple[Path, ...] = ()
@@ -224,8 +224,8 @@ def _parameter_findings(path: KeyPath, parameter: AxisParameter, law: str) -> It
 
 
 def _ends_in(name: str, unit: str) -> bool:
-    """Whether a parameter's name ends in its unit, of which later words may say more; one that counts kinds
-    (0: A4988) has none."""
+    """True if a parameter's name ends in its unit, or in the first words of it; one that counts kinds (0:
+    A4988) has no unit."""
     if ":" in unit or not unit:
         return ":" in unit
     words = unit.replace("%", "pct").replace("/", " per ").split()

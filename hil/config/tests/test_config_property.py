@@ -204,7 +204,7 @@ def test_any_mapping_gives_a_bench_or_problems(top: dict[str, object], keys: dic
 
 
 def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
-    """What was read and where, or what is wrong."""
+    """Nodes of a text with their places, or what is wrong with it."""
 
     def flat(node: Any) -> object:
         if node is None:
