@@ -36,7 +36,7 @@ class AxisKind:
     """Numbers of its inputs by name; two names of one number are the same pin."""
     outputs: Mapping[str, int]
     has_clock: bool
-    """Whether it gives and takes a clock besides (``CLOCK_OUT``, ``CLOCK_IN``)."""
+    """True if the axis gives and takes a clock besides (``CLOCK_OUT``, ``CLOCK_IN``)."""
     parameters: tuple[str, ...]
     """Numbers that a profile gives for its motor, driver and load."""
     fields: Mapping[str, int]
@@ -46,7 +46,8 @@ class AxisKind:
     fault_targets: frozenset[str]
     """Kinds of target of ``hil.vocab.faults`` that it is: what can fail."""
     follows_paths: bool
-    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
+    to."""
     course: tuple[str, str]
     """Fields of its set-point and of its position, in degrees."""
     motion: Callable[[Snapshot], AxisState]
@@ -135,4 +136,4 @@ SAC = AxisKind(
 """A motion engine that makes step pulses for a driver, without an encoder."""
 
 KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC)}
-"""All kinds, by their laws' names in ``profile.yaml``."""
+"""Kinds of axis by their laws' names in ``profile.yaml``."""

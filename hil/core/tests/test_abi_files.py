@@ -1,4 +1,4 @@
-"""What C, Cython and Python say of the native core's face is the same."""
+"""Agreement of C, Cython and Python about the native core's face."""
 
 import ast
 import re
