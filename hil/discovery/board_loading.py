@@ -18,8 +18,9 @@ SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 
 class Boards(Mapping[str, Profile]):
-    """What boards say in their ``board.py``, imported when it is asked for. ``uarts``: serial interfaces of
-    each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names there.
+    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``uarts``: serial
+    interfaces of each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names
+    there.
 
     Raises:
         KeyError: there is no such board.
