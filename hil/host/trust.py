@@ -60,7 +60,7 @@ def _writers(found: os.stat_result, is_on_the_way: bool) -> str:
 
 
 def _is_private(group: int, user: int) -> bool:
-    """Whether a group is a user's own, of his name and with nobody else in it."""
+    """True if a group is a user's own, of his name and with nobody else in it."""
     import grp
     import pwd
 

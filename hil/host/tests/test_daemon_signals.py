@@ -8,7 +8,7 @@ import pytest
 from hil.host import signals
 
 MANY = 10_000
-"""More than the socket of an event loop has room for."""
+"""Number that the socket of an event loop has no room for."""
 
 
 @pytest.mark.parametrize("bells", [0, MANY])
