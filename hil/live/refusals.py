@@ -6,7 +6,7 @@ class StartError(Exception):
 
 
 class Refused(Exception):
-    """Nothing has changed: ``str(error)`` says why, a line for each reason."""
+    """A change was refused, and nothing has changed: ``str(error)`` says why, a line for each reason."""
 
 
 class ConfigUnreadable(Refused):

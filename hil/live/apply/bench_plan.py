@@ -36,7 +36,7 @@ class BenchPlan:
     is_start: bool = False
 
     def has_twin(self, name: str) -> bool:
-        """Whether the configuration has an emulated board of this name."""
+        """True if the configuration has a twin of this name."""
         device = self.config.devices.get(name)
         return device is not None and device.at is None
 

@@ -84,7 +84,7 @@ class Stage:
         self._seeds = {name: seed for name, seed in seeds.items() if plan.has_twin(name)}
 
     def keeps_port(self, plan: BenchPlan, name: str, uart: str) -> bool:
-        """Whether a changed device's port stays as it is, with its clients. ``uart``: empty for the first."""
+        """True if a changed device's port stays as it is, with its clients. ``uart``: empty for the first."""
         old, new = self.configured.config.devices.get(name), plan.config.devices.get(name)
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False

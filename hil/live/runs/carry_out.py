@@ -38,7 +38,7 @@ class Entry:
     ends_deg: Mapping[str, float]
     progress: Progress
     is_shared: bool = False
-    """Whether this bench leads others."""
+    """True if this bench leads others."""
     execution: Execution | None = None
     """Execution, once the run has begun."""
     task: asyncio.Task[None] | None = None

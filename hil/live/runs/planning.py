@@ -39,7 +39,7 @@ class Planning:
         return device_names(run, self._configured.config.bench)
 
     def is_shared(self, run: RunDocument) -> bool:
-        """Whether other benches take part."""
+        """True if other benches take part."""
         return bool(other_benches(run, self._configured.config.bench))
 
     def plan(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:

@@ -119,7 +119,7 @@ class RunQueue:
     # ---- for parts of runs that another bench leads ----
 
     def is_under_way(self, name: str) -> bool:
-        """Whether it waits, moves, or is just ending: nothing else can have its name."""
+        """True while the run waits, moves, or is just ending: no other run can have its name."""
         return name in self._entries
 
     def hold(

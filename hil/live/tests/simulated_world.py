@@ -33,10 +33,10 @@ class Programs:
         return 0
 
     def write(self, data: bytes) -> None:
-        """Nobody reads it."""
+        """Ignored: nobody reads it."""
 
     def resume_reading(self) -> None:
-        """Nothing was held up."""
+        """Ignored: nothing was held up."""
 
 
 class Line(Programs):

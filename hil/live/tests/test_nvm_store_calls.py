@@ -53,7 +53,7 @@ class Failing:
         self._shim.fail_calls(bytes(directory), ctypes.c_long(first), ctypes.c_long(last), code)
 
     def end(self) -> int:
-        """How many calls there were."""
+        """Let calls succeed again, and return how many there were."""
         seen = int(self._shim.seen_calls())
         self._shim.fail_calls(b"", ctypes.c_long(0), ctypes.c_long(0), 0)
         return seen

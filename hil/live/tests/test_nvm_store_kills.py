@@ -17,7 +17,7 @@ PROFILE = "mechaduino"
 
 
 def content(counter: int) -> Content:
-    """From 1 B to 1 MB, and different for each counter in every place and in length."""
+    """Content of 1 B to 1 MB, different for each counter in every place and in length."""
     size = random.Random(counter).choice([1, 4_000, 65_536, 1_000_000])
     return Content(PROFILE, counter, {"table": counter.to_bytes(8, "little") * (size // 8 + counter % 7)})
 

@@ -135,7 +135,7 @@ def test_a_held_port_reads_on_before_the_line_is_empty() -> None:
 
 
 class Counted(UartEnd):
-    """How often it is looked at."""
+    """End that counts how often it is looked at."""
 
     released = 0
     refreshed = 0
