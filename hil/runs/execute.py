@@ -176,7 +176,7 @@ class Execution:
             yield min(now_ns + POLL_NS, end_ns) if now_ns < end_ns else now_ns + POLL_NS
 
     def _have_reached(self, at_ns: int) -> bool:
-        """Whether the axes' values are of this time or later: a board that has much to do comes behind."""
+        """True if the axes' values are of this time or later: a board that has much to do comes behind."""
         return not any(axis.state().at_ns < at_ns for axis in self._axes.values())
 
     def _look(self) -> None:

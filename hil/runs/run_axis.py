@@ -120,7 +120,7 @@ class RunAxis:
 
     @property
     def is_under_way(self) -> bool:
-        """Whether it has a motion that has not ended."""
+        """True while the axis has a motion that has not ended."""
         return self.state().is_under_way
 
     @property
