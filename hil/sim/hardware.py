@@ -55,7 +55,7 @@ class Memory:
 
     @property
     def is_committing(self) -> bool:
-        """Whether the store has still to answer."""
+        """True while the store has still to answer a commit."""
         return bool(self._pending)
 
     def commit(self, request: Commit) -> bool | None:

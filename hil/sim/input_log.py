@@ -55,7 +55,7 @@ class InputLog:
     inputs: list[Logged]
     sent: list[Sent]
     cut: bool = False
-    """Whether its writer was killed, or had no room left: answers to the last inputs are missing."""
+    """True if the log's writer was killed, or had no room left: answers to the last inputs are missing."""
     name: str = ""
     """Name of its file."""
     lines: list[int] = field(default_factory=list)

@@ -24,7 +24,7 @@ class Place:
     station: str = ""
 
     def has(self, target: str) -> bool:
-        """Whether a fault that needs this kind of target can be here."""
+        """True if a fault that needs this kind of target can be here."""
         return {
             PORT: self.uart is not None,
             TWIN_PORT: self.uart is not None,

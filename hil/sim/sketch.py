@@ -37,7 +37,7 @@ class Sketch:
     def power_up(self) -> None:
         """Start it anew with the next turn."""
         self.is_on = False
-        """Whether its first turn since has made it."""
+        """True once the first turn after this has made the firmware."""
         interfaces = self._interfaces
         self.runtime = Runtime(self._main(), interfaces.has_input, self._commit, interfaces.print_returns)
         self.runtime.due_ns = interfaces.now_ns
@@ -54,7 +54,7 @@ class Sketch:
 
     @property
     def is_busy(self) -> bool:
-        """Whether its main program is in a routine of its own, and takes no commands."""
+        """True while the main program is in a routine of its own, and takes no commands."""
         return self.is_on and bool(getattr(self.firmware, "is_busy", False))
 
     def turn(
