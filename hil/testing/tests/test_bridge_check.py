@@ -1,4 +1,4 @@
-"""What the check of bridges lets pass, and what it says of those that are broken."""
+"""Check of bridges: what it lets pass, and what it says of those that are broken."""
 
 import asyncio
 import gc
@@ -46,7 +46,7 @@ class Lines:
                 writer.write(self.answer(line).encode() + b"\n")
                 await writer.drain()
         except (OSError, ValueError):
-            """It left, or says too much."""
+            """Client that left, or says too much."""
         finally:
             self.writers.discard(writer)
             writer.transport.abort()
@@ -68,7 +68,7 @@ class Lines:
         await self.server.wait_closed()
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        """Each line asks what there is."""
+        """Ignored: each line asks what there is."""
 
     def status(self) -> Mapping[str, Any]:
         return {
@@ -81,14 +81,14 @@ class Lines:
 
 
 class Untold(Lines):
-    """Does not say whether it is insecure."""
+    """Bridge whose status does not say whether it is insecure."""
 
     def status(self) -> Mapping[str, Any]:
         return {name: value for name, value in super().status().items() if name != "insecure"}
 
 
 class Unwritable(Lines):
-    """Has something in its status that is no JSON."""
+    """Bridge with something in its status that is no JSON."""
 
     def status(self) -> Mapping[str, Any]:
         return {**super().status(), "clients": self.writers}
@@ -103,7 +103,7 @@ class Mute(Lines):
 
 
 class Whole(Lines):
-    """Believes that each read is a line."""
+    """Bridge that takes each read for a line."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         while piece := await reader.read(LINE_BYTES):
@@ -153,7 +153,7 @@ class Sulking(Lines):
 
 
 class Surprised(Lines):
-    """Does not expect that boards go."""
+    """Bridge that fails when a board is removed."""
 
     async def devices_changed(self, names: Collection[str]) -> None:
         for name in names:
@@ -174,7 +174,7 @@ class Counting(Lines):
 
 
 class Numbering(Lines):
-    """Never gives the same answer twice."""
+    """Bridge that never gives the same answer twice."""
 
     number = 0
 
@@ -184,7 +184,7 @@ class Numbering(Lines):
 
 
 class Blocking(Lines):
-    """Thinks for long."""
+    """Bridge that blocks the event loop for 1.5 s."""
 
     has_thought = False
 

@@ -1,4 +1,4 @@
-"""What the check of codecs lets pass, and what it says of those that are broken."""
+"""Check of codecs: what it lets pass, and what it says of those that are broken."""
 
 import random
 import time
@@ -79,7 +79,7 @@ class Blames(Lengths):
 
 
 class Shares(Lengths):
-    """Has one memory for all."""
+    """Codec with one buffer for all its instances."""
 
     ours: ClassVar[bytearray] = bytearray()
 
@@ -108,7 +108,7 @@ class Looks(Lengths):
 
 
 class Begins(Lengths):
-    """Believes that all lines begin at 0."""
+    """Codec that takes each line's time to begin at 0."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         return super().__call__(data, at_ns) if at_ns < 1_000 * PAUSE_NS else []

@@ -239,7 +239,7 @@ def test_a_run_is_replayed_from_its_log(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stop_ms", [4600, 5500, 20_000])
 def test_a_run_that_was_ended_in_a_long_answer_replays_identically(tmp_path: Path, stop_ms: int) -> None:
-    """At 57600 baud q takes 22 s on the line, and the board then does what was typed behind it."""
+    """``q`` takes 22 s on the line at 57600 baud, and the board then does what was typed behind it."""
     config: dict[str, Any] = {
         "bench": "t",
         "devices": {

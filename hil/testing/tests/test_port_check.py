@@ -1,4 +1,4 @@
-"""What the check of ports lets pass, and what it says of those that are broken."""
+"""Check of ports: what it lets pass, and what it says of those that are broken."""
 
 import asyncio
 import socket
@@ -123,7 +123,7 @@ class Small:
 
 
 class Nameless(Small):
-    """Does not say where it is."""
+    """Port without an address."""
 
     address = ""
 
@@ -155,7 +155,7 @@ class Greedy(Small):
 
 
 class Deaf(Small):
-    """Never reads on."""
+    """Port that never reads on."""
 
     def resume_reading(self) -> None:
         """Forgotten."""
@@ -173,7 +173,7 @@ class Endless(Small):
 
 
 class Forgetful(Small):
-    """Does not count what it drops."""
+    """Port that does not count what it drops."""
 
     def leave(self) -> None:
         self.out.clear()
@@ -211,7 +211,7 @@ class Answering(Small):
 
 
 class Uncounting(Small):
-    """Does not count what was for nobody."""
+    """Port that does not count what was for nobody."""
 
     def write(self, data: bytes) -> None:
         if self.client is not None:
@@ -276,7 +276,7 @@ class Littering(Small):
 
 
 class Final(Small):
-    """Cannot be closed twice."""
+    """Port that fails if it is closed twice."""
 
     async def close(self) -> None:
         assert self.listener, "it is closed"
@@ -284,7 +284,7 @@ class Final(Small):
 
 
 class Raising(Small):
-    """Does not expect that a client leaves."""
+    """Port that raises when a client leaves."""
 
     def leave(self) -> None:
         super().leave()

@@ -16,11 +16,12 @@ from hil.testing import Bench
 from hil.vocab.firmware import Delay
 
 MACHINE: dict[str, Any] = {"is_slow": False}
-"""What a run in real time depends on, and its replay does not."""
+"""State of the machine, on which a run in real time depends, and its replay does not."""
 
 
 def query(board: Any) -> Iterator[Delay]:
-    """Instead of the Mechaduino's: much of what a board can do in one turn, and an endless loop."""
+    """Replacement of the Mechaduino's ``query``: much of what a board can do in one turn, and an endless
+    loop."""
     board.serial.print("before ")
     yield Delay(0)
     board.axis.output(30.0, 200)
