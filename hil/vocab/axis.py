@@ -26,14 +26,15 @@ class AxisNow:
     position_deg: float
     """Angle from which its motion is planned: its set-point where it has one."""
     follows_paths: bool
-    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
+    to."""
     fields: Sequence[str] = ()
     """Names of fields that a run may wait for."""
     pins: Sequence[str] = ()
     """Names of inputs that a run may drive."""
     why_not: str | None = None
     tells_position: bool = True
-    """Whether it tells where it is while it moves; the end of one that does not is awaited."""
+    """True if the axis tells where it is while it moves; the end of one that does not is awaited."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,13 @@ class AxisState:
     """Set-point, in degrees if it is an angle; of a real board, the last that it confirmed."""
     position_deg: float | None
     is_moving: bool
-    """Whether it moves by what it was given, a motion without an end included."""
+    """True while the axis moves by what it was given, a motion without an end included."""
     is_under_way: bool
-    """Whether a motion with an end that it was given has not ended, be it that it has not begun."""
+    """True until a motion with an end that the axis was given has ended, also before it begins."""
     is_on: bool | None = None
-    """Whether it would move if it were told to: its control loop, if it has one, is on."""
+    """True if the axis would move if it were told to: its control loop, if it has one, is on."""
     keeps_angle: bool = False
-    """Whether a loop keeps its shaft at the set-point, an angle."""
+    """True if a loop keeps the shaft at the set-point, an angle."""
 
     @property
     def off_by_deg(self) -> float:
@@ -81,7 +82,7 @@ class Axis(Protocol):
         """Reason why it did not do what it was given for later since ``hold``, or None."""
 
     def state(self) -> AxisState:
-        """Its state now."""
+        """State of the axis now."""
 
     def field(self, name: str) -> float:
         """One of its fields (``AxisNow.fields``) now, for a run that waits for it."""
@@ -115,7 +116,7 @@ class Axes(Protocol):
     def now_ns(self) -> int: ...
 
     def axes(self) -> dict[str, AxisNow]:
-        """All of them, as a plan begins with them."""
+        """State of every axis, as a plan begins with it."""
 
     def __getitem__(self, device: str) -> Axis:
         """The axis of a device that can take part in runs; each run asks for its own."""

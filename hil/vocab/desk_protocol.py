@@ -42,7 +42,7 @@ class AxisField:
     offset: int
     is_settable: bool
     is_state: bool
-    """Whether it belongs to the short state, which is told most often."""
+    """True if the field belongs to the short state, which is told most often."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class DeviceInfo:
 
     @property
     def is_seen(self) -> bool:
-        """Whether its axis tells its state: a motion's end can be awaited, and its fields are published."""
+        """True if the axis tells its state: a motion's end can be awaited, and its fields are published."""
         return bool(self.fields)
 
 

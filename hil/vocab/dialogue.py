@@ -54,7 +54,7 @@ class DialogueError(Exception):
 
 
 class Refusal(Exception):
-    """Nothing was sent, because what was asked for cannot be done: a line for each reason."""
+    """A dialogue refused what it was asked for, and sent nothing: a line for each reason."""
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class FaultKind:
     about: str
     parameters: tuple[Parameter, ...] = ()
     is_once: bool = False
-    """Whether it happens and is over at once: from then on it is not listed."""
+    """True if the fault happens and is over at once: from then on it is not listed."""
 
 
 _BIT_RATE = Parameter("rate", "probability for each bit")

@@ -22,11 +22,11 @@ class Item(Protocol):
 
     @property
     def is_packet(self) -> bool:
-        """Whether it has a packet's form; its checksum may be wrong."""
+        """True if the item has a packet's form; its checksum may be wrong."""
 
     @property
     def fault(self) -> str:
-        """What is wrong with it, in a few words; "" for nothing."""
+        """Error of the item, in a few words; "" for none."""
 
     @property
     def origin(self) -> int | None:
@@ -34,14 +34,14 @@ class Item(Protocol):
 
 
 class BurstItems(NamedTuple):
-    """What a listener makes of a burst."""
+    """Result of a splitter for one burst."""
 
     items: Sequence[Item]
     """Packets, and bytes that are none, that it has completed."""
     addresses: Collection[int] | None
     """Addresses of the stations that it concerns; None: all of them."""
     is_for_all: bool = False
-    """Whether it is whole packets, at least one of them for everybody."""
+    """True if the burst is whole packets, at least one of them for everybody."""
     over_ns: SimTimeNs = FOREVER
     """Time at which silence completes what is held, if nothing follows; ``FOREVER``: it completes nothing."""
 
@@ -63,7 +63,7 @@ class Splitter(Protocol):
 
 
 class Framing(Protocol):
-    """How the bytes of a line are packets. Two are the same if they are one object."""
+    """Framing of a line: how its bytes are packets. Two are the same if they are one object."""
 
     def __hash__(self) -> int: ...
 
@@ -80,8 +80,8 @@ class Framing(Protocol):
 
     @property
     def has_ends(self) -> bool:
-        """Whether characters can tell where a packet ends (``ends``, ``may_end``). Else silence does, and a
-        sketch is woken for each character, with which it may time the next."""
+        """True if characters can tell where a packet ends (``ends``, ``may_end``). If not, silence does, and
+        a sketch is woken for each character, with which it may time the next."""
 
     def ends(self, data: bytes, before: bytes | None) -> Sequence[int]:
         """Answer the places in ``data`` of characters with which a packet may end. ``before``: the two bytes

@@ -29,11 +29,11 @@ class MotionEntry:
     extra_pulses: int
     """Extra pulses (``u``), 0 to 255."""
     is_sync: bool
-    """Whether it is held until the sync is released."""
+    """True if the command is held until the sync is released."""
     wait_us: int
     """Start wait (``t``)."""
     is_pulses: bool
-    """Whether ``steps`` counts pulses instead of full steps."""
+    """True if ``steps`` counts pulses instead of full steps."""
 
 
 @dataclass(frozen=True)

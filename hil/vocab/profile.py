@@ -19,7 +19,7 @@ class UartSpec:
     """Serial interface of a board. Its speed is in ``profile.yaml``, under the same name."""
 
     about: str
-    """What speaks there, as in "terminal"."""
+    """Description of what speaks there, as in "terminal"."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class AxisSpec:
     """Axis of a board with several. Its law and numbers are in ``profile.yaml``, under the same name."""
 
     about: str
-    """What it moves."""
+    """Description of what the axis moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +66,7 @@ class Profile:
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)
     """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
     framing: Framing | None = None
-    """How the bytes of a line that it is on are packets; None: it has no say in that."""
+    """Framing of the line that the board is on; None: it has no say in that."""
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
     starve: Callable[..., None] | None = None
