@@ -16,7 +16,7 @@ class Sampled:
 
     byte: int
     framing_error: bool
-    """Whether the line was low where the receiver looked for the stop bit."""
+    """True if the line was low where the receiver looked for the stop bit."""
     offset_ns: int
     """Time of its start edge, counted from the first start edge, rounded down."""
 
