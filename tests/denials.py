@@ -20,7 +20,7 @@ needs_calls = pytest.mark.skipif(not CALLS, reason="the numbers of system calls 
 
 
 def limited(number: int, soft: int, hard: int | None = None) -> Callable[[], None]:
-    """What sets a limit in a child. Skips the test where that needs a right that we do not have."""
+    """Function that sets a limit in a child. Skips the test where that needs a right that we do not have."""
     limits = (soft, soft if hard is None else hard)
     before = resource.getrlimit(number)
     if limits[1] > before[1] != resource.RLIM_INFINITY:

@@ -85,10 +85,10 @@ class Client:
             assert isinstance(address, str)
             self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self.got = bytearray()
-        """What came and was not taken by ``read_until`` or ``read_exactly``."""
+        """Bytes that came and were not taken by ``read_until`` or ``read_exactly``."""
 
     def write(self, data: bytes, timeout_s: float = PATIENCE_S) -> None:
-        """All of ``data``; what comes meanwhile is kept."""
+        """Write all of ``data``; what comes meanwhile is kept."""
         deadline = time.monotonic() + timeout_s
         while data:
             left_s = deadline - time.monotonic()
@@ -101,7 +101,7 @@ class Client:
                     data = data[os.write(self.fd, data) :]
 
     def write_until_full(self, data: bytes) -> int:
-        """As much of ``data`` as goes without waiting; how much that was."""
+        """Write as much of ``data`` as goes without waiting, and return how much that was."""
         sent = 0
         with suppress(BlockingIOError):
             while sent < len(data):
@@ -311,7 +311,7 @@ class Place:
         return done.output
 
     def hil(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S) -> str:
-        """As ``cli``, but as a process of its own with a standard input."""
+        """Run ``hil`` as ``cli`` does, but as a process of its own with a standard input."""
         done = subprocess.run(
             [HIL, *self._command(arguments)],
             input=input,
@@ -331,7 +331,7 @@ class Place:
 
 
 def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[str, Any]:
-    """With these devices; what came of it, by kind of change."""
+    """Reload with these devices, and return what came of it, by kind of change."""
     place.write(config(devices=devices, **top), "t.yaml")
     done = server.ask("reload")
     assert "problems" not in done, done["problems"]
@@ -339,7 +339,7 @@ def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[s
 
 
 def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
-    """Why; and nothing has changed."""
+    """Try a reload that is refused and changes nothing, and return why."""
     before = server.ask("list"), folder(place), server.ask("faults")
     place.write(config(devices=devices, **top), "t.yaml")
     with pytest.raises(ControlError) as why:
@@ -349,6 +349,6 @@ def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
 
 
 def folder(place: Place) -> dict[str, str]:
-    """What is in the bench's runtime directory, and where it leads."""
+    """Names in the bench's runtime directory, each with the target of its symlink, if it is one."""
     paths = (place.runtime / "t").iterdir()
     return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}

@@ -1,4 +1,4 @@
-"""Too much of everything: files, clients, bytes. The boards that are left alone notice nothing of it.
+"""Overload of files, clients and bytes: the boards that are left alone notice nothing of it.
 
 Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else
 runs on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the
@@ -53,7 +53,7 @@ def bench(name: str = "t", /, **ports: str) -> str:
 
 
 def times_s(groups: Sequence[Sequence[Client]]) -> list[list[float]]:
-    """How long boards take to answer an empty line, one after the other, for each group of them."""
+    """Times that boards take to answer an empty line, one after the other, for each group of them."""
     found: list[list[float]] = [[] for _ in groups]
     for _ in range(ROUNDS):
         for times, clients in zip(found, groups, strict=True):
@@ -104,7 +104,7 @@ class Calm:
                 client.close()
 
     def is_undisturbed(self) -> None:
-        """They answer within twice the others' times, and the core keeps its time."""
+        """Assert that the boards answer within twice the others' times, and that the core keeps its time."""
         looks = [look := self._look()]
         while look and len(looks) < LOOKS:
             looks.append(look := self._look())
@@ -112,7 +112,7 @@ class Calm:
         assert rss_MB(self._servers[0]) < self._rss_MB + self._more_MB
 
     def _look(self) -> str:
-        """What is worse here than beside it."""
+        """Description of what is worse here than beside it, "" for nothing."""
         before = [missed(server) for server in self._servers]
         here_s, beside_s = times_s(self._clients)
         here, beside = (missed(server) - then for server, then in zip(self._servers, before, strict=True))
@@ -167,7 +167,7 @@ def test_a_flood_at_one_port(place: Place, kind: str, payload: bytes) -> None:
 
 
 def test_clients_that_stop_reading(place: Place) -> None:
-    """All that one port may have; they have asked for more than their sockets take."""
+    """Open all clients that one port may have, with more asked for than their sockets take."""
     text = json.loads(bench())
     text["devices"]["pressed"] = {"profile": "mechaduino", "port": "tcp", "flash": {"table": "identity"}}
     server = place.serve(json.dumps(text)).ready("pressed")

@@ -27,7 +27,7 @@ ASK_S = 30.0
 
 
 class Scene:
-    """What the clients of one daemon share. ``troubles``: what must not have happened."""
+    """State that the clients of one daemon share. ``troubles``: what must not have happened."""
 
     def __init__(
         self, seed: int, config: Config, file: Path, control: Path, zenoh: str, metrics: str
@@ -89,7 +89,7 @@ class Asker(Actor):
         super().__init__(scene, name)
         self.runs = 0
         self.numbers: list[int] = []
-        """Of faults."""
+        """Numbers of faults that this client began."""
 
     def device(self) -> str:
         return self.chance.choice(
@@ -137,7 +137,7 @@ class Asker(Actor):
             self.numbers.append(answer["number"])
 
     def clear(self) -> None:
-        """Mostly its own: what others began is for them."""
+        """Clear a fault, mostly one of its own: what others began is for them."""
         if self.numbers and self.chance.random() < 0.9:
             self.scene.ask("clear", number=self.numbers.pop(self.chance.randrange(len(self.numbers))))
         else:
@@ -331,7 +331,7 @@ class Recorder(Actor):
 
 
 class Watcher:
-    """Somebody's ``hil status --watch``."""
+    """Process of somebody's ``hil status --watch``."""
 
     def __init__(self, runtime: Path) -> None:
         command = [HIL, "status", "--watch", "--runtime-dir", str(runtime)]
@@ -345,7 +345,7 @@ class Watcher:
 
 
 def actors(scene: Scene) -> list[Actor]:
-    """All clients of a bench, not started yet."""
+    """Make all clients of a bench, not started yet."""
     every: list[Actor] = [Asker(scene, "asker"), Asker(scene, "other"), Looker(scene, "looker")]
     every += [Subscriber(scene, "subscriber"), Recorder(scene, "recorder")]
     listed = scene.ask("list")

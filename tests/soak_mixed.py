@@ -36,12 +36,12 @@ AT_ONCE = 2
 REPLAY_S = 600.0
 LOG = "inputs.log"
 KINDS = ("asker", "typist", "looker", "subscriber", "recorder", "watcher")
-"""Of clients. A difference that goes with one of them is its doing."""
+"""Kinds of clients. A difference that goes with one of them is its doing."""
 
 
 @dataclasses.dataclass
 class Outcome:
-    """Of one seed."""
+    """Outcome of one seed."""
 
     seed: int
     boards: str = ""
@@ -52,7 +52,7 @@ class Outcome:
     refused: int = 0
     over_zenoh: int = 0
     stopped: int = 0
-    """How often the guard or a bug stopped a board."""
+    """Number of times that the guard or a bug stopped a board."""
     troubles: list[str] = dataclasses.field(default_factory=list)
     kept: str = ""
 
@@ -102,7 +102,7 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
 
 
 def stop(server: Server, troubles: list[str]) -> None:
-    """By SIGTERM, which must work."""
+    """Stop the daemon by SIGTERM, which must work."""
     server.process.terminate()
     try:
         code = server.process.wait(PATIENCE_S)
@@ -115,7 +115,7 @@ def stop(server: Server, troubles: list[str]) -> None:
 
 
 def check_replay(log: Path, outcome: Outcome) -> None:
-    """What ``hil replay`` says of a log."""
+    """Replay a log by ``hil replay``, and note what it says."""
     try:
         done = subprocess.run(
             [HIL, "replay", str(log)], capture_output=True, text=True, timeout=REPLAY_S, check=False
@@ -176,7 +176,7 @@ def row(outcome: Outcome) -> str:
 
 
 def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -> Outcome:
-    """So that what one seed leaves behind does not touch the next."""
+    """Run a seed in a process of its own, so that what it leaves behind does not touch the next."""
     command = [sys.executable, __file__, "--seed", str(seed), "--each", str(seconds), "--json"]
     command += ["--without", *without] if without else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)

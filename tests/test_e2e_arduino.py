@@ -105,7 +105,7 @@ def tools(place: Place) -> Iterator[Tools]:
 
 
 class Ide:
-    """Where the IDE's serial monitor listens."""
+    """IDE's end of its serial monitor, which listens for it."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0))

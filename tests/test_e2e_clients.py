@@ -75,7 +75,7 @@ def open_files(server: Server) -> int:
 
 @PAIRS
 def test_a_client_that_never_reads(pair: Server) -> None:
-    """It is held up; memory does not grow with what it asks for, nothing is lost, and its neighbour
+    """The client is held up; memory does not grow with what it asks for, nothing is lost, and its neighbour
     does not notice."""
     before_kB = resident_kB(pair)
     with Neighbour(pair) as neighbour, pair.client("m1") as client:

@@ -61,7 +61,7 @@ LINES: dict[str, set[str]] = {
     "hil serve t.y": {"t.yaml"},
     "hil serve --runtime-dir ru": {"run"},
 }
-"""What is typed, and what is offered for the last word."""
+"""Lines that are typed, and what is offered for the last word of each."""
 
 
 def environment(place: Place) -> dict[str, str]:

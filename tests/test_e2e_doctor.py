@@ -140,7 +140,7 @@ def test_few_descriptors(place: Place, limit: int) -> None:
 
 
 def test_no_descriptor_at_all(place: Place) -> None:
-    """Not one file can be opened, not even to read the limit. (The command itself needs some to start.)"""
+    """No file can be opened, not even to read the limit. (The command itself needs some to start.)"""
     script = """
 import dataclasses, json, resource, sys
 from pathlib import Path

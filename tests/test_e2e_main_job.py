@@ -98,7 +98,7 @@ def test_every_byte_of_q(place: Place, port: dict[str, object]) -> None:
 
 @pytest.mark.parametrize("port", [{"port": "pty"}, TCP], ids=["pty", "tcp"])
 def test_commands_that_wait_for_the_board_lose_nothing(place: Place, port: dict[str, object]) -> None:
-    """While the board boots, the host is held up; later each of its commands has its whole answer."""
+    """The host is held up while the board boots; later each of its commands has its whole answer."""
     server = place.serve(config(speed=2, devices={"m1": port}))
     with server.client() as client:
         client.write(b"q" * 100)

@@ -200,7 +200,7 @@ def free_port() -> int:
 
 
 def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:
-    """What is wrong with a real board there, and the remedy."""
+    """Problem of a bench with a real board there, and the remedy."""
     server = place.serve(real_config(r1={"profile": "sac", "at": at}), bench="r", **launch)
     (problem,) = [each for each in server.ask("status")["health"]["problems"] if each["about"] == "r1"]
     server.stop()

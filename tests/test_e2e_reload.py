@@ -125,7 +125,7 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
 
 
 def has_terminal() -> bool:
-    """Whether the tests were started from a terminal, which SIGHUP is about then."""
+    """True if the tests were started from a terminal, which SIGHUP is about then."""
     try:
         os.close(os.open("/dev/tty", os.O_RDWR))
     except OSError:

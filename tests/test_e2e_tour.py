@@ -1,4 +1,4 @@
-"""What ``README.md`` and ``docs/tour.md`` show of a daemon: one session, twenty times as fast."""
+"""Output of a daemon in ``README.md`` and ``docs/tour.md``: one session, twenty times as fast."""
 
 import re
 import subprocess
@@ -13,7 +13,7 @@ NUMBERS = r"-?\d[\d.,]*"
 """Times, counts and states of a bench that runs differ from one look to the next."""
 HISTOGRAMS = r"(?:latency|lag) .*"
 VERDICTS = r"(?:health|rt): (?s:.*?)(?=\n(?:rt|wakes))"
-"""What this machine is good for; long lines are broken."""
+"""Verdicts on this machine, which differ elsewhere; long lines are broken."""
 
 
 def shown(page: str, heading: str, place: Place, index: int = 0) -> str:

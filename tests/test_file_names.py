@@ -29,7 +29,7 @@ STILL = {
     *("memory", "metrics", "monitor", "parameters", "verbs"),
     *("cli/cli", "core/core", "motion/motion"),
 }
-"""To be renamed."""
+"""Names that are still to be changed."""
 
 
 def product() -> list[Path]:
@@ -38,7 +38,7 @@ def product() -> list[Path]:
 
 
 def names_twice(files: list[Path]) -> dict[str, list[str]]:
-    """Where files of one name are, by the name, without those that are allowed."""
+    """Places of files that share a name, by the name, without those that are allowed."""
     places = defaultdict(list)
     for path in files:
         if not any(fnmatch(path.as_posix(), pattern) for pattern in ALLOWED):

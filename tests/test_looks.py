@@ -30,7 +30,7 @@ LOOKS = st.lists(st.integers(0, 60_000), max_size=40)
 
 
 def look(bench: Bench) -> None:
-    """As the daemon does, and while the group is 2 ms behind the wall's time."""
+    """Look at a bench as the daemon does, while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
     ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
     sim: Any = ahead
@@ -49,7 +49,8 @@ def look(bench: Bench) -> None:
 
 
 def run(packets: Any, looks: Any) -> list[Any]:
-    """What all stations and the tap heard and sent; times are in microseconds after the cold start."""
+    """Run packets and looks, in microseconds after the cold start, and return what stations and tap heard and
+    sent."""
     with Bench(CONFIG) as bench:
         shown: list[Any] = []
         bench.segment("bus0").watchers.append(shown.append)

@@ -81,7 +81,7 @@ class Container:
         ]
 
     def run(self, *words: str, user: str = "root", check: bool = True, timeout_s: float = 60) -> str:
-        """What it printed."""
+        """Run a command in the container, and return its output."""
         done = subprocess.run(
             self.command(*words, user=user),
             stdout=subprocess.PIPE,

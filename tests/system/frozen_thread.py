@@ -40,7 +40,7 @@ class Frozen:
         return self
 
     def reap(self) -> None:
-        """Whoever watches a thread has to take notice of its end, or it stays as a zombie. Does not wait."""
+        """Take notice of the thread's end, without waiting: its tracer must, or it stays as a zombie."""
         with suppress(ChildProcessError):
             os.waitpid(self._thread, os.WNOHANG | WALL)
 

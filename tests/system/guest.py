@@ -110,7 +110,7 @@ class Guest:
         self._socket.sendall(command.encode() + b"\n")
 
     def run(self, command: str, check: bool = True, timeout_s: float = COMMAND_S) -> str:
-        """What it printed."""
+        """Run a command in the guest, and return its output."""
         self.begin(command)
         status = self._wait(timeout_s)
         said = "\n".join(self._lines)
