@@ -7,7 +7,7 @@ from virtual_ports.rfc2217.telnet import Telnet
 
 
 class Reader:
-    """What one client sends, read: bytes of the line one by one, and whole answers."""
+    """Reader of what one client sends: bytes of the line one by one, and whole answers."""
 
     def __init__(self) -> None:
         self._telnet = Telnet("hil")
