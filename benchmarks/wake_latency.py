@@ -71,7 +71,7 @@ CORE = Path(__file__).with_name("_busy_core.py")
 
 
 def core(cpu: int, rate_hz: int, seconds: float, disturbance: str) -> subprocess.Popen[str]:
-    """Ready to run, and waiting for a line."""
+    """Start a process of the core's waker, which is ready to run and waits for a line."""
     command = [sys.executable, str(CORE), str(cpu), str(rate_hz), str(seconds), disturbance]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdout
@@ -101,7 +101,7 @@ def of_core(process: subprocess.Popen[str]) -> Wakes:
 def pair(
     cpu: int, rate_hz: int, seconds: float, core_first: bool, disturbance: str = "none"
 ) -> tuple[Wakes, Wakes]:
-    """The core's wakes and those of a cyclictest beside it."""
+    """Wakes of the core and of a cyclictest beside it."""
     interval_us = round(1e6 / rate_hz)
     ours = core(cpu, rate_hz, seconds, disturbance)
     if core_first:
@@ -180,7 +180,7 @@ def disturb(rate_hz: int, cpu: int, runs: int, seconds: float) -> None:
 
 
 def main() -> None:
-    """Every rate, without and with load; then the disturbances."""
+    """Measure every rate, without and with load; then the disturbances."""
     if not (have("cyclictest", "rt-tests") and have("stress-ng", "stress-ng")):
         return
     cpu = max(os.sched_getaffinity(0))
