@@ -8,7 +8,7 @@ T0 = 123_456_789
 
 
 def character_end_ns(n: int, baud: int) -> int:
-    """Character n (from 1) ends here."""
+    """Time at which character n (from 1) ends."""
     return T0 + n * 10 * 10**9 // baud
 
 
