@@ -48,7 +48,7 @@ def perform(bench: Bench) -> tuple[Progress, dict[str, Recording], list[float]]:
 
 
 def draw(recordings: dict[str, Recording], begun_s: list[float], path: Path) -> None:
-    """A row for each axis: where it should be and is, and the difference."""
+    """Draw a row for each axis: where it should be and is, and the difference."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 11), layout="constrained")
