@@ -1,5 +1,5 @@
-"""Check of a logged input against a bench: an input that another program wrote, or nobody, has names that are
-not here, and values that cannot be."""
+"""Check of a logged input against a bench: one that another program wrote, or that was damaged, may have
+names that are not here and values that cannot be."""
 
 from hil.core import CoreAxis
 from hil.core.fields import FIELDS
