@@ -162,9 +162,9 @@ class Trajectory:
         return Violation(axis, _QUANTITIES[quantity], at_ns, value, limit)
 
     def fitted(self, limits: Sequence[AxisLimits]) -> "Trajectory":
-        """Slow the same way down as little as the limits need; itself if it keeps them.
+        """Slow the trajectory down on the same way, as little as the limits need; itself if it keeps them.
 
-        Only for what starts at rest: a start in motion would be slowed too.
+        Only for a trajectory that starts at rest: a start in motion would be slowed too.
 
         Raises:
             PlanError: the limits are not finite and above 0, or it would take over 100 years.
