@@ -235,7 +235,8 @@ def _kernel_config(files: Files) -> str:
 
 
 def _rt_groups_on(config: str, command_line: list[str]) -> bool:
-    """Linux 6.16 can switch real-time groups at boot; before, what was compiled in was on."""
+    """True if real-time groups are on. Linux 6.16 can switch them at boot; before, what was compiled in was
+    on."""
     if "CONFIG_RT_GROUP_SCHED=y" not in config:
         return False
     chosen = [
