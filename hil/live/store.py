@@ -71,7 +71,7 @@ class NvmStore:
     """Directory of ``<device>.nvm`` files. One process at a time may use a directory."""
 
     def __init__(self, directory: Path, files: StoreCalls | None = None) -> None:
-        """``directory`` exists and is on a file system that has hard links.
+        """Open the store in ``directory``, which exists and is on a file system that has hard links.
 
         Raises:
             StoreError: it does not exist.

@@ -12,7 +12,7 @@ from hil.firmware.nvm import Content, decode
 from hil.live.store import NvmStore
 
 KILLS = int(os.environ.get("HIL_KILLS", "100"))
-"""`make kills` does more."""
+"""Number of kills; `make kills` does more."""
 PROFILE = "mechaduino"
 
 
@@ -23,7 +23,7 @@ def content(counter: int) -> Content:
 
 
 def write_for_ever(directory: Path) -> None:
-    """Two commits are always under way; each durable counter is printed."""
+    """Write commits, of which two are always under way, and print each durable counter."""
     store = NvmStore(directory)
     counter = store.look("m1", PROFILE).content.counter
     answers: Queue[int] = Queue()
