@@ -26,7 +26,7 @@ class FakeTask:
 
 
 class FakeLoop:
-    """``now_s`` is set by hand; ``tasks`` run when they are told to."""
+    """Event loop whose ``now_s`` is set by hand, and whose ``tasks`` run when they are told to."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
