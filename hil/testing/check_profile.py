@@ -204,7 +204,8 @@ def _flood(trial: Trial) -> str | None:
 
 
 def _reset(trial: Trial) -> str | None:
-    """A board that is switched off and on does what it did at first: what it knew is in its memory alone."""
+    """Check that a board that is switched off and on does what it did at first: what it knew is in its memory
+    alone."""
     reset_ns = []
 
     def script(bench: Bench) -> None:

@@ -95,7 +95,7 @@ class Unwritable(Lines):
 
 
 class Mute(Lines):
-    """Answers nobody."""
+    """Bridge that answers nobody."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.read()
@@ -112,7 +112,7 @@ class Whole(Lines):
 
 
 class Eager(Lines):
-    """Waves by itself."""
+    """Bridge that waves by itself."""
 
     async def open(self) -> None:
         await super().open()
@@ -120,14 +120,14 @@ class Eager(Lines):
 
 
 class Guessing(Lines):
-    """Takes whatever it does not know for the usual."""
+    """Bridge that takes whatever it does not know for the usual."""
 
     def answer(self, line: bytes) -> str:
         return super().answer(line if line.startswith(b"m") else REQUEST)
 
 
 class Ascii(Lines):
-    """Expects nothing but ASCII."""
+    """Bridge that expects nothing but ASCII."""
 
     def answer(self, line: bytes) -> str:
         line.decode("ascii")
@@ -140,7 +140,7 @@ class Ascii(Lines):
 
 
 class Sulking(Lines):
-    """Answers nobody any more when it was refused something."""
+    """Bridge that answers nobody any more when it was refused something."""
 
     is_offended = False
 
@@ -161,7 +161,7 @@ class Surprised(Lines):
 
 
 class Counting(Lines):
-    """Counts on where another bridge ended."""
+    """Bridge that counts on where another bridge ended."""
 
     number = itertools.count()
 
@@ -196,7 +196,7 @@ class Blocking(Lines):
 
 
 class Hospitable(Lines):
-    """Lets everybody stay."""
+    """Bridge that lets everybody stay."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         kept, self.writers = self.writers, set()
@@ -207,7 +207,7 @@ class Hospitable(Lines):
 
 
 class Patient(Lines):
-    """Waits for a line's end, however long it is."""
+    """Bridge that waits for a line's end, however long it is."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.writers.add(writer)
@@ -222,7 +222,7 @@ class Patient(Lines):
 
 
 class Watching(Lines):
-    """Leaves its watch open."""
+    """Bridge that leaves its watch open."""
 
     async def close(self) -> None:
         self.watch = self.desk.watch(SOURCE, Watched.RUNS, "", lambda progress: None)
@@ -230,7 +230,7 @@ class Watching(Lines):
 
 
 class Busy(Lines):
-    """Leaves a task behind."""
+    """Bridge that leaves a task behind."""
 
     async def open(self) -> None:
         await super().open()
@@ -238,7 +238,7 @@ class Busy(Lines):
 
 
 class Threaded(Lines):
-    """Leaves a thread behind."""
+    """Bridge that leaves a thread behind."""
 
     async def open(self) -> None:
         await super().open()
@@ -247,7 +247,7 @@ class Threaded(Lines):
 
 
 class Open(Lines):
-    """Leaves a socket open."""
+    """Bridge that leaves a socket open."""
 
     async def open(self) -> None:
         await super().open()

@@ -71,7 +71,7 @@ NOMINAL_V = 24.0
 
 @st.composite
 def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
-    """A kind, where, and all its parameters."""
+    """Random fault: its kind, where it is, and all its parameters."""
     kind = FAULT_KINDS[draw(st.sampled_from(sorted(FAULT_KINDS)))]
     parameters: dict[str, float | str] = {
         each.name: draw(st.sampled_from(each.choices) if each.choices else MODEST[each.name])
@@ -84,7 +84,7 @@ def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
 
 @dataclass
 class Entry:
-    """One of the list."""
+    """Entry of the model's list."""
 
     number: int
     kind: str

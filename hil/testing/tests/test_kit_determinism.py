@@ -54,7 +54,7 @@ def drive(bench: Bench, script: Sequence[tuple[float, bytes]] = SCRIPT, end_ms: 
 
 
 def outcome(bench: Bench) -> str:
-    """Everything that can be seen of a run, as a hash."""
+    """Hash of everything that can be seen of a run."""
     port, axis = bench.port("m1"), bench.axis("m1")
     seen = f"{port.read_timed()}{axis.snapshot()}{bench.device('m1').failed}"
     return hashlib.sha256(seen.encode()).hexdigest()
@@ -181,7 +181,8 @@ class LateStore:
 
 
 def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
-    """A run with every kind of input, its log in ``path``; the device, and what it sent."""
+    """Run a bench with every kind of input and its log in ``path``, and return the device and what it
+    sent."""
     store = LateStore()
     with Bench(CONFIG) as bench:
         memories = {"m1": dict(bench.device("m1").nvm)}

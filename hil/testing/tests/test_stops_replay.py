@@ -59,7 +59,7 @@ def logged_bench(config: dict[str, Any]) -> tuple[Bench, io.StringIO]:
 
 
 def logged_run(device: dict[str, Any], act: Any) -> io.StringIO:
-    """A run in which ``act`` gets the firmware stopped, and somebody uses it afterwards."""
+    """Log of a run in which ``act`` gets the firmware stopped, and somebody uses it afterwards."""
     config = {
         "bench": "f",
         "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}} | device},
