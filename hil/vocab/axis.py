@@ -85,7 +85,7 @@ class Axis(Protocol):
         """State of the axis now."""
 
     def field(self, name: str) -> float:
-        """One of its fields (``AxisNow.fields``) now, for a run that waits for it."""
+        """Value of a field (``AxisNow.fields``) now, for a run that waits for it."""
 
     def samples(self) -> Sequence[Sample]:
         """Samples since ``hold`` or the last call, 1 ms apart; none of an axis that tells no position."""

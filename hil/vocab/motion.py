@@ -18,7 +18,7 @@ class MotionEntry:
     """One motion command with every attribute resolved. Numbers are as the board holds them."""
 
     steps: int
-    """Unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
+    """Number of steps, unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
     is_ccw: bool
     rpm: int
     cycle_us: int
@@ -54,9 +54,9 @@ class MotionSetup:
     is_cw_high: bool
     """Level of the direction pin for clockwise."""
     ops: int
-    """Bit 5 enables OP SA, bit 2 OP SB."""
+    """Parameter ``ops``: bit 5 enables OP SA, bit 2 OP SB."""
     mode_pins: int
-    """MS3 MS2 MS1 as three bits."""
+    """Mode pins MS3 MS2 MS1 as three bits."""
 
 
 class Motion(Protocol):
