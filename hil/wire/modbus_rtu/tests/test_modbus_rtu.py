@@ -29,7 +29,7 @@ def split(bursts: list[Burst], baud: int) -> list[Frame | Malformed]:
 
 
 def one_by_one(bursts: list[Burst], baud: int) -> list[Frame | Malformed]:
-    """The same, character by character, as a disturbed line is read."""
+    """Split bursts character by character, as a disturbed line is read."""
     splitter = RtuSplitter()
     items = []
     for at_ns, data in bursts:
