@@ -33,7 +33,7 @@ def limited(number: int, soft: int, hard: int | None = None) -> Callable[[], Non
 
 
 def install_filter(call: int) -> None:
-    """A seccomp filter under which one system call fails with EPERM. Source: seccomp(2)."""
+    """Install a seccomp filter under which one system call fails with EPERM. Source: seccomp(2)."""
     program = b"".join(
         struct.pack("=HBBI", *instruction)
         for instruction in (

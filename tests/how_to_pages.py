@@ -19,7 +19,7 @@ HEAD = '"""Written from a page."""\n'
 
 def write_files(page: str, root: Path) -> list[Path]:
     """Write the files of ``docs/how-to/<page>.md`` below a folder, each folder of a package with its
-    ``__init__.py``; what was written."""
+    ``__init__.py``, and return their paths."""
     written = []
     for block in blocks(f"docs/how-to/{page}.md"):
         if _PATH.fullmatch(block.heading) and block.language in ("python", "yaml"):

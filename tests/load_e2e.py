@@ -47,7 +47,7 @@ while time.monotonic() < end_s:
 
 
 def bench(name: str = "t", /, **ports: str) -> str:
-    """Two boards that are left alone, and those that are pressed upon, at the wall's pace."""
+    """Configuration of two boards that are left alone and those that are pressed upon, at the wall's pace."""
     devices = {name: SAC | {"port": kind} for name, kind in ({"calm": "tcp", "quiet": "pty"} | ports).items()}
     return config(name, speed=1, devices=devices)
 
@@ -86,7 +86,7 @@ class Calm:
     """The boards that are left alone, of the daemon that is pressed upon and of another one."""
 
     def __init__(self, place: Place, server: Server, more_MB: float = 40) -> None:
-        """``more_MB``: what the pressure may cost."""
+        """Begin the comparison. ``more_MB``: memory that the pressure may cost."""
         self._more_MB = more_MB
         self._servers = (server, place.serve(bench("beside"), bench="beside").ready("calm"))
         self._clients = [[each.client(name) for name in ("calm", "quiet")] for each in self._servers]
@@ -140,7 +140,7 @@ def warnings(server: Server, about: str) -> list[str]:
 
 @contextmanager
 def flood(server: Server, device: str, payload: bytes, seconds: float) -> Iterator[None]:
-    """A program that writes to a board as fast as it can, without reading."""
+    """Run a program that writes to a board as fast as it can, without reading."""
     command = [sys.executable, "-c", FLOOD, server.status(device)["address"], payload.hex(), str(seconds)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin
@@ -191,7 +191,7 @@ def test_clients_that_stop_reading(place: Place) -> None:
 
 
 def test_no_file_descriptor_is_left(place: Place) -> None:
-    """Clients of ports, then of the control socket, until nothing more can be opened."""
+    """Open clients of ports, then of the control socket, until nothing more can be opened."""
     devices = {name: "tcp" for name in ("a", "b", "c")}
     server = place.serve(bench(**devices), preexec_fn=few_files).ready("a")
     with Calm(place, server) as calm:

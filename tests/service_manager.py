@@ -10,7 +10,7 @@ from e2e_support import PATIENCE_S, until
 
 
 class Manager:
-    """``said`` has the messages so far, in order."""
+    """Service manager of a test; ``said`` has the messages so far, in order."""
 
     def __init__(self, folder: Path, watchdog_s: float | None = None) -> None:
         path = folder / "notify"

@@ -23,7 +23,7 @@ from hil.net.control_client import ControlError, ask
 from hil.vocab.faults import FAULT_KINDS
 
 ASK_S = 30.0
-"""A daemon that does not answer for so long does not work."""
+"""Maximum wait for an answer: a daemon that takes longer does not work."""
 
 
 class Scene:
@@ -40,11 +40,11 @@ class Scene:
         self.troubles: list[str] = []
 
     def random(self, who: str) -> Random:
-        """A client's own chance."""
+        """Random numbers of a client's own."""
         return Random(f"{self.seed} {who}")
 
     def ask(self, verb: str, **arguments: Any) -> Any:
-        """A request; None if it was refused."""
+        """Ask the daemon; None if the request was refused."""
         self.counts["asked"] += 1
         try:
             return ask(self.control, verb, timeout_s=ASK_S, **arguments)
@@ -66,7 +66,7 @@ class Actor(threading.Thread):
         self.chance = scene.random(name)
 
     def act(self) -> None:
-        """One thing."""
+        """Do one thing."""
         raise NotImplementedError
 
     def end(self) -> None:
@@ -173,7 +173,8 @@ class Asker(Actor):
         self.scene.ask("reset", device=self.device())
 
     def reload(self) -> None:
-        """A log holds one bench: only the same configuration may come out of it."""
+        """Reload a wrong, a changed or the same configuration: a log holds one bench, so only the same may
+        come out."""
         text = json.dumps(self.scene.config)
         match self.chance.randrange(3):
             case 0:

@@ -1,4 +1,4 @@
-"""Everything at once, at random, in real time; then the replay, which must say identical.
+"""Mixed soak: everything at once, at random, in real time; then the replay, which must say identical.
 
 Each seed makes a bench and its clients of chance: verbs, faults, bytes at ports and taps, resets, pins,
 loads, reloads, runs, set-points, captures, and watchers at odd intervals. Then the daemon is stopped, and its
@@ -58,7 +58,7 @@ class Outcome:
 
 
 def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] = ()) -> Outcome:
-    """One bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
+    """Run one bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
     chance = Random(seed)
     name = f"soak{seed}"
     metrics_port = 10_000 + 2 * os.getpid() % 20_000  # below those that the kernel gives to others
@@ -141,7 +141,7 @@ def _boards(config: dict[str, object]) -> str:
 
 
 def keep(place: Place, seed: int) -> str:
-    """The folder without its sockets; where it is."""
+    """Keep a copy of the folder without its sockets, and return its path."""
     kept = Path(tempfile.mkdtemp(prefix=f"hil-soak-{seed}-"))
     for path in place.folder.iterdir():
         if path.is_file():
@@ -150,7 +150,7 @@ def keep(place: Place, seed: int) -> str:
 
 
 def one(seed: int, seconds: float, without: Collection[str]) -> Outcome:
-    """A seed, and its folder if it went wrong."""
+    """Run a seed, and keep its folder if it went wrong."""
     with Place() as place:
         try:
             outcome = run_seed(seed, seconds, place, without)
@@ -187,7 +187,7 @@ def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -
 
 
 def soak(first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]) -> list[Outcome]:
-    """Seeds from ``first`` on until the time is over."""
+    """Run seeds from ``first`` on until the time is over."""
     outcomes: list[Outcome] = []
     until_s = time.monotonic() + seconds
     lock = threading.Lock()

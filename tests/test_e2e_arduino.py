@@ -33,7 +33,7 @@ class Tool:
         self._pending = b""
 
     def say(self, line: str) -> dict[str, Any]:
-        """One command, and its answer."""
+        """Send one command, and return its answer."""
         assert self._process.stdin
         self._process.stdin.write(line.encode() + b"\n")
         self._process.stdin.flush()

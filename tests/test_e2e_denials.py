@@ -282,7 +282,7 @@ def test_a_port_whose_name_somebody_removed(place: Place) -> None:
 
 
 def test_few_file_descriptors(place: Place) -> None:
-    """The doctor before the start; of a bench that has used them up, doctor and status."""
+    """Ask the doctor before the start; of a bench that has used them up, doctor and status."""
     few = limited(resource.RLIMIT_NOFILE, 512)
     finding = doctor(place, (), "--devices", "400", preexec_fn=few)["RLIMIT_NOFILE"]
     assert (finding["verdict"], finding["found"]) == ("problem", "512")

@@ -39,7 +39,7 @@ def query(client: Client) -> bytes:
 
 
 def booted(server: Server) -> tuple[Client, bytes]:
-    """A client, and the answer to q. Whether the board warned is seen in the counters."""
+    """Connect a client, and ask for q. Whether the board warned is seen in the counters."""
     client = server.ready().client()
     return client, query(client)
 
@@ -277,7 +277,7 @@ def test_a_full_disk_under_the_log(place: Place, tiny_disk: Path) -> None:
 
 
 def refuse_a_write(server: Server, client: Client, table: bytes, reason: str) -> None:
-    """A calibration that would make another table fails, and changes nothing."""
+    """Check that a calibration that would make another table fails, and changes nothing."""
     client.write(b"s" * 20)
     for _ in range(20):
         client.read_until(b"raw encoder: ")

@@ -175,7 +175,7 @@ def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
     ],
 )
 def test_doors_that_stay_closed(place: Place, listen: str, said: str) -> None:
-    """``hil check`` finds them, with their place."""
+    """Expect ``hil check`` to find them, with their place."""
     text = config(bridges={"metrics": {"listen": listen}})
     output = place.launch(text).refused()
     assert said in output

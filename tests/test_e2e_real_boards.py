@@ -25,7 +25,7 @@ def real_config(**devices: dict[str, Any]) -> str:
 
 @pytest.fixture
 def pair(place: Place) -> tuple[Server, Server, str]:
-    """A bench with a SAC, and one to which it is a real board; and where it is."""
+    """Bench with a SAC, one to which that is a real board, and its address."""
     twins = place.serve(config(speed=5, devices={"s1": SAC}))
     with twins.client("s1") as terminal:
         terminal.read_until(b"SAC>")

@@ -17,7 +17,7 @@ SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
 
 
 def has_hung_up(client: Client) -> bool:
-    """The other end is gone: an end of file, or EIO of a terminal."""
+    """True if the other end is gone: an end of file, or EIO of a terminal."""
     if not select.select([client.fd], [], [], 0)[0]:
         return False
     try:

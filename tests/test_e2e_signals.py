@@ -146,8 +146,9 @@ def interrupted(
     words: Sequence[str],
     **files: str,
 ) -> tuple[int, list[str], bytes]:
-    """Exit code, verbs asked and output of a command that gets a signal after the bench has taken the verb
-    ``at``, and before the command knows that it has. ``results``: the answer to the last of the verbs."""
+    """Run a command: its exit code, verbs asked and output of a command that gets a signal after the bench
+    has taken the verb ``at``, and before the command knows that it has. ``results``: the answer to the last
+    of the verbs."""
     asked: list[str] = []
     with Place() as place, socket.socket(socket.AF_UNIX) as listener:
         folder = place.runtime / "t"

@@ -218,7 +218,7 @@ def test_an_answer_that_never_ends_ends(place: Place, monkeypatch: pytest.Monkey
 
 
 def mutated(value: Any, random: Random) -> Any:
-    """One thing in it is something else."""
+    """Copy of a value with one thing in it replaced by something else."""
     odd = (
         None,
         True,

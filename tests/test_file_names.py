@@ -24,7 +24,7 @@ ALLOWED = {
     "hil/testing/bench.py": "the kit's, to be imported by tests of others",
     "hil/testing/ports.py": "the kit's, to be imported by tests of others",
 }
-"""Names that several have, or that a folder has: what they say."""
+"""Names that several files may have, or a file and a folder, by what they say."""
 STILL = {
     *("memory", "metrics", "monitor", "parameters", "verbs"),
     *("cli/cli", "core/core", "motion/motion"),

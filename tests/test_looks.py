@@ -89,7 +89,7 @@ def test_a_burst_is_counted_and_shown_at_its_end_on_a_line_that_is_quiet_otherwi
 
 
 def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
-    """The wall's time is ahead of the group's, in which somebody may send before that."""
+    """Look while the wall's time is ahead of the group's: in between somebody may still send."""
     segment = {"stations": ["s1"], "taps": {"m": {"port": "memory"}, "n": {"port": "memory"}}}
     with Bench({"bench": "x", "devices": {"s1": {"profile": "sac"}}, "segments": {"bus0": segment}}) as bench:
         got = bytearray()

@@ -14,7 +14,7 @@ LOOKS = 200
 
 
 def core_thread(pid: int) -> int:
-    """The thread that is mostly found asleep until its next wake."""
+    """Number of the thread that is mostly found asleep until its next wake."""
     seen: Counter[int] = Counter()
     for _ in range(LOOKS):
         for task in Path(f"/proc/{pid}/task").iterdir():
@@ -50,7 +50,7 @@ class Frozen:
 
 
 def host_pid(leader: int, inner: int) -> int:
-    """The process that is ``inner`` to the container of ``leader``."""
+    """Number of the process that is ``inner`` to the container of ``leader``."""
     namespace = os.readlink(f"/proc/{leader}/ns/pid")
     for status in Path("/proc").glob("[0-9]*/status"):
         with suppress(OSError):

@@ -72,7 +72,7 @@ class Lab:
 
     @contextmanager
     def with_drop_in(self, name: str) -> Iterator[None]:
-        """The service as it is started with it."""
+        """Restart the service with this drop-in for the block."""
         folder = "/etc/systemd/system/hil@.service.d"
         self.run("mkdir", "-p", folder)
         self.run("ln", "-s", f"/usr/local/share/hil/systemd/{name}.conf", folder)
@@ -85,7 +85,7 @@ class Lab:
             self.run("systemctl", "daemon-reload")
 
     def ready(self) -> "Lab":
-        """The boards are past their start-up."""
+        """Wait until the boards are past their start-up."""
         until(lambda: self.answers() and self.ask("status")["sim_ns"] > READY_NS, "the boards", every_s=0.1)
         return self
 
