@@ -270,7 +270,7 @@ def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
 
 
 def test_opens_that_the_kernel_merges_are_put_right(tmp_path: Path) -> None:
-    """Two processes that open and close without pause on two processors: some events are merged."""
+    """Open and close in two processes without pause, on two processors: the kernel merges some events."""
 
     async def scenario(port: Port, board: RecordingHost) -> None:
         code = (

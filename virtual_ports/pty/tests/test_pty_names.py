@@ -46,7 +46,7 @@ def open_and_close(options: Options, directory: Path, while_open: Callable[[str]
 
 
 def refused(options: Options, directory: Path) -> str:
-    """The error's text; nothing may be left open."""
+    """Open a port that is refused, and return the error's text; nothing may be left open."""
     fds = open_fds()
     with pytest.raises(PortError) as error:
         open_and_close(options, directory, lambda address: None)

@@ -22,7 +22,7 @@ def of(line: bytes, reply: str) -> list[object]:
 
 
 def test_it_keeps_to_what_codecs_keep_to() -> None:
-    """An escaped 255, the question for RFC 2217, and 38400 baud, with their answers."""
+    """Check an escaped 255, the question for RFC 2217, and 38400 baud, with their answers."""
     messages = {
         b"a\xff\xffb": of(b"a\xffb", ""),
         b"\xff\xfd\x2c": of(b"", "fffb2c fffa2c6bb0fff0"),
