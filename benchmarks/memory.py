@@ -39,7 +39,7 @@ def main() -> None:
         alone = rss_MB(running.pid)
     everything = ";".join(f"import {name}" for name in LIBRARIES)
     kinds = config({"m1": ONE, "m2": ONE | {"port": {"kind": "tcp", "port": 0}}})
-    # All libraries too, so that a bridge that is used one day is in the figure.
+    # All libraries too: a bridge may be used one day, and the figure includes it.
     with daemon(
         kinds,
         prefix=(

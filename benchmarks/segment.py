@@ -1,9 +1,9 @@
 """CPU cost of a packet on a segment in virtual time, with 2 and with 252 SACs, at 1 Mbaud.
 
 A master on a tap sends commands to one node after the other and each is acknowledged; then commands to all.
-Prints the CPU time of a packet, of which 252 nodes may make a tenth more than 2, and of a command to all for
-each node, at most 8 us of which are wanted. Every answer is counted. Beside it, if python-can is installed,
-its virtual bus with as many nodes that only receive.
+Prints the CPU time of a packet, which 252 nodes may make a tenth longer than 2, and that of a command to all
+for each node, at most 8 us. Every answer is counted. Beside it, if python-can is installed, its virtual bus
+with as many nodes that only receive.
 """
 
 import statistics

@@ -2,8 +2,8 @@
 alone, the line never idle; at 1 Mbaud one broadcast in ten commands, the others each to another node, which
 acknowledges it.
 
-The bursts are played at their own times. Prints the daemon's CPU time for a second of the line's time, of
-which a core has one, and how much of what was asked was on the wire when its time was over.
+The bursts are played at their own times. Prints the daemon's CPU seconds for a second of the line's time (a
+core has one), and the share of the packets asked for that was on the wire in time.
 """
 
 import json
