@@ -11,7 +11,7 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12
-"""Minimum length of a secret. Whoever hears the wire without TLS can try passwords on what was heard."""
+"""Minimum length of a secret. Without TLS, a listener on the wire can try passwords on what it has heard."""
 _FILE_CHARACTERS = 1 << 20
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
