@@ -64,7 +64,7 @@ class LookupTable:
         """Write ``new`` over the table, row by row, which ``serial`` shows."""
         serial.print(f"\r\nWriting to flash 0x{self._address:X} page size PSZ=3")
         table = calibration.written(self._axis.table(), new)
-        if new and (yield Commit(LOOKUP, table)):  # else the old table is what a read-back shows
+        if new and (yield Commit(LOOKUP, table)):  # else a read-back shows the old table
             self._use(table)
         serial.print(calibration.progress(new, self._address))
 

@@ -133,7 +133,7 @@ def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> Non
             stop(board, "grace", acceleration_rpm_per_s)
         except VerbRefused:  # from a set-point that was typed it would take centuries
             stop(board, "prejudice", acceleration_rpm_per_s)
-    elif board.axis.get("loop_on"):  # hold: here, whatever it did
+    elif board.axis.get("loop_on"):  # hold: stay here, whatever the axis did
         if not board.table.is_written:
             board.axis.set("r", 0.0)
             return

@@ -89,7 +89,7 @@ class CommandLine:
         if (
             not isinstance(packet, Packet)
             or packet.destination != BROADCAST
-            or not packet.crc  # a NUL behind it would be idle
+            or not packet.crc  # a NUL behind such a packet would be idle
             or len(packets) != 1
             or not self.network.is_between_packets
         ):

@@ -93,7 +93,7 @@ def test_a_velocity_to_all_is_taken_and_a_text_is_not(monkeypatch: pytest.Monkey
     bench = Bench(CONFIG)
     bench.run(1100)
     bench.tap("bus0.m").write(encode(0, 1, b"y"))
-    bench.run(100)  # the first finds that the prompt is out
+    bench.run(100)  # the first packet finds that the prompt is out
     for data, expected in ((b"v150", True), (b" hi", False), (b"$ss", False), (b"zz", True)):
         answers.clear()
         bench.tap("bus0.m").write(encode(0, 1, data))

@@ -44,7 +44,7 @@ def test_only_a_byte_behind_its_mark_wakes_once_what_stands_before_is_known() ->
     line.hear(SimTimeNs(T0), b"\2\0\5x\3\2\0\2\0x", MS_BAUD)
     line.hear(SimTimeNs(character_end_ns(10, MS_BAUD)), b"\0\0x\3", MS_BAUD)
     line.hear(SimTimeNs(character_end_ns(14, MS_BAUD)), b"c\0", MS_BAUD)
-    assert wakes(line) == [2, 7, 16]  # 2: it is not known what stands before the first
+    assert wakes(line) == [2, 7, 16]  # 2: what stands before the first is not known
     assert line.read_all() == b"\2\0\5x\3\2\0\2\0x\0\0x\3c\0"
 
 
