@@ -192,7 +192,7 @@ class SerialTalk:
 
         try:
             self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
-            self._port.dtr = False  # boards that reset on it start anew
+            self._port.dtr = False  # boards that reset on a change of it start anew
             self._port.open()
         except (OSError, ValueError) as error:
             raise DialogueError(f"{self._url}: {_reason(error)}") from None
