@@ -53,7 +53,7 @@ def read(text: bytes) -> dict[str, Any]:
     """Read a message of the version that is known here.
 
     Raises:
-        ClientError: it is none.
+        ClientError: the text is no such message.
     """
     try:
         message = read_json(text)
