@@ -95,7 +95,7 @@ def _device_problem(device: Device, given: inputs.Input) -> str | None:
 
 
 def _axis_problem(device: Device, part: str, given: inputs.Input) -> str | None:
-    """Reason why an input of ``OF_AXES`` is none for this axis of a device, or None."""
+    """Reason why this axis of a device cannot have an input of ``OF_AXES``, or None."""
     if isinstance(given, inputs.Do):
         return _verb_problem(device, part, given)
     if (axis := device.axes.get(part)) is None:
