@@ -165,7 +165,7 @@ class Catalogue:
     refused: Mapping[str, Sequence[Problem]] = field(default_factory=dict)
     """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two."""
     path: tuple[Path, ...] = ()
-    """Folders in which boards were looked for besides."""
+    """Further folders in which boards were looked for."""
     wrong_paths: Mapping[int, tuple[str, str]] = field(default_factory=dict)
     """Message and remedy for each of ``path`` that does not do, by its index."""
     at: "Callable[[tuple[Path, ...]], Catalogue] | None" = None
