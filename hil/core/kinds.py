@@ -1,7 +1,6 @@
 """The table of kinds of axis: all that hil asks of one, by the control law that a profile names.
 
-Whoever wants to know something of an axis that not every axis has, asks its row here; nobody asks which
-board it is.
+Code that needs a thing which not every axis has asks the axis's row here, never which board it is.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,7 +35,7 @@ class AxisKind:
     """Numbers of its inputs by name; two names of one number are the same pin."""
     outputs: Mapping[str, int]
     has_clock: bool
-    """True if the axis gives and takes a clock besides (``CLOCK_OUT``, ``CLOCK_IN``)."""
+    """True if the axis also gives and takes a clock (``CLOCK_OUT``, ``CLOCK_IN``)."""
     parameters: tuple[str, ...]
     """Numbers that a profile gives for its motor, driver and load."""
     fields: Mapping[str, int]

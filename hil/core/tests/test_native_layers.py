@@ -55,7 +55,7 @@ def calls(sources: Sources) -> Graph:
     """Dependencies by the names of functions, pointers to functions too. A static function needs no edge: its
     callers include it.
 
-    What the expressions of a table (``.def``) call is called by the ``.c`` that includes it; headers use its
+    Calls in the expressions of a table (``.def``) are those of the ``.c`` that includes it; headers use its
     names alone.
     """
     code = {path: NOT_CODE.sub("", text) for path, text in sources.items() if not path.endswith(".def")}
