@@ -1,7 +1,7 @@
 """Store of boards' non-volatile memories: one file for each device, written by a thread.
 
 A commit writes a new file, syncs it, renames it over the old one and syncs the directory; only then is it
-acknowledged. Whatever dies in between, the file is whole and not older than the last acknowledgement. A
+acknowledged. The file is whole and not older than the last acknowledgement, whatever dies in between. A
 failed sync is never retried: the kernel may have dropped the data, and a second try would succeed without it.
 """
 

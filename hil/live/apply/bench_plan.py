@@ -123,7 +123,7 @@ def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> L
     before, profile = old.devices.get(name), new.devices[name].profile
     if before is None or before.at is not None:
         return files.look(name, profile)
-    if before.profile != profile:  # whose board may still write it
+    if before.profile != profile:  # the old board may still write the file
         return Loaded(Content(profile, 0, {}), None, belongs_to(before.profile, profile))
     return None
 

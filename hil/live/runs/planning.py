@@ -28,7 +28,7 @@ class Planning:
         self._others = others
 
     def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
-        """Read a run's text. Raises ConfigError: it is none, or has an axis twice."""
+        """Read a run's text. Raises ConfigError: the text is no run, or has an axis twice."""
         run, document = parse_run(text, file)
         if findings := taken_twice(run, self._configured.config.bench):
             raise document.error(findings)

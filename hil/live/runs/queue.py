@@ -200,7 +200,7 @@ class RunQueue:
             await doing(entry)
         except NotBegun as error:
             self._end(entry, "failed", str(error))
-        except Exception:  # ours: this run has failed and says so, all else goes on
+        except Exception:  # hil's own error: this run has failed and says so, all else goes on
             log.exception("run %s", entry.name)
             self._end(entry, "failed", ERROR_OF_OURS)
         else:

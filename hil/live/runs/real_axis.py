@@ -152,7 +152,7 @@ class RealAxis:
             await self.through.talk(dialogue)
         except DialogueError as error:
             self._failure = self._failure or str(error)
-        except Exception as error:  # ours: that axis stops its run, the others live on
+        except Exception as error:  # hil's own error: that axis stops its run, the others go on
             self._failure = f"an error of hil, see its log: {error!r}"
             log.exception("%s: a dialogue of a run", self.through.name)
 
