@@ -125,7 +125,7 @@ class BoardOperations:
     async def drive(self, asked: Asked, train: list[Any]) -> Done:
         """Play a pulse train; answers when it began, and its length."""
         rows = await off_loop(train, _train, train)
-        if "step" not in self._axis(asked).pins:  # the bench went on while they were read
+        if "step" not in self._axis(asked).pins:  # the bench may have changed while the rows were read
             raise VerbRefused("cannot", f"{asked.target} has no step input")
         return self._give(asked, Drive(rows), {"length_ns": train_length_ns(rows)})
 
