@@ -79,7 +79,7 @@ class Execution:
         self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
-        """Stop the run, at any time. One that stops with grace already can be stopped with prejudice."""
+        """Stop the run, at any time; one that stops with grace already can be stopped with prejudice."""
         self._asked = Ended(state, why or f"it was cancelled with {how}", how)
 
     def run(self) -> Generator[int, None, None]:

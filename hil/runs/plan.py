@@ -46,8 +46,8 @@ class Level:
 @dataclass(frozen=True)
 class Phrase:
     """Motion that goes by the clock from one common start. ``paths``: those of axes that follow them, from
-    the start to ``duration_ns``. ``marks``: when which step begins. After it those ``awaited`` have to be at
-    their ends, for they alone know when that is, and the condition of ``wait`` has to be met."""
+    the start to ``duration_ns``. ``marks``: the beginning of each step. After it the axes ``awaited``, which
+    alone know when they end, have to be at their ends, and the condition of ``wait`` has to be met."""
 
     duration_ns: int
     paths: Mapping[str, tuple[PathPiece, ...]]

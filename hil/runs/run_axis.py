@@ -65,7 +65,7 @@ class RunAxis:
 
     def stop(self, how: How) -> None:
         """Stop it, whatever it does."""
-        with suppress(VerbRefused):  # it has failed, or its loop is off: it does not move by itself
+        with suppress(VerbRefused):  # the axis has failed, or its loop is off: it does not move by itself
             self.axis.stop(how, self.rules.acceleration_rpm_per_s)
 
     # ---- whether it does that ----
@@ -95,7 +95,7 @@ class RunAxis:
         return max(found, default=0.0)
 
     def check_path(self) -> None:
-        """Check the path. Raises Ended: it does not follow, or somebody told it otherwise."""
+        """Check the path. Raises Ended: the axis does not follow it, or got another command."""
         if self._path is None or (state := self.state()).is_on is None or state.commanded_deg is None:
             return
         start_ns, end_ns, last_deg = self._path
