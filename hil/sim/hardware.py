@@ -132,7 +132,7 @@ class Hardware:
     def cut_axes(self) -> None:
         """Take the axes' power."""
         for axis in self.axes.values():
-            axis.power_up()  # as which nothing drives them
+            axis.power_up()  # after it nothing drives them
 
     def stop_axes(self) -> None:
         """Stop the control of all axes."""

@@ -122,7 +122,7 @@ def read_line(line: str | bytes) -> dict[str, Any]:
     """Read a line of a log as an object.
 
     Raises:
-        InputLogError: it is none.
+        InputLogError: the line is no object.
     """
     try:
         values = read_json(line)

@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Sketch:
-    """Firmware of a board, ``hil.sim.firmware_guard.Guarded``. What it raises is given to ``on_raised``."""
+    """Firmware of a board, ``hil.sim.firmware_guard.Guarded``. Its exceptions go to ``on_raised``."""
 
     def __init__(
         self,
@@ -78,5 +78,5 @@ class Sketch:
                 self.runtime.close()
         except KeyboardInterrupt:
             raise
-        except BaseException:  # it goes anyway
+        except BaseException:  # the program is dropped anyway
             return
