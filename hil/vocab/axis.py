@@ -65,7 +65,7 @@ class AxisState:
 class Axis(Protocol):
     """Axis of one board. A run holds it from its beginning to its end, and only then gives it motions.
 
-    Motions raise ``VerbRefused`` when the board does not take them. One that is for later can be refused when
+    Motions raise ``VerbRefused`` when the board does not take them. A motion for later can be refused when
     its time has come: ``refusal`` says so.
     """
 

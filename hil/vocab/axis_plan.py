@@ -15,7 +15,7 @@ FULL_PARAMETERS = (
     "encoder_nonlinearity_deg",
     "encoder_noise_counts",
 )
-"""Numbers that the full plant needs besides."""
+"""Numbers that only the full plant needs."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,8 @@ class AxisField:
 @dataclass(frozen=True)
 class DeviceInfo:
     """A device with its first axis, or another axis of one, as bridges see it. ``name``: its address;
-    ``fields``: those of the axis, empty where there is none, or nobody sees it, as a real board's."""
+    ``fields``: those of the axis, empty where there is none, or where it cannot be seen, as a real
+    board's."""
 
     name: str
     profile: str

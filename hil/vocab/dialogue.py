@@ -1,7 +1,7 @@
 """A dialogue with a board over its terminal: a generator that says what to send and how long to listen.
 
-It has no I/O and no clock. Whoever runs it moves the bytes, over a real serial port or to a twin on the
-virtual clock, and answers each ``Listen`` with what came.
+It has no I/O and no clock. Its runner moves the bytes, over a real serial port or to a twin on the virtual
+clock, and answers each ``Listen`` with what came.
 """
 
 from collections.abc import Callable, Generator

@@ -1,7 +1,7 @@
 """Framing of a line: how its bytes are packets, whom each concerns, how it is printed, what spoils it.
 
-A framing belongs to a kind of board, or to a protocol that many boards speak. What carries bytes (the wire,
-UARTs, taps, captures) asks this Protocol, and knows no packet.
+A framing belongs to a kind of board, or to a protocol that many boards speak. Code that carries bytes (the
+wire, UARTs, taps, captures) asks this Protocol, and knows no packet.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
