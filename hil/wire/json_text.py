@@ -30,7 +30,7 @@ def read_json(text: str | bytes) -> Any:
     """Parse a JSON text. The caller bounds its length.
 
     Raises:
-        JsonError: it is none.
+        JsonError: the text is no JSON that is let in.
     """
     try:
         data = text.encode() if isinstance(text, str) else text
