@@ -1,9 +1,9 @@
 """Overload of files, clients and bytes: the boards that are left alone notice nothing of it.
 
-Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else
-runs on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the
-cores missed on one CPU. What others cause passes: of several looks one has to be good. What a daemon
-causes itself does not.
+Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else runs
+on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the cores
+missed on one CPU. Disturbances by others pass: of several looks one has to be good. Those by the daemon
+itself do not.
 """
 
 import json

@@ -27,7 +27,7 @@ def test_the_tour(place: Place) -> None:
     demo = (ROOT / "examples" / "demo.yaml").read_text()
     server = place.serve(f"{demo}\nspeed: 20\n", "--log", str(log), bench="demo")
     python = r"(?m:^  \S+python\S*)"
-    for page, heading in ((README, "Start"), (TOUR, "Tour")):  # with what was logged before and after
+    for page, heading in ((README, "Start"), (TOUR, "Tour")):  # fits what was printed before and after, too
         assert fits(f"...\n{shown(page, heading, place)}...", server.output, RT, python), server.output
 
     server.ready()

@@ -1,7 +1,7 @@
 """The Debian package in a tree of its own: ``make test-deb``. As root; where a machine cannot, it is skipped.
 
-What is done to the package is done in a copy of the tree, without a network. HIL_DEB: a package that is built
-already.
+The package is installed, used and removed in a copy of the tree, without a network. HIL_DEB: a package that
+is built already.
 """
 
 import os

@@ -1,8 +1,8 @@
 """A disk with a volatile write cache whose power can be cut at any request: a server of the NBD protocol.
 
-What was written since the last flush is in the cache. When the power goes, each sector of it is on the
-medium in one of the versions that it had, or as before, by chance: a real drive writes its cache in any
-order. What a flush has answered for is on the medium.
+Data written since the last flush are in the cache. When the power goes, each sector of it is on the medium in
+one of the versions that it had, or as before, by chance: a real drive writes its cache in any order. Data for
+which a flush was answered are on the medium.
 
 Protocol: https://github.com/NetworkBlockDevice/nbd/blob/master/doc/proto.md
 """
