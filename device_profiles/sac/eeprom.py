@@ -70,7 +70,7 @@ class Eeprom:
         return eeprom
 
     def copy(self) -> "Eeprom":
-        """Copy it deeply."""
+        """Copy the EEPROM deeply."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)
 

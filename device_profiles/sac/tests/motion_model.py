@@ -67,7 +67,7 @@ def first_of_stop(acc: int, sprf: int) -> float:
 
 
 def acceleration(c: Command, from_rpm: int, setup: Setup) -> list[int]:
-    """Periods of its steps."""
+    """Periods of the steps of the ramp up."""
     f = 60_000_000 // setup.sprf
     if c.rpm <= setup.slow or no_ramp(c.acc):
         return []

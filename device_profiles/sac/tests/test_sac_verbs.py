@@ -52,7 +52,7 @@ class Board:
         return refused.value.code, str(refused.value)
 
     def stands(self) -> Snapshot:
-        """Let it come to an end."""
+        """Let the board come to an end of its motion."""
         for _ in range(600):
             if self.run(100).motion_state == 0:
                 return self.run(1000)
