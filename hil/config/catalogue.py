@@ -96,7 +96,7 @@ class ProfileInfo(StrictModel):
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
     title: str
     law: str | None = None
-    """Law of its axis; None: it has none, or ``axes`` names them."""
+    """Law of the board's axis; None: it has no axis, or ``axes`` names them."""
     motor: str | None = None
     """Motor of the catalogue whose numbers ``axis`` begins with."""
     plant: Literal["simple", "full"] = "simple"
@@ -112,7 +112,7 @@ class ProfileInfo(StrictModel):
     hardware: dict[str, HardwareVersion] = Field(default={"1": ANY_SUPPLY}, min_length=1)
     default_hardware: str = "1"
     axis: dict[str, AxisParameter] = Field(default={})
-    """Parameters of its axis by names that end in the unit."""
+    """Parameters of the board's axis by names that end in the unit."""
     registers: dict[str, int] = Field(default={})
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
