@@ -28,18 +28,18 @@ class AxisKind:
     """Kind of axis. Fields are names of ``hil.core.FIELDS``."""
 
     title: str
-    """Word for it in messages."""
+    """Word for the kind in messages."""
     law: Law
     """Control law that the native core runs."""
     inputs: Mapping[str, int]
-    """Numbers of its inputs by name; two names of one number are the same pin."""
+    """Numbers of the kind's inputs by name; two names of one number are the same pin."""
     outputs: Mapping[str, int]
     has_clock: bool
     """True if the axis also gives and takes a clock (``CLOCK_OUT``, ``CLOCK_IN``)."""
     parameters: tuple[str, ...]
     """Numbers that a profile gives for its motor, driver and load."""
     fields: Mapping[str, int]
-    """Indices of its fields in the table, by name."""
+    """Indices of the kind's fields in the table, by name."""
     default_signals: tuple[str, ...]
     """Fields that are drawn by default."""
     fault_targets: frozenset[str]
@@ -48,9 +48,9 @@ class AxisKind:
     """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
     to."""
     course: tuple[str, str]
-    """Fields of its set-point and of its position, in degrees."""
+    """Fields of the set-point and of the position, in degrees."""
     motion: Callable[[Snapshot], AxisState]
-    """Reads its state as motion."""
+    """Reads an axis's state as motion."""
     max_current_A: Callable[[Mapping[str, float]], float]
     """Maximum current of a coil, by its parameters."""
     memory_bytes: int
