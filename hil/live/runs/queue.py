@@ -59,7 +59,7 @@ class RunQueue:
         self.progress: dict[str, Progress] = {}
         """Progress of all runs that are remembered, by name, in the order of their submission."""
         self._digests: dict[str, bytes] = {}
-        """Digests of their texts."""
+        """Digests of the runs' texts, by name."""
         self.listeners: list[Callable[[Progress], None]] = []
         """Called when a run's state or step changes, and ten times a second while it moves."""
 

@@ -67,7 +67,7 @@ class RealAxis:
         return self._terminal.taken_by
 
     async def take(self) -> None:
-        """Take it in hand. Raises DialogueError: it is away, or does not answer as it should."""
+        """Take the board in hand. Raises DialogueError: it is away, or does not answer as it should."""
         self._known_as = None
         await self.through.talk(self._terminal.take())
         self._known_as = self._line()
