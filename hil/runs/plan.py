@@ -25,7 +25,7 @@ class Move:
     velocity_rpm: int
 
     def give(self, axis: Axis, start_ns: int) -> None:
-        """Give it to its axis, in a phrase that starts then. Raises VerbRefused."""
+        """Give the motion to its axis, in a phrase that starts then. Raises VerbRefused."""
         axis.move(self.position_deg, self.velocity_rpm, start_ns + self.at_ns)
 
 
@@ -39,7 +39,7 @@ class Level:
     level: int
 
     def give(self, axis: Axis, start_ns: int) -> None:
-        """Give it to its axis, as ``Move.give``."""
+        """Give the level to its axis, as ``Move.give``."""
         axis.set_pin(self.pin, self.level, start_ns + self.at_ns)
 
 
