@@ -106,7 +106,7 @@ class Hardware:
             facts=spec.facts,
             note=self.note,
         )
-        """Interfaces that its firmware is made with."""
+        """Interfaces that the firmware is made with."""
         self.power_up_axes()
 
     def note(self, about: str, text: str | None) -> None:

@@ -57,7 +57,7 @@ class InputLog:
     cut: bool = False
     """True if the log's writer was killed, or had no room left: answers to the last inputs are missing."""
     name: str = ""
-    """Name of its file."""
+    """Name of the log's file."""
     lines: list[int] = field(default_factory=list)
     """Line numbers of the inputs, counted from 1."""
     program: str = "another program"
@@ -71,7 +71,7 @@ class LineSink(Protocol):
     """Destination of lines."""
 
     def write(self, text: str, /) -> object:
-        """Append to it."""
+        """Append a text to the destination."""
 
 
 class InputLogWriter:

@@ -35,7 +35,7 @@ class Sketch:
         self.power_up()
 
     def power_up(self) -> None:
-        """Start it anew with the next turn."""
+        """Start the firmware anew with the next turn."""
         self.is_on = False
         """True once the first turn after this has made the firmware."""
         interfaces = self._interfaces
@@ -72,7 +72,7 @@ class Sketch:
             return None
 
     def close(self) -> None:
-        """Stop it for ever."""
+        """Stop the firmware for ever."""
         try:
             with self._guard(self):
                 self.runtime.close()
