@@ -113,7 +113,7 @@ class FaultFace:
         return self.number in self._runtime.faults.active
 
     def clear(self) -> None:
-        """End it; nothing if it has ended."""
+        """End the fault; nothing if it has ended."""
         if self.is_active:
             self._runtime.clear_fault(self.number)
 
@@ -298,7 +298,7 @@ class DeviceFace:
 
     @property
     def nvm(self) -> Mapping[str, bytes]:
-        """Sections of its non-volatile memory."""
+        """Sections of the board's non-volatile memory."""
         return self._device.nvm
 
     def set_register(self, name: Literal["diaagc", "errfl"], value: int) -> None:
