@@ -56,7 +56,7 @@ class AxisState:
 
     @property
     def off_by_deg(self) -> float:
-        """Distance of its shaft from the angle that a loop keeps it at; 0: none does, or it does not tell."""
+        """Distance of the shaft from the angle that a loop keeps it at; 0: none does, or it does not tell."""
         if not self.keeps_angle or self.commanded_deg is None or self.position_deg is None:
             return 0.0
         return abs(self.commanded_deg - self.position_deg)
@@ -75,11 +75,11 @@ class Axis(Protocol):
 
     @property
     def failure(self) -> str | None:
-        """Reason why it does nothing any more, or None."""
+        """Reason why the axis does nothing any more, or None."""
 
     @property
     def refusal(self) -> str | None:
-        """Reason why it did not do what it was given for later since ``hold``, or None."""
+        """Reason why the axis did not do what it was given for later since ``hold``, or None."""
 
     def state(self) -> AxisState:
         """State of the axis now."""
@@ -97,13 +97,14 @@ class Axis(Protocol):
         """End what ``hold`` began; a board that still moves is let go when it stands."""
 
     def follow(self, path: Path, start_ns: int) -> None:
-        """Let its set-point go along a path from a time on; an axis that ``follows_paths``."""
+        """Let the axis's set-point go along a path from a time on; an axis that ``follows_paths``."""
 
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
-        """Send it to an angle from a time on, by ramps of its own; an axis that follows no paths."""
+        """Send the axis to an angle from a time on, by ramps of its own; an axis that follows no paths."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
-        """Stop it, whatever it does. ``acceleration_rpm_per_s``: of a ramp that is not the board's own."""
+        """Stop the axis, whatever it does. ``acceleration_rpm_per_s``: of a ramp that is not the board's
+        own."""
 
     def set_pin(self, pin: str, level: int, at_ns: int) -> None:
         """Drive one of its inputs at a time."""

@@ -30,7 +30,7 @@ class Item(Protocol):
 
     @property
     def origin(self) -> int | None:
-        """Address of its sender; None: it does not say."""
+        """Address of the item's sender; None: the item does not say."""
 
 
 class BurstItems(NamedTuple):
@@ -59,7 +59,7 @@ class Splitter(Protocol):
         """Note that the line is silent until now; answers what that completes."""
 
     def copy(self) -> "Splitter":
-        """Copy its state: what it has heard and not given yet."""
+        """Copy the splitter with its state: what it has heard and not given yet."""
 
 
 class Framing(Protocol):

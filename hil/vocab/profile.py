@@ -60,7 +60,7 @@ class Profile:
     """Kind of board."""
 
     firmware: Callable[[Board], Firmware]
-    """Maker of its program, one for each power-up; most often the program's class."""
+    """Maker of the board's program, one for each power-up; most often the program's class."""
     uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
     """Serial interfaces by name."""
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)
@@ -82,9 +82,9 @@ class Profile:
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""
     memory_file: MemoryFile | None = None
-    """File that its memory may begin with; None: there is none."""
+    """File that the board's memory may begin with; None: no file."""
     commands: Callable[[], Commands] | None = None
-    """Maker of its commands for the command line, which alone calls it; None: it has none."""
+    """Maker of the board's commands for the command line, which alone calls it; None: it has none."""
 
     @property
     def table(self) -> dict[str, Verb]:
