@@ -89,7 +89,7 @@ class Record:
 
     @property
     def interface(self) -> str:
-        """Name of its interface."""
+        """Name of the record's interface."""
         return self.line.name
 
 

@@ -18,7 +18,7 @@ class Sampled:
     framing_error: bool
     """True if the line was low where the receiver looked for the stop bit."""
     offset_ns: int
-    """Time of its start edge, counted from the first start edge, rounded down."""
+    """Time of the character's start edge, counted from the first start edge, rounded down."""
 
 
 def character_ns(n: int, baud: int) -> int:
