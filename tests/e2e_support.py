@@ -191,7 +191,7 @@ class Server:
         return os.pread(self._out.fileno(), 1 << 24, 0).decode()
 
     def started(self, timeout_s: float = PATIENCE_S) -> "Server":
-        """Wait until it says how to reach its ports."""
+        """Wait until the daemon says how to reach its ports."""
         until(lambda: "Ctrl-C ends" in self.output or self.process.poll() is not None, "the start", timeout_s)
         assert self.process.poll() is None, self.output
         return self

@@ -55,7 +55,7 @@ class Tool:
         return message
 
     def ended(self) -> int:
-        """Wait for its end; its exit code. It has said nothing more."""
+        """Wait for the tool's end, and return its exit code. It has said nothing more."""
         assert self._process.stdout
         code = self._process.wait(PATIENCE_S)
         assert self._pending + self._process.stdout.read() == b""
@@ -74,7 +74,7 @@ class Tool:
 
 
 class Tools:
-    """Starts them as ``hil arduino install`` says, and ends them."""
+    """Starts the IDE's tools as ``hil arduino install`` says, and ends them."""
 
     def __init__(self, place: Place) -> None:
         book, runtime = place.folder / "sketchbook", str(place.runtime)
