@@ -170,7 +170,7 @@ def test_a_directory_that_cannot_be_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_directory_without_write_permission_is_refused_with_the_remedy() -> None:
-    """Try it in a child of another user: root may write anywhere."""
+    """Open the port in a child of another user: root may write anywhere."""
     code = (
         "import os,sys\n"
         "import asyncio\n"
