@@ -1,7 +1,7 @@
 """The pluggable discovery and the pluggable monitor as state machines: a line in, messages out, no I/O.
 
 A message is a dict, sent as JSON. A failed command is answered by a message of its own ``eventType`` with
-``error`` and the reason; what is no command, or in the wrong form, by ``command_error``.
+``error`` and the reason; a line that is no command, or in the wrong form, by ``command_error``.
 """
 
 import re
