@@ -176,7 +176,7 @@ class Catalogue:
     """Framings of lines by name."""
 
     def problems(self, profile: str) -> Sequence[Problem]:
-        """Problems of a board; none for one that can be used, and for one that is unknown. Imports it."""
+        """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""
         if profile in self.refused:
             return self.refused[profile]
         try:

@@ -1,4 +1,4 @@
-"""Checks of a configuration's device against its profile; what the models can tell is left to them."""
+"""Checks of a configuration's device against its profile; checks that the models make are left to them."""
 
 from dataclasses import replace
 from typing import Any
