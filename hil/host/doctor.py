@@ -44,8 +44,8 @@ _Judgement = tuple[Verdict, *tuple[str, ...]]
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs,
-    and could run better. What is ok has no cost and no remedy."""
+    """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs, and could
+    run better. A result that is ok has no cost and no remedy."""
 
     name: str
     verdict: Verdict
