@@ -1,4 +1,4 @@
-"""Plans of how the bench becomes what a configuration says. All that has to be read is read here.
+"""Plans of how the bench becomes what a configuration says. Reads everything that has to be read.
 
 A start is planned as a reload is, from a bench without devices.
 """

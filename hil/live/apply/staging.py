@@ -43,7 +43,7 @@ class Stage:
     _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
     async def prepare(self, plan: BenchPlan, staged: Staged) -> None:
-        """Make everything that begins; what is made already is in ``staged``, whatever happens.
+        """Make everything that begins; ``staged`` has what is made already, whatever happens.
 
         Raises:
             Refused: something cannot be made; all problems.

@@ -81,5 +81,5 @@ class Planning:
         return Together(self._configured, self._wall, self._others, source, run)
 
     def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
-        """Rename the axes as the run does; those it names wrongly are looked for among all."""
+        """Rename the axes as the run does; axes that it names wrongly are looked for among all."""
         return dict(axes) | {name: axes[device] for name, device in self.names(run).items() if device in axes}

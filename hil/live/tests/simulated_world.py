@@ -25,7 +25,7 @@ UP_S = 4.2
 
 
 class Programs:
-    """Port at which programs would be; none is."""
+    """Port of a real board without a program at it."""
 
     address = "nowhere"
 
