@@ -41,8 +41,8 @@ class TwinAxes:
 
 
 class TwinAxis:
-    """Axis of a twin, as ``hil.vocab.axis.Axis``: what it is given are inputs of the bench. It is looked up
-    by its address each time, for a reload may exchange the twin."""
+    """Axis of a twin, as ``hil.vocab.axis.Axis``: its motions are inputs of the bench. It is looked up by its
+    address each time, for a reload may exchange the twin."""
 
     lead_ns = 0
 
