@@ -75,7 +75,7 @@ def test_a_reader_that_goes(place: Place) -> None:
 
 
 def test_a_log_that_nobody_reads(place: Place) -> None:
-    """The bench starts, serves and ends; what the log says waits in the end for nobody."""
+    """The bench starts, serves and ends; at its end nobody waits until the log is read."""
     control, path = place.runtime / "t" / "control.sock", place.write(OPEN_DOOR)
     reads, writes = os.pipe()
     os.set_blocking(writes, False)

@@ -25,7 +25,7 @@ def until(condition: Callable[[], T], what: str, timeout_s: float = 20.0, every_
 
 
 class Container:
-    """Debian, up and running; it has no network but its own loopback."""
+    """Container with Debian, up and running; it has no network but its own loopback."""
 
     def __init__(self, tree: Path) -> None:
         command = ["systemd-nspawn", "--quiet", "--boot", "--register=no", "--keep-unit", "--private-network"]
