@@ -17,7 +17,7 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
 
 class SecurityError(Exception):
-    """The bridge cannot be opened safely: ``str(error)`` says why and what to do."""
+    """Error of a bridge that cannot be opened safely: ``str(error)`` says why and what to do."""
 
 
 @dataclass(frozen=True)
