@@ -26,7 +26,7 @@ _HEAD = struct.Struct("<3sBI")
 
 
 class EepromError(Exception):
-    """The bytes are no EEPROM of a version that is known here."""
+    """Error of bytes that are no EEPROM of a version that is known here."""
 
 
 @dataclass

@@ -76,7 +76,7 @@ def board() -> Iterator[Board]:
 
 
 def same_pulses(verb: str, parameters: dict[str, Any], typed: str, *before: str) -> None:
-    """A verb's pulses are those of a line that is typed, in its first three seconds at least."""
+    """Check that a verb's pulses are those of a typed line, in its first three seconds at least."""
     asked, typing = Board(*before), Board(*before)
     asked.do(verb, **parameters)
     typing.port.write(typed.encode() + b"\r")

@@ -19,7 +19,7 @@ def uart(baud: int) -> DeviceUart:
 
 
 MS_BAUD = 10_000
-"""A character takes a millisecond."""
+"""Speed at which a character takes a millisecond."""
 
 
 def marked() -> DeviceUart:
