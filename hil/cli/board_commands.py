@@ -174,7 +174,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
 
 
 class Interrupted(Exception):
-    """Ctrl-C or SIGTERM came: ``str(error)`` is what the dialogue says of it."""
+    """Interruption by Ctrl-C or SIGTERM: ``str(error)`` is what the dialogue says of it."""
 
 
 class SerialTalk:
