@@ -11,11 +11,11 @@ _HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")
 
 
 class ClientError(Exception):
-    """No bench answers, or not as it should: ``str(error)`` says what."""
+    """Error of a bench that does not answer, or not as it should: ``str(error)`` says what."""
 
 
 class CommandError(ClientError):
-    """A command was refused. ``code`` is one of ``hil.vocab.verbs.CODES``."""
+    """Refusal of a command. ``code`` is one of ``hil.vocab.verbs.CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)
