@@ -30,7 +30,7 @@ OF_AXES = (
 
 
 def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
-    """Reason why the bench cannot take it now, or None."""
+    """Reason why the bench cannot take an input now, or None."""
     if isinstance(given, inputs.Inject | inputs.Clear):
         return _fault_problem(bench, target, given)
     if target in bench.taps:
