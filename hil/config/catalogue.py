@@ -135,7 +135,7 @@ class ProfileInfo(StrictModel):
 
 
 class Unusable(Exception):
-    """A kind of port or bridge that exists cannot be used: ``str(error)`` says why."""
+    """Error of a kind of port or bridge that exists and cannot be used: ``str(error)`` says why."""
 
     def __init__(self, why: str, remedy: str) -> None:
         super().__init__(why)
