@@ -53,8 +53,8 @@ _MEANINGS = {
 
 
 class PlanError(ValueError):
-    """A motion cannot be planned: the problem, its axis (None: no single one), and the least duration if too
-    short a one was asked for."""
+    """Error of a motion that cannot be planned: the problem, its axis (None: no single one), and the least
+    duration if too short a one was asked for."""
 
     def __init__(self, problem: PlanProblem, axis: int | None = None, least_ns: int | None = None) -> None:
         least = "" if least_ns is None else f", at least {least_ns} ns"

@@ -36,7 +36,8 @@ def module_of(path: str) -> str:
 
 
 def includes(sources: Sources) -> Graph:
-    """Names are resolved as the compiler does it: beside the file, then in the folder that ``-I`` names."""
+    """Includes of each module, resolved as the compiler does it: beside the file, then in the folder that
+    ``-I`` names."""
     graph: Graph = {module_of(path): set() for path in sources}
     for path, text in sources.items():
         folder = (HIL / path).parent
