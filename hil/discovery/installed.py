@@ -11,7 +11,7 @@ BOARDS, PORTS, BRIDGES = "hil.profiles", "hil.ports", "hil.bridges"
 
 
 class NotThere(Exception):
-    """A package that an entry point names cannot be found: ``str(error)`` says why."""
+    """Error of an entry point whose package cannot be found: ``str(error)`` says why."""
 
 
 @cache
