@@ -42,11 +42,11 @@ class Decoded:
 
 
 class NvmError(Exception):
-    """A file cannot be used: ``str(error)`` is the reason, in one line."""
+    """Error of a file that cannot be used: ``str(error)`` is the reason, in one line."""
 
 
 class NvmNewer(NvmError):
-    """A file is whole, and of a version that this program does not know."""
+    """Error of a file that is whole, and of a version that this program does not know."""
 
 
 def encode(content: Content) -> bytes:

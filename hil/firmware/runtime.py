@@ -16,7 +16,7 @@ used up time. Far above what a full receive buffer can cause."""
 
 
 class FirmwareStuck(Exception):
-    """The main program loops without letting simulated time pass, or returned."""
+    """Error of a main program that loops without letting simulated time pass, or returned."""
 
 
 class Runtime:
