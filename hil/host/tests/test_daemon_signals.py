@@ -1,4 +1,4 @@
-"""A signal is answered also where others have filled the way to the loop."""
+"""Signals to the daemon, which are answered also where others have filled the way to the loop."""
 
 import asyncio
 import signal
