@@ -42,7 +42,7 @@ class Kept:
 
 
 class StoreError(Exception):
-    """The store cannot be used: ``str(error)`` says what to look at, in one line."""
+    """Error of a store that cannot be used: ``str(error)`` says what to look at, in one line."""
 
 
 class StoreCalls:

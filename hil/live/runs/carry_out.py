@@ -22,7 +22,7 @@ TELL_S = 0.1
 
 
 class NotBegun(Exception):
-    """A run that was accepted cannot begin: ``str(error)`` says why."""
+    """Error of an accepted run that cannot begin: ``str(error)`` says why."""
 
 
 @dataclass

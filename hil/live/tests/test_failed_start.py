@@ -1,4 +1,4 @@
-"""A start that fails leaves everything as it was."""
+"""Start that fails: everything is left as it was."""
 
 import asyncio
 import json

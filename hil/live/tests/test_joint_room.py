@@ -1,4 +1,4 @@
-"""A port that is held up reads on when there is room again, whoever was the first to see it."""
+"""Port that is held up: it reads on when there is room again, whoever was the first to see it."""
 
 from typing import cast
 
