@@ -45,7 +45,7 @@ Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[
 
 
 class SocketRefused(Exception):
-    """The socket cannot be had: ``str(error)`` says why and what to do."""
+    """Error of a socket that cannot be had: ``str(error)`` says why and what to do."""
 
 
 class TooLong:
