@@ -30,7 +30,7 @@ def run(*steps: dict[str, Any], axes: dict[str, Any], **top: Any) -> dict[str, A
 
 
 def until(made: Bench, execution: Execution, condition: Any) -> Any:
-    """Drive a run until something is so; the rest of its driver."""
+    """Drive a run until something is so, and return the rest of its driver."""
     driver = execution.run()
     for until_ns in driver:
         made.run_until(until_ns / 1e6)
