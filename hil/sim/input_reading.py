@@ -19,7 +19,7 @@ _INT64 = range(-(1 << 63), 1 << 63)
 
 
 class _Wrong(Exception):
-    """A value is not what it has to be: ``str(error)`` says what that is."""
+    """Error of a value that is not what it has to be: ``str(error)`` says what that is."""
 
 
 def whole(value: Any, within: range = _INT64) -> int:

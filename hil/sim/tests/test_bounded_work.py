@@ -21,7 +21,7 @@ TRAIN = (Edges(0, steps=1_000_000_000, duration_ns=5_000_000_000_000),)
 
 
 class Heard(Exception):
-    """A signal was heard."""
+    """Exception by which a test hears a signal."""
 
 
 @contextmanager
