@@ -49,12 +49,12 @@ Dialogue = Generator[Step, Any, Result]
 
 
 class DialogueError(Exception):
-    """The board did not answer as it should, or its port has gone: ``str(error)`` says at what step, and
-    what of the work can be believed."""
+    """Error of a board that did not answer as it should, or whose port has gone: ``str(error)`` says at what
+    step, and what of the work can be believed."""
 
 
 class Refusal(Exception):
-    """A dialogue refused what it was asked for, and sent nothing: a line for each reason."""
+    """Refusal of a dialogue, which sent nothing: a line for each reason."""
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,8 @@ def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, ob
 
 
 class VerbRefused(Exception):
-    """A request is not carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
+    """Refusal of a request, which is not carried out: ``str(error)`` says why and what to do. ``code`` is one
+    of ``CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)
