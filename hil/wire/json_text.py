@@ -23,7 +23,7 @@ _TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
 
 
 class JsonError(ValueError):
-    """A text is no JSON that is let in: ``str(error)`` says why."""
+    """Error of a text that is no JSON that is let in: ``str(error)`` says why."""
 
 
 def read_json(text: str | bytes) -> Any:

@@ -94,7 +94,7 @@ class Record:
 
 
 class CaptureError(Exception):
-    """A file is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
+    """Error of a file that is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
 
 
 def read(data: bytes) -> Iterator[Record]:

@@ -22,7 +22,8 @@ LEVEL_COLUMNS = ("step", "dir", "enable", "D3")
 
 
 class TrainError(Exception):
-    """A train makes no sense: ``str(error)`` has a line for each problem, ``file:line: what; remedy``."""
+    """Error of a train that makes no sense: ``str(error)`` has a line for each problem, ``file:line: what;
+    remedy``."""
 
 
 @dataclass(frozen=True)
