@@ -1,4 +1,5 @@
-"""A file's name says what is in it: no two of the product have one name, and none has its folder's."""
+"""Names of files, which say what is in them: no two of the product have one name, and none has its
+folder's."""
 
 import ast
 import re

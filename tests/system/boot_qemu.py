@@ -205,7 +205,7 @@ def test_drop_ins_open_adapters_and_the_network_and_nothing_else_does(setup: Set
 
 
 class Lost(AssertionError):
-    """A save that was acknowledged is not on the medium."""
+    """Loss of a save that was acknowledged: it is not on the medium."""
 
 
 def stored(image: bytes, folder: Path) -> tuple[int, int] | None:

@@ -22,7 +22,7 @@ HIL_PYTHON = "/usr/local/lib/hil/bin/python"
 
 
 class CannotError(Exception):
-    """This machine cannot run the test: ``str(error)`` says why."""
+    """Error of a machine that cannot run the test: ``str(error)`` says why."""
 
 
 def need(programs: dict[str, str]) -> None:

@@ -26,7 +26,7 @@ def core_thread(pid: int) -> int:
 
 
 class Frozen:
-    """The thread does not run until the process dies or the block is left."""
+    """Thread that does not run until the process dies or the block is left."""
 
     def __init__(self, thread: int) -> None:
         self._thread = thread
