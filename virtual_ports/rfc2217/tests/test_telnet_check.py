@@ -1,4 +1,4 @@
-"""The Telnet codec passes the shipped check of codecs."""
+"""Shipped check of codecs, passed by the Telnet codec."""
 
 from collections.abc import Sequence
 
