@@ -1,4 +1,4 @@
-"""SAC as hil asks for it."""
+"""Profile of the SAC."""
 
 from device_profiles.sac import dialogues, verbs
 from device_profiles.sac.firmware import Sac
