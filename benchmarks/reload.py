@@ -1,4 +1,4 @@
-"""Longest answer time of a board while another is added to it and 199 others."""
+"""Longest answer time of a board while a reload adds another to its bench of 200."""
 
 import json
 import os
