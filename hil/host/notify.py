@@ -98,7 +98,8 @@ class Heartbeat:
     _still: int = 0
 
     def beats(self, ticks: int) -> bool:
-        """True if the core has moved since the last call: then ping. ``ticks``: the core's counter."""
+        """True if the core has moved since the last call, so that a ping is due. ``ticks``: the core's
+        counter."""
         moved = ticks != self.ticks
         self.ticks = ticks
         self._still = 0 if moved else self._still + 1
