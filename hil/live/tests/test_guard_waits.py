@@ -51,7 +51,7 @@ def test_a_guard_that_is_closed_leaves_the_next_ones_signal_alone(tmp_path: Path
 
 
 def test_a_step_that_waits_for_the_interpreter_is_not_blamed(guard: StepGuard) -> None:
-    """Another thread keeps it, as C code may, for longer than a step may sleep."""
+    """Another thread keeps the interpreter, as C code may, for longer than a step may sleep."""
     kept = threading.Event()
 
     def keep() -> None:
