@@ -172,8 +172,8 @@ class BoardOperations:
         return {"interrupted": is_short}
 
     def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
-        """True while what a verb began goes on, as the axis's state tells. A path ends when its verb said;
-        the board's own ramps end when they do."""
+        """True while what a verb began goes on, as the axis's state tells. A path ends at the time that its
+        verb told; the board's own ramps end when they do."""
         if device.failed:
             return False
         follows = device.follows_paths and self._axis(asked).kind.follows_paths

@@ -35,7 +35,8 @@ _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
-"""Defaults of arguments at this door: a command that asks for a run again means a new one."""
+"""Defaults of arguments at this door: a command that submits an ended run again wants it carried out
+again."""
 _PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that are answers here: the problems of a text."""
 
