@@ -287,7 +287,7 @@ class BenchRuntime:
     # ---- time ----
 
     def advance(self, until_ns: SimTimeNs) -> None:
-        """Take, in virtual time, every group to ``until_ns``."""
+        """Take every group to ``until_ns``, in virtual time."""
         for group in self._groups.values():
             group.advance(until_ns)
         self._now_ns = max(self._now_ns, until_ns)
