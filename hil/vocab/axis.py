@@ -34,7 +34,7 @@ class AxisNow:
     """Names of inputs that a run may drive."""
     why_not: str | None = None
     tells_position: bool = True
-    """True if the axis tells where it is while it moves; the end of one that does not is awaited."""
+    """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
 
 
 @dataclass(frozen=True)

@@ -135,7 +135,7 @@ class Fault:
 
 
 class FaultRefused(VerbRefused):
-    """Refusal of a fault that cannot be: ``str(error)`` says why."""
+    """Refusal of a fault that cannot be injected or cleared: ``str(error)`` says why."""
 
     def __init__(self, why: str) -> None:
         super().__init__("bad_parameter", why)
