@@ -1,7 +1,7 @@
-"""Of all tests."""
+"""Settings of all tests."""
 
 from hypothesis import HealthCheck, settings
 
-# How long an example takes says what else this machine does.
+# The time of an example depends on what else this machine does.
 settings.register_profile("hil", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("hil")

@@ -44,7 +44,7 @@ def imports_in(text: str) -> list[str]:
 
 
 def is_within(module: str, package: str) -> bool:
-    """Whether a module is a package or anything in it."""
+    """True if a module is a package or anything in it."""
     return module == package or module.startswith(f"{package}.")
 
 

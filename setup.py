@@ -1,5 +1,5 @@
-"""Only what pyproject.toml cannot say yet: the native core, the planner, the packet codec, the byte faults,
-and that packages are made of what git tracks."""
+"""Parts of the build that pyproject.toml cannot say yet: the native core, the planner, the packet codec, the
+byte faults, and that packages are made of what git tracks."""
 
 import subprocess
 from pathlib import Path
@@ -14,7 +14,8 @@ ROOT = Path(__file__).parent
 
 
 def tracked() -> set[str] | None:
-    """What belongs to the project, as git knows it; None where this is no checkout, as below an sdist."""
+    """Files that belong to the project, as git knows it; None where this is no checkout, as below an
+    sdist."""
     if not (ROOT / ".git").exists():
         return None
     # Also for root in somebody's checkout, as for `sudo make install-service`.
@@ -27,7 +28,7 @@ def tracked() -> set[str] | None:
 
 
 def headers(folder: str) -> list[str]:
-    """What sources below a folder may include: whoever changes one has them compiled again."""
+    """Headers that sources below a folder may include: whoever changes one has them compiled again."""
     found = (path.relative_to(ROOT) for path in (ROOT / folder).rglob("*.*") if path.suffix in {".h", ".def"})
     return sorted(path.as_posix() for path in found if "tests" not in path.parts)
 
@@ -45,7 +46,7 @@ class BuildOfTracked(build_py):
 
 
 class SdistOfTracked(sdist):
-    """All that git tracks, and no more; a wheel and the tests can be made of it."""
+    """Source distribution of all that git tracks, and no more; a wheel and the tests can be made of it."""
 
     def make_release_tree(self, base_dir: str, files: list[str]) -> None:
         if (known := tracked()) is not None:

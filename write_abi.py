@@ -159,7 +159,7 @@ def _docstring(words: str, indent: str) -> list[str]:
 
 
 FILES = {CORE / "hil_core.pxd": pxd, CORE / "abi.py": abi}
-"""What is written, and by what."""
+"""Files that are written, each with the function that makes its text."""
 
 if __name__ == "__main__":
     for file, text in FILES.items():

@@ -16,7 +16,7 @@ _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 def have(program: str, package: str) -> bool:
-    """Whether a program is there; says what to install if not."""
+    """True if a program is installed; if not, prints the package to install."""
     if shutil.which(program):
         return True
     print(f"skipped: needs {program}: sudo apt install {package}", flush=True)
@@ -30,7 +30,7 @@ def cpu_s(pid: int) -> float:
 
 
 def precise_cpu_s(pid: int) -> float:
-    """As ``cpu_s``, from the scheduler's nanoseconds."""
+    """CPU time of a process so far, from the scheduler's nanoseconds of all its threads."""
     tasks = Path(f"/proc/{pid}/task")
     return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks.iterdir()) * 1e-9
 
@@ -60,13 +60,13 @@ class Daemon:
         return self._out.read_text()
 
     def port(self, device: str, bench: str = "bench") -> str:
-        """Where a device's pseudo-terminal is."""
+        """Path of a device's pseudo-terminal."""
         return str(self.folder / "run" / bench / device)
 
 
 @contextmanager
 def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
-    """``hil serve`` with this configuration, from its last line of output on."""
+    """Run ``hil serve`` with this configuration for the block, which begins when everything serves."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "bench.yaml").write_text(config)
@@ -96,7 +96,7 @@ def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
 
 @contextmanager
 def load(wanted: bool) -> Iterator[None]:
-    """Two busy processes beside what is measured, if wanted."""
+    """Run two busy processes beside the measurement, if wanted."""
     if not wanted:
         yield
         return

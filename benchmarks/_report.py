@@ -1,4 +1,4 @@
-"""How a benchmark says its figure: a line for people, a JSON file for programs."""
+"""Report of a benchmark's figure: a line for people, a JSON file for programs."""
 
 import json
 import os
@@ -12,7 +12,7 @@ RESULTS = Path(__file__).parent / "results"
 def report(
     name: str, value: float, unit: str, reference: float, limit_ratio: float | None, extra: dict[str, object]
 ) -> None:
-    """The figure, its reference from the same run, and their ratio; with a limit, whether it holds.
+    """Report the figure, its reference from the same run, and their ratio; with a limit, whether it holds.
 
     ``extra`` stands in the JSON file beside them; ``extra["reference"]`` says what the reference is.
     """
@@ -43,5 +43,5 @@ def report(
 
 
 def is_quick() -> bool:
-    """Whether a short run is wanted: fewer repetitions, the same figure."""
+    """True if a short run is wanted: fewer repetitions, the same figure."""
     return "--quick" in sys.argv[1:]

@@ -1,4 +1,4 @@
-"""What an axis costs: ns for one control step of one axis, law, motor and encoder, beside plain C.
+"""Cost of an axis: ns for one control step of one axis, law, motor and encoder, beside plain C.
 
 The core (``axis_cost.c``, compiled as the extension is) and ``reference_axis.c`` (compiled for this very
 processor) take turns, so that a change of the machine's speed meets both; the figures are medians. Each axis
@@ -26,7 +26,7 @@ SUBSTEPS = 4
 LIMIT_RATIO = 0.5
 REAL_TIME_AXES, REAL_TIME_SHARE = 1000, 0.65
 CORE_FLAGS = ["-std=gnu11", "-O3", "-ffp-contract=off", "-Wno-psabi", "-pthread", f"-I{NATIVE}"]
-"""As in ``setup.py``."""
+"""Compiler flags of the core, as in ``setup.py``."""
 
 
 def build(folder: Path) -> tuple[str, str]:

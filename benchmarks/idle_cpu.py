@@ -24,7 +24,7 @@ time.sleep(600)
 
 
 def points(pid: int, seconds: float) -> float:
-    """Hundredths of a core over a while."""
+    """CPU use over a while, in hundredths of a core."""
     before, began = precise_cpu_s(pid), time.perf_counter()
     time.sleep(seconds)
     return 100 * (precise_cpu_s(pid) - before) / (time.perf_counter() - began)

@@ -10,7 +10,7 @@ from _report import report
 ONE = {"profile": "mechaduino"}
 LIMIT_MB = 80.0
 LIBRARIES = ("serial", "yaml", "pydantic", "typer", "rich")
-"""What an installation without extras brings; the daemon itself leaves out what it does not use."""
+"""Libraries of an installation without extras; the daemon itself leaves out what it does not use."""
 
 
 def config(devices: dict[str, object]) -> str:
@@ -39,7 +39,7 @@ def main() -> None:
         alone = rss_MB(running.pid)
     everything = ";".join(f"import {name}" for name in LIBRARIES)
     kinds = config({"m1": ONE, "m2": ONE | {"port": {"kind": "tcp", "port": 0}}})
-    # All libraries too, so that a bridge that is used one day is in the figure.
+    # All libraries too: a bridge may be used one day, and the figure includes it.
     with daemon(
         kinds,
         prefix=(

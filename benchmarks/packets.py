@@ -1,4 +1,4 @@
-"""How many packets a second the codec makes and reads; at least 500,000 are wanted.
+"""Speed of the packet codec: packets made and read a second, at least 500,000 of which are wanted.
 
 Reads them in pieces of 4096 bytes and one by one, each checked. The reference, to tell this machine's speed,
 is binascii.crc32 over the same data, one call a packet.

@@ -1,7 +1,7 @@
-"""What a daemon in between adds to a round trip with a real board, here an echo behind a pseudo-terminal.
+"""Delay that a daemon adds to a round trip with a real board, here an echo behind a pseudo-terminal.
 
 Side by side, turn by turn: a client on the board's own pseudo-terminal, and one on the daemon's. Prints both
-medians and 99th percentiles, and the difference of the percentiles, of which at most 2 ms are wanted.
+medians and 99th percentiles, and the difference of the percentiles; at most 2 ms are wanted.
 """
 
 import os

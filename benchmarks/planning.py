@@ -1,4 +1,4 @@
-"""How long it takes to plan 1,000 moves of 6 axes; at most 100 ms is wanted.
+"""Time to plan 1,000 moves of 6 axes; at most 100 ms is wanted.
 
 S-curves from rest, from starts in motion, and in a line. Beside them ruckig (extra dev), with the moves from
 rest and in motion, and without the time that handing them over takes: its objects are made before.
@@ -34,7 +34,8 @@ def moves(is_moving: bool) -> list[Move]:
 
 
 def start(rng: random.Random, limits: AxisLimits) -> PointState:
-    """Half the limits at most, and what the acceleration leads to no more than the other half."""
+    """State in motion, from which the limits can be kept: at most half of the velocity and acceleration
+    limits, and no acceleration that leads above the velocity limit."""
     v = rng.uniform(-0.5, 0.5) * limits.velocity_max
     most_a = min(limits.acceleration_max / 2, (limits.velocity_max * limits.jerk_max) ** 0.5)
     return PointState(rng.uniform(-100, 100), v, rng.uniform(-1, 1) * most_a)

@@ -50,7 +50,7 @@ def config(cpu: int, extra: int = 0) -> str:
 
 
 class Bench:
-    """What is pressed upon."""
+    """Bench of the daemon that is put under pressure, with ways to reach it."""
 
     def __init__(self, running: Daemon, cpu: int) -> None:
         self.running = running
@@ -97,7 +97,7 @@ def silent(bench: Bench) -> Iterator[None]:
 
 @contextmanager
 def no_files(bench: Bench) -> Iterator[None]:
-    """The daemon can open nothing more."""
+    """Take all descriptors from the daemon, which can open nothing more."""
     limits = resource.prlimit(bench.running.pid, resource.RLIMIT_NOFILE)
     resource.prlimit(bench.running.pid, resource.RLIMIT_NOFILE, (FEW_FILES, limits[1]))
     try:
@@ -131,7 +131,7 @@ def again_and_again(do: Callable[[int], None]) -> Iterator[None]:
 
 @contextmanager
 def reloads(bench: Bench) -> Iterator[None]:
-    """A board comes and goes."""
+    """Add and remove a board by reloads, again and again."""
     path = bench.running.folder / "bench.yaml"
 
     def reload(number: int) -> None:
@@ -144,7 +144,7 @@ def reloads(bench: Bench) -> Iterator[None]:
 
 @contextmanager
 def saves(bench: Bench) -> Iterator[None]:
-    """A board writes its memory."""
+    """Let a board write its memory, again and again."""
     with bench.connect("e") as client:
 
         def save(number: int) -> None:
@@ -176,7 +176,7 @@ def counts(bench: Bench) -> tuple[int, int]:
 
 
 def main() -> None:
-    """Each pressure, on a daemon of its own."""
+    """Run each kind of pressure on a daemon of its own."""
     if not have("cyclictest", "rt-tests"):
         return
     numbers = [float(word) for word in sys.argv[1:] if word.isdigit()]

@@ -1,4 +1,4 @@
-"""How late a board answers while a board is added beside it and 199 others."""
+"""Longest answer time of a board while a reload adds another to its bench of 200."""
 
 import json
 import os
@@ -16,7 +16,7 @@ LIMIT_S = 0.020
 
 
 def config(extra: int) -> str:
-    """``extra``: which board there is beside those that are always there; 0: none."""
+    """Configuration of the bench. ``extra``: the board beside those that are always there; 0: none."""
     devices = {f"m{n}": {"profile": "mechaduino"} for n in range(BOARDS - 1)} | {"s1": {"profile": "sac"}}
     more = {f"x{extra}": {"profile": "mechaduino"}} if extra else {}
     return json.dumps({"bench": "bench", "devices": devices | more})

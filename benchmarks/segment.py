@@ -1,9 +1,9 @@
-"""What a packet costs on a segment in virtual time, at 2 and at 252 SACs and 1 Mbaud.
+"""CPU cost of a packet on a segment in virtual time, with 2 and with 252 SACs, at 1 Mbaud.
 
 A master on a tap sends commands to one node after the other and each is acknowledged; then commands to all.
-Prints the CPU time of a packet, of which 252 nodes may make a tenth more than 2, and of a command to all for
-each node, at most 8 us of which are wanted. Every answer is counted. Beside it, if python-can is installed,
-its virtual bus with as many nodes that only receive.
+Prints the CPU time of a packet, which 252 nodes may make a tenth longer than 2, and that of a command to all
+for each node, at most 8 us. Every answer is counted. Beside it, if python-can is installed, its virtual bus
+with as many nodes that only receive.
 """
 
 import statistics

@@ -1,5 +1,5 @@
-"""How many packets a second the segment and its codec carry in virtual time, without boards; what a
-collision costs, and a line that is never idle.
+"""Speed of the segment and its codec in virtual time, without boards: packets a second, and the CPU time of a
+collision and of a line that is never idle.
 
 At least 50,000 are wanted. A master sends to one node after the other, each answers; 2 and 252 nodes.
 

@@ -1,8 +1,9 @@
-"""Whether one core carries 252 SACs on a line in real time: broadcasts alone at 38400 baud, the line never
-idle; and 1 Mbaud with one broadcast among ten commands, each to another node, which acknowledges it.
+"""Load of 252 SACs on a line in real time, which one core has to carry. Two cases: at 38400 baud broadcasts
+alone, the line never idle; at 1 Mbaud one broadcast in ten commands, the others each to another node, which
+acknowledges it.
 
-The bursts are played at their own times. Prints the daemon's CPU time for a second of the line's time, of
-which a core has one, and how much of what was asked was on the wire when its time was over.
+The bursts are played at their own times. Prints the daemon's CPU seconds for a second of the line's time (a
+core has one), and the share of the packets asked for that was on the wire in time.
 """
 
 import json
@@ -20,7 +21,7 @@ NODES = range(4, 256)
 SECONDS = 5 if "--quick" in sys.argv else 20
 ALL, MASTER = 0, 1
 ACK_CHARACTERS = 2 + 7 + 2
-"""Turnaround, an ACK, and what the master waits then."""
+"""Characters after a command to one node: turnaround, its ACK, and the master's wait after that."""
 PIECE_S = 1.0
 
 
@@ -46,7 +47,7 @@ def set_up(control: Path, baud: int) -> None:
 
 
 def one_second(baud: int, broadcasts_of_ten: int, number: int) -> list[tuple[int, str]]:
-    """What is on the line in a second, of which the master's clock knows."""
+    """Packets of one second of line time: rows of (start in ns, bytes in hexadecimal)."""
     character_ns = 10 * 10**9 / baud
     rows, at_ns, count = [], 0.0, number * 1000
     while at_ns < 0.999e9:

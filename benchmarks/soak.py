@@ -1,4 +1,5 @@
-"""What stays behind of packets, and what touches the core: a daemon in real time that answers all it can.
+"""Memory that packets leave behind, and page faults of the core, in a daemon in real time that answers all it
+can.
 
 Masters at tcp taps command a SAC each over a segment, and send the next command when they have the
 answer, for as many seconds as the first argument says (120; `make soak-load` takes longer). Prints the
@@ -56,7 +57,8 @@ class Master:
 
 
 def anonymous_MiB(pid: int) -> float:
-    """Counted page by page: the kernel's own sum in /proc/PID/status is up to 32 pages a CPU behind."""
+    """Anonymous memory of a process, counted page by page: the kernel's own sum in /proc/PID/status is up to
+    32 pages a CPU behind."""
     text = Path(f"/proc/{pid}/smaps_rollup").read_text()
     return int(text.partition("Anonymous:")[2].split()[0]) / 1024
 
@@ -75,7 +77,7 @@ def core_faults(pid: int) -> tuple[int, int]:
 
 
 def slope(points: list[tuple[float, float]]) -> tuple[float, float]:
-    """Of a straight line through points, and its standard error."""
+    """Slope of a straight line through points, and its standard error."""
     count = len(points)
     mean_x = sum(x for x, _ in points) / count
     mean_y = sum(y for _, y in points) / count

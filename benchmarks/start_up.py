@@ -1,4 +1,4 @@
-"""From `hil serve` to a port that takes bytes. The board's own four seconds come after."""
+"""Time from `hil serve` to a port that takes bytes. The board's own four seconds come after."""
 
 import os
 import statistics

@@ -1,4 +1,4 @@
-"""What SACs cost that make step pulses at the manual's headline rate, 33.3 kHz, with driver and motor.
+"""CPU cost of SACs that make step pulses at the manual's headline rate, 33.3 kHz, with driver and motor.
 
 `python benchmarks/stepper_cost.py [--quick]`; 252 is a full segment's number of nodes.
 """

@@ -1,4 +1,4 @@
-"""From a program at a segment's tap to the wire, and from the wire back to it, in real time.
+"""Delay from a program at a segment's tap to the wire, and from the wire back to it, in real time.
 
 A frame that is written to a pty tap should be on the wire within 2 ms (99th percentile), and its ACK at the
 tap within 2 ms of its simulated end. The wire's times are those of a capture.

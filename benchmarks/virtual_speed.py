@@ -1,7 +1,7 @@
-"""How fast the virtual clock runs: a minute of one Mechaduino in closed loop through the test kit.
+"""Speed of the virtual clock: a minute of one Mechaduino in closed loop through the test kit.
 
 The figure is wall time for a second of simulated time, in ms; the reference is what 1000 times real time
-takes. All is in it: the kit, the firmware's waiting, the control law, the motor.
+takes. The figure includes everything: the kit, the firmware's waiting, the control law, the motor.
 """
 
 import statistics

@@ -1,5 +1,5 @@
-"""How late the core's thread wakes, beside a busy asyncio loop, against cyclictest on the same CPU at the
-same time; and what a held GIL, a garbage collection and a hung callback add.
+"""Wake-up latency of the core's thread beside a busy asyncio loop, against cyclictest on the same CPU at the
+same time; and the ticks that are missed for a held GIL, a garbage collection and a hung callback.
 
 Each run has two wakers on one CPU, both SCHED_FIFO 80, started in turn first or second: the core and a
 cyclictest, or, for the band of what chance does, two cyclictests.
@@ -38,7 +38,8 @@ class Wakes:
 
 
 def percentile(counts: list[tuple[float, float, int]], part: float) -> float:
-    """Of (from, to, count), the value under which a part of all lies; straight within a bucket."""
+    """Value below which the fraction ``part`` of all counts lies, interpolated linearly within a bucket.
+    ``counts``: rows of (from, to, count)."""
     wanted = part * sum(count for _, _, count in counts)
     for low, high, count in counts:
         if count and wanted <= count:
@@ -70,7 +71,7 @@ CORE = Path(__file__).with_name("_busy_core.py")
 
 
 def core(cpu: int, rate_hz: int, seconds: float, disturbance: str) -> subprocess.Popen[str]:
-    """Ready to run, and waiting for a line."""
+    """Start a process of the core's waker, which is ready to run and waits for a line."""
     command = [sys.executable, str(CORE), str(cpu), str(rate_hz), str(seconds), disturbance]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdout
@@ -100,7 +101,7 @@ def of_core(process: subprocess.Popen[str]) -> Wakes:
 def pair(
     cpu: int, rate_hz: int, seconds: float, core_first: bool, disturbance: str = "none"
 ) -> tuple[Wakes, Wakes]:
-    """The core's wakes and those of a cyclictest beside it."""
+    """Wakes of the core and of a cyclictest beside it."""
     interval_us = round(1e6 / rate_hz)
     ours = core(cpu, rate_hz, seconds, disturbance)
     if core_first:
@@ -154,7 +155,8 @@ def compare(rate_hz: int, loaded: bool, cpu: int, runs: int, seconds: float) -> 
 
 
 def disturb(rate_hz: int, cpu: int, runs: int, seconds: float) -> None:
-    """What each disturbance adds to missed ticks, beyond what the cyclictest beside it misses too."""
+    """Measure the ticks that each disturbance makes the core miss beyond those of the cyclictest beside
+    it."""
     beyond: dict[str, list[int]] = {name: [] for name in DISTURBANCES}
     for run in range(runs):
         for name in DISTURBANCES:
@@ -178,7 +180,7 @@ def disturb(rate_hz: int, cpu: int, runs: int, seconds: float) -> None:
 
 
 def main() -> None:
-    """Every rate, without and with load; then the disturbances."""
+    """Measure every rate, without and with load; then the disturbances."""
     if not (have("cyclictest", "rt-tests") and have("stress-ng", "stress-ng")):
         return
     cpu = max(os.sched_getaffinity(0))

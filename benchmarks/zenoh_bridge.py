@@ -1,4 +1,4 @@
-"""The zenoh bridge beside the least that could do the same.
+"""Cost of the zenoh bridge, against the least program that could do the same.
 
 1. A query until it is acknowledged, against a bare zenoh-python queryable in a process of its own that
    takes the same JSON, hops into asyncio once and answers as many bytes. Turn by turn, one client for both.

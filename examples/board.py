@@ -4,7 +4,8 @@ from hil.testing import Bench
 
 
 def holding(**device: object) -> Bench:
-    """In position mode with its loop on, still, at 0 degrees. ``device``: keys of its configuration."""
+    """Bench with its board in position mode, loop on, still, at 0 degrees. ``device``: keys of its
+    configuration."""
     settings = {"profile": "mechaduino", "flash": {"table": "identity"}} | device
     bench = Bench({"bench": "examples", "devices": {"m1": settings}})
     bench.run(ms=4500)  # the board's start

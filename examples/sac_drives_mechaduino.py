@@ -1,4 +1,4 @@
-"""A SAC's clk and dir are wired to a Mechaduino's step and dir inputs; when it ends, a second SAC starts."""
+"""A SAC that drives a Mechaduino: clk to step, dir to dir; when its motion ends, a second SAC starts."""
 
 from hil.testing import Bench
 

@@ -20,7 +20,7 @@ needs_calls = pytest.mark.skipif(not CALLS, reason="the numbers of system calls 
 
 
 def limited(number: int, soft: int, hard: int | None = None) -> Callable[[], None]:
-    """What sets a limit in a child. Skips the test where that needs a right that we do not have."""
+    """Function that sets a limit in a child. Skips the test where that needs a right that we do not have."""
     limits = (soft, soft if hard is None else hard)
     before = resource.getrlimit(number)
     if limits[1] > before[1] != resource.RLIM_INFINITY:
@@ -33,7 +33,7 @@ def limited(number: int, soft: int, hard: int | None = None) -> Callable[[], Non
 
 
 def install_filter(call: int) -> None:
-    """A seccomp filter under which one system call fails with EPERM. Source: seccomp(2)."""
+    """Install a seccomp filter under which one system call fails with EPERM. Source: seccomp(2)."""
     program = b"".join(
         struct.pack("=HBBI", *instruction)
         for instruction in (

@@ -41,7 +41,7 @@ Devices = Mapping[str, Mapping[str, Any]]
 
 
 def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) -> T:
-    """The first true value of ``condition``, asked every 10 ms."""
+    """Wait for the first true value of ``condition``, asked every 10 ms, and return it."""
     deadline = time.monotonic() + timeout_s
     while not (value := condition()):
         assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
@@ -85,10 +85,10 @@ class Client:
             assert isinstance(address, str)
             self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self.got = bytearray()
-        """What came and was not taken by ``read_until`` or ``read_exactly``."""
+        """Bytes that came and were not taken by ``read_until`` or ``read_exactly``."""
 
     def write(self, data: bytes, timeout_s: float = PATIENCE_S) -> None:
-        """All of ``data``; what comes meanwhile is kept."""
+        """Write all of ``data``; what comes meanwhile is kept."""
         deadline = time.monotonic() + timeout_s
         while data:
             left_s = deadline - time.monotonic()
@@ -101,7 +101,7 @@ class Client:
                     data = data[os.write(self.fd, data) :]
 
     def write_until_full(self, data: bytes) -> int:
-        """As much of ``data`` as goes without waiting; how much that was."""
+        """Write as much of ``data`` as goes without waiting, and return how much that was."""
         sent = 0
         with suppress(BlockingIOError):
             while sent < len(data):
@@ -116,7 +116,7 @@ class Client:
         return len(data)
 
     def read_until(self, marker: bytes, timeout_s: float = PATIENCE_S) -> bytes:
-        """Everything up to and with ``marker``."""
+        """Read everything up to and with ``marker``."""
         deadline = time.monotonic() + timeout_s
         searched = 0
         while (at := self.got.find(marker, max(searched - len(marker), 0))) < 0:
@@ -125,7 +125,7 @@ class Client:
         return self._taken(at + len(marker))
 
     def read_exactly(self, size: int, timeout_s: float = PATIENCE_S, piece: int = 65536) -> bytes:
-        """``size`` bytes, in reads of at most ``piece``."""
+        """Read ``size`` bytes, in reads of at most ``piece``."""
         deadline = time.monotonic() + timeout_s
         while len(self.got) < size:
             self._wait(deadline, f"{size} bytes within {timeout_s:g} s, got {len(self.got)}", piece)
@@ -143,7 +143,7 @@ class Client:
             assert self._take(piece) or left_s > 0
 
     def quiet(self, for_s: float) -> bytes:
-        """Everything until nothing has come for ``for_s``."""
+        """Read everything until nothing has come for ``for_s``."""
         while select.select([self.fd], [], [], for_s)[0] and self._take():
             pass
         return self._taken(len(self.got))
@@ -191,13 +191,13 @@ class Server:
         return os.pread(self._out.fileno(), 1 << 24, 0).decode()
 
     def started(self, timeout_s: float = PATIENCE_S) -> "Server":
-        """Wait until it says how to reach its ports."""
+        """Wait until the daemon says how to reach its ports."""
         until(lambda: "Ctrl-C ends" in self.output or self.process.poll() is not None, "the start", timeout_s)
         assert self.process.poll() is None, self.output
         return self
 
     def refused(self, code: int = 2) -> str:
-        """Wait until it has ended by itself; what it said."""
+        """Wait until the daemon has ended by itself, and return what it said."""
         assert self.process.wait(PATIENCE_S) == code, self.output
         assert "Traceback" not in self.output
         return self.output
@@ -227,7 +227,7 @@ class Server:
         return Client(next(row["address"] for row in rows if row["device"] == device))
 
     def stop(self, number: int = signal.SIGTERM) -> str:
-        """End it by a signal, properly; what it said."""
+        """End the daemon by a signal, properly, and return what it said."""
         self.process.send_signal(number)
         assert self.process.wait(PATIENCE_S) == 0, self.output
         assert "Traceback" not in self.output, self.output
@@ -289,7 +289,7 @@ class Place:
         return self.launch(text, *options, **launch).started()
 
     def script(self, source: str, *arguments: str, bench: str = "t", **popen: Any) -> Server:
-        """A Python program instead of ``hil serve`` that says the same when it has started."""
+        """Start a Python program instead of ``hil serve`` that says the same when it has started."""
         command = [sys.executable, str(self.write(source, "script.py")), *arguments]
         server = Server(self, command, bench, **popen)
         self._servers.append(server)
@@ -304,14 +304,14 @@ class Place:
         return [*arguments, *where]
 
     def cli(self, *arguments: str, code: int = 0) -> str:
-        """Run a command in this process, and check its exit code; what it wrote, errors included."""
+        """Run a command in this process, check its exit code, and return what it wrote, errors included."""
         done = CliRunner().invoke(app, self._command(arguments), env=TERMINAL)
         assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
         assert done.exit_code == code, f"exit code {done.exit_code}: {done.output}"
         return done.output
 
     def hil(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S) -> str:
-        """As ``cli``, but as a process of its own with a standard input."""
+        """Run ``hil`` as ``cli`` does, but as a process of its own with a standard input."""
         done = subprocess.run(
             [HIL, *self._command(arguments)],
             input=input,
@@ -331,7 +331,7 @@ class Place:
 
 
 def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[str, Any]:
-    """With these devices; what came of it, by kind of change."""
+    """Reload with these devices, and return what came of it, by kind of change."""
     place.write(config(devices=devices, **top), "t.yaml")
     done = server.ask("reload")
     assert "problems" not in done, done["problems"]
@@ -339,7 +339,7 @@ def reload(place: Place, server: Server, devices: Devices, **top: Any) -> dict[s
 
 
 def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
-    """Why; and nothing has changed."""
+    """Try a reload that is refused and changes nothing, and return why."""
     before = server.ask("list"), folder(place), server.ask("faults")
     place.write(config(devices=devices, **top), "t.yaml")
     with pytest.raises(ControlError) as why:
@@ -349,6 +349,6 @@ def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
 
 
 def folder(place: Place) -> dict[str, str]:
-    """What is in the bench's runtime directory, and where it leads."""
+    """Names in the bench's runtime directory, each with the target of its symlink, if it is one."""
     paths = (place.runtime / "t").iterdir()
     return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}

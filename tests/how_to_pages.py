@@ -19,7 +19,7 @@ HEAD = '"""Written from a page."""\n'
 
 def write_files(page: str, root: Path) -> list[Path]:
     """Write the files of ``docs/how-to/<page>.md`` below a folder, each folder of a package with its
-    ``__init__.py``; what was written."""
+    ``__init__.py``, and return their paths."""
     written = []
     for block in blocks(f"docs/how-to/{page}.md"):
         if _PATH.fullmatch(block.heading) and block.language in ("python", "yaml"):
@@ -35,7 +35,7 @@ def write_files(page: str, root: Path) -> list[Path]:
 
 @contextmanager
 def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Have the packages below a folder installed, with the entry points that a page's TOML has."""
+    """Install the packages below a folder, with the entry points that a page's TOML has."""
     (text,) = (block.text for block in blocks(f"docs/how-to/{page}.md") if block.language == "toml")
     info = root / "lab-1.dist-info"
     info.mkdir()
@@ -55,7 +55,7 @@ def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> It
 
 
 def style_problems(files: list[Path]) -> str:
-    """What ruff finds in files, by the project's rules, but for the order of imports."""
+    """Findings of ruff in files, by the project's rules, but for the order of imports."""
     said = ""
     for what in (("check", "--ignore", "I001"), ("format", "--diff")):
         command = [sys.executable, "-m", "ruff", *what, "-q", "--config", ROOT / "pyproject.toml", *files]

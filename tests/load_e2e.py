@@ -1,9 +1,9 @@
-"""Too much of everything: files, clients, bytes. The boards that are left alone notice nothing of it.
+"""Overload of files, clients and bytes: the boards that are left alone notice nothing of it.
 
-Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else
-runs on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the
-cores missed on one CPU. What others cause passes: of several looks one has to be good. What a daemon
-causes itself does not.
+Boards are compared with the same ones of another daemon, beside it at the same time, for whatever else runs
+on the machine, or takes its CPUs away, disturbs both: their times to answer, and the wakes that the cores
+missed on one CPU. Disturbances by others pass: of several looks one has to be good. Those by the daemon
+itself do not.
 """
 
 import json
@@ -47,13 +47,13 @@ while time.monotonic() < end_s:
 
 
 def bench(name: str = "t", /, **ports: str) -> str:
-    """Two boards that are left alone, and those that are pressed upon, at the wall's pace."""
+    """Configuration of two boards that are left alone and those that are pressed upon, at the wall's pace."""
     devices = {name: SAC | {"port": kind} for name, kind in ({"calm": "tcp", "quiet": "pty"} | ports).items()}
     return config(name, speed=1, devices=devices)
 
 
 def times_s(groups: Sequence[Sequence[Client]]) -> list[list[float]]:
-    """How long boards take to answer an empty line, one after the other, for each group of them."""
+    """Times that boards take to answer an empty line, one after the other, for each group of them."""
     found: list[list[float]] = [[] for _ in groups]
     for _ in range(ROUNDS):
         for times, clients in zip(found, groups, strict=True):
@@ -86,7 +86,7 @@ class Calm:
     """The boards that are left alone, of the daemon that is pressed upon and of another one."""
 
     def __init__(self, place: Place, server: Server, more_MB: float = 40) -> None:
-        """``more_MB``: what the pressure may cost."""
+        """Begin the comparison. ``more_MB``: memory that the pressure may cost."""
         self._more_MB = more_MB
         self._servers = (server, place.serve(bench("beside"), bench="beside").ready("calm"))
         self._clients = [[each.client(name) for name in ("calm", "quiet")] for each in self._servers]
@@ -104,7 +104,7 @@ class Calm:
                 client.close()
 
     def is_undisturbed(self) -> None:
-        """They answer within twice the others' times, and the core keeps its time."""
+        """Assert that the boards answer within twice the others' times, and that the core keeps its time."""
         looks = [look := self._look()]
         while look and len(looks) < LOOKS:
             looks.append(look := self._look())
@@ -112,7 +112,7 @@ class Calm:
         assert rss_MB(self._servers[0]) < self._rss_MB + self._more_MB
 
     def _look(self) -> str:
-        """What is worse here than beside it."""
+        """Description of what is worse here than beside it, "" for nothing."""
         before = [missed(server) for server in self._servers]
         here_s, beside_s = times_s(self._clients)
         here, beside = (missed(server) - then for server, then in zip(self._servers, before, strict=True))
@@ -140,7 +140,7 @@ def warnings(server: Server, about: str) -> list[str]:
 
 @contextmanager
 def flood(server: Server, device: str, payload: bytes, seconds: float) -> Iterator[None]:
-    """A program that writes to a board as fast as it can, without reading."""
+    """Run a program that writes to a board as fast as it can, without reading."""
     command = [sys.executable, "-c", FLOOD, server.status(device)["address"], payload.hex(), str(seconds)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin
@@ -167,7 +167,7 @@ def test_a_flood_at_one_port(place: Place, kind: str, payload: bytes) -> None:
 
 
 def test_clients_that_stop_reading(place: Place) -> None:
-    """All that one port may have; they have asked for more than their sockets take."""
+    """Open all clients that one port may have, with more asked for than their sockets take."""
     text = json.loads(bench())
     text["devices"]["pressed"] = {"profile": "mechaduino", "port": "tcp", "flash": {"table": "identity"}}
     server = place.serve(json.dumps(text)).ready("pressed")
@@ -191,7 +191,7 @@ def test_clients_that_stop_reading(place: Place) -> None:
 
 
 def test_no_file_descriptor_is_left(place: Place) -> None:
-    """Clients of ports, then of the control socket, until nothing more can be opened."""
+    """Open clients of ports, then of the control socket, until nothing more can be opened."""
     devices = {name: "tcp" for name in ("a", "b", "c")}
     server = place.serve(bench(**devices), preexec_fn=few_files).ready("a")
     with Calm(place, server) as calm:

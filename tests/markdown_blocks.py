@@ -35,7 +35,7 @@ def block(page: str, heading: str, index: int = 0) -> str:
 
 
 def fits(shown: str, printed: str, *varies: str) -> bool:
-    """Whether a page shows what was printed. ``varies``: patterns of what is different each time; they match
+    """True if a page shows what was printed. ``varies``: patterns of what is different each time; they match
     what is shown too. Spaces at ends of lines do not count."""
 
     def masked(text: str) -> str:

@@ -8,7 +8,7 @@ MENTION = re.compile(r"`([\w/]+\.(?:py|pyx|c|h)):\s+([\w.]+)`")
 
 
 def definitions(path: Path) -> dict[str, ast.stmt]:
-    """What a module defines at its top, and ``Class.name`` for what its classes define."""
+    """Names that a module defines at its top, and ``Class.name`` for what its classes define."""
     found: dict[str, ast.stmt] = {}
 
     def collect(body: list[ast.stmt], prefix: str) -> None:
@@ -29,7 +29,7 @@ def definitions(path: Path) -> dict[str, ast.stmt]:
 
 
 def is_defined(path: Path, name: str) -> bool:
-    """Whether a file of Python, Cython or C defines the name."""
+    """True if a file of Python, Cython or C defines the name."""
     if path.suffix == ".py":
         return name in definitions(path)
     text = path.read_text()

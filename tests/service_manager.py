@@ -10,7 +10,7 @@ from e2e_support import PATIENCE_S, until
 
 
 class Manager:
-    """``said`` has the messages so far, in order."""
+    """Service manager of a test; ``said`` has the messages so far, in order."""
 
     def __init__(self, folder: Path, watchdog_s: float | None = None) -> None:
         path = folder / "notify"
@@ -23,7 +23,7 @@ class Manager:
             self.env["WATCHDOG_USEC"] = str(round(watchdog_s * 1e6))
 
     def hear(self) -> list[str]:
-        """What has come since the last call."""
+        """Messages that have come since the last call."""
         new = []
         while select.select([self._socket], [], [], 0)[0]:
             new.append(self._socket.recv(10_000).decode())
@@ -31,7 +31,7 @@ class Manager:
         return new
 
     def wait(self, what: str) -> str:
-        """Until a message that has this comes, or has come already; it."""
+        """Wait until a message with this text comes, or has come already, and return it."""
 
         def found() -> str | None:
             self.hear()
@@ -40,7 +40,7 @@ class Manager:
         return until(found, repr(what)) or ""
 
     def pings_in(self, for_s: float) -> int:
-        """How many pings come from now on."""
+        """Number of pings that come in the next ``for_s`` seconds."""
         self.hear()
         end, count = time.monotonic() + for_s, 0
         while (left := end - time.monotonic()) > 0:
@@ -49,7 +49,7 @@ class Manager:
         return count
 
     def next_ping(self, within_s: float = PATIENCE_S) -> float:
-        """How long until the next one."""
+        """Wait for the next ping, and return the seconds until it came."""
         self.hear()
         began = time.monotonic()
         until(lambda: "WATCHDOG=1" in self.hear(), "a ping", within_s)

@@ -54,7 +54,7 @@ def random_bench(random: Random, name: str, metrics_port: int, zenoh_port: int) 
 
 
 def targets(config: Config) -> list[str]:
-    """What a fault can be on: names that are there, whether the kind fits or not."""
+    """Names that a fault can be on, whether the kind fits or not."""
     taps = [f"{wire}.{tap}" for wire, segment in config["segments"].items() for tap in segment["taps"]]
     networks = [f"{name}.network" for name, each in config["devices"].items() if each["profile"] == "sac"]
     return [*config["devices"], *networks, *taps, *config["segments"]]
@@ -106,7 +106,7 @@ def _of_any(random: Random) -> Config:
 
 
 def _segments(random: Random, steppers: list[str]) -> Config:
-    """At most two wires; each stepper is on one of them or on none."""
+    """Random wires, at most two; each stepper is on one of them or on none."""
     segments: Config = {}
     rest = list(steppers)
     for number in range(random.choice((0, 1, 1, 1, 2))):

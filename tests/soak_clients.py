@@ -23,11 +23,11 @@ from hil.net.control_client import ControlError, ask
 from hil.vocab.faults import FAULT_KINDS
 
 ASK_S = 30.0
-"""A daemon that does not answer for so long does not work."""
+"""Maximum wait for an answer: a daemon that takes longer does not work."""
 
 
 class Scene:
-    """What the clients of one daemon share. ``troubles``: what must not have happened."""
+    """State that the clients of one daemon share. ``troubles``: what must not have happened."""
 
     def __init__(
         self, seed: int, config: Config, file: Path, control: Path, zenoh: str, metrics: str
@@ -40,11 +40,11 @@ class Scene:
         self.troubles: list[str] = []
 
     def random(self, who: str) -> Random:
-        """A client's own chance."""
+        """Random numbers of a client's own."""
         return Random(f"{self.seed} {who}")
 
     def ask(self, verb: str, **arguments: Any) -> Any:
-        """A request; None if it was refused."""
+        """Ask the daemon; None if the request was refused."""
         self.counts["asked"] += 1
         try:
             return ask(self.control, verb, timeout_s=ASK_S, **arguments)
@@ -66,7 +66,7 @@ class Actor(threading.Thread):
         self.chance = scene.random(name)
 
     def act(self) -> None:
-        """One thing."""
+        """Do one thing."""
         raise NotImplementedError
 
     def end(self) -> None:
@@ -89,7 +89,7 @@ class Asker(Actor):
         super().__init__(scene, name)
         self.runs = 0
         self.numbers: list[int] = []
-        """Of faults."""
+        """Numbers of faults that this client began."""
 
     def device(self) -> str:
         return self.chance.choice(
@@ -137,7 +137,7 @@ class Asker(Actor):
             self.numbers.append(answer["number"])
 
     def clear(self) -> None:
-        """Mostly its own: what others began is for them."""
+        """Clear a fault, mostly one of its own: what others began is for them."""
         if self.numbers and self.chance.random() < 0.9:
             self.scene.ask("clear", number=self.numbers.pop(self.chance.randrange(len(self.numbers))))
         else:
@@ -173,7 +173,8 @@ class Asker(Actor):
         self.scene.ask("reset", device=self.device())
 
     def reload(self) -> None:
-        """A log holds one bench: only the same configuration may come out of it."""
+        """Reload a wrong, a changed or the same configuration: a log holds one bench, so only the same may
+        come out."""
         text = json.dumps(self.scene.config)
         match self.chance.randrange(3):
             case 0:
@@ -331,7 +332,7 @@ class Recorder(Actor):
 
 
 class Watcher:
-    """Somebody's ``hil status --watch``."""
+    """Process of somebody's ``hil status --watch``."""
 
     def __init__(self, runtime: Path) -> None:
         command = [HIL, "status", "--watch", "--runtime-dir", str(runtime)]
@@ -345,7 +346,7 @@ class Watcher:
 
 
 def actors(scene: Scene) -> list[Actor]:
-    """All clients of a bench, not started yet."""
+    """Make all clients of a bench, not started yet."""
     every: list[Actor] = [Asker(scene, "asker"), Asker(scene, "other"), Looker(scene, "looker")]
     every += [Subscriber(scene, "subscriber"), Recorder(scene, "recorder")]
     listed = scene.ask("list")

@@ -43,13 +43,13 @@ STEPPER_LINES = (
 PINS = ("D0", "D1", "D2", "D3", "sync", "Estop", "RST", "EnA", "EnB", "nothing")
 SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl", "position_deg")
 ODD: tuple[Any, ...] = (None, "", -1, 1e308, "nonsense", [], {}, True)
-"""What no parameter should be."""
+"""Values that no parameter should have."""
 MS = 1_000_000
 LONGEST_S = 5.0
 
 
 def typed(random: Random, profile: str) -> bytes:
-    """Something for a board's terminal: commands, now and then nonsense or much too much."""
+    """Input for a board's terminal: commands, now and then nonsense or much too much."""
     chance = random.random()
     if chance < 0.08:
         return random.randbytes(random.randint(1, 80))
@@ -61,7 +61,7 @@ def typed(random: Random, profile: str) -> bytes:
 
 
 def on_wire(random: Random) -> bytes:
-    """Something for a tap: packets, damaged ones, answers, nonsense."""
+    """Input for a tap: packets, damaged ones, answers, nonsense."""
     chance = random.random()
     if chance < 0.1:
         return random.randbytes(random.randint(1, 60))
@@ -98,12 +98,12 @@ def train(random: Random) -> list[list[Any]]:
 
 
 def verbs_of(profile: str) -> tuple[Verb, ...]:
-    """All that can be asked of a twin."""
+    """Verbs that can be asked of a twin."""
     return (*find_boards()[profile].verbs, *COMMON)
 
 
 def verb_parameters(random: Random, verb: Verb, profile: str) -> dict[str, Any]:
-    """Mostly what the table asks for."""
+    """Random parameters of a verb, mostly as the table asks for them."""
     given: dict[str, Any] = {}
     for parameter in verb.parameters:
         if random.random() < 0.5 and (parameter.is_optional or parameter.default is not None):
@@ -118,7 +118,7 @@ def verb_parameters(random: Random, verb: Verb, profile: str) -> dict[str, Any]:
 
 
 def fault_parameters(random: Random, kind: FaultKind) -> dict[str, Any]:
-    """With times that fit a soak: some begin later, most end by themselves."""
+    """Random parameters of a fault, with times that fit a soak: some begin later, most end by themselves."""
     given: dict[str, Any] = {}
     for parameter in kind.parameters:
         if parameter.default is None or random.random() < 0.7:

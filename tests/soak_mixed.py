@@ -1,4 +1,4 @@
-"""Everything at once, at random, in real time; then the replay, which must say identical.
+"""Mixed soak: everything at once, at random, in real time; then the replay, which must say identical.
 
 Each seed makes a bench and its clients of chance: verbs, faults, bytes at ports and taps, resets, pins,
 loads, reloads, runs, set-points, captures, and watchers at odd intervals. Then the daemon is stopped, and its
@@ -36,12 +36,12 @@ AT_ONCE = 2
 REPLAY_S = 600.0
 LOG = "inputs.log"
 KINDS = ("asker", "typist", "looker", "subscriber", "recorder", "watcher")
-"""Of clients. A difference that goes with one of them is its doing."""
+"""Kinds of clients. A difference that goes with one of them is its doing."""
 
 
 @dataclasses.dataclass
 class Outcome:
-    """Of one seed."""
+    """Outcome of one seed."""
 
     seed: int
     boards: str = ""
@@ -52,13 +52,13 @@ class Outcome:
     refused: int = 0
     over_zenoh: int = 0
     stopped: int = 0
-    """How often the guard or a bug stopped a board."""
+    """Number of times that the guard or a bug stopped a board."""
     troubles: list[str] = dataclasses.field(default_factory=list)
     kept: str = ""
 
 
 def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] = ()) -> Outcome:
-    """One bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
+    """Run one bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
     chance = Random(seed)
     name = f"soak{seed}"
     metrics_port = 10_000 + 2 * os.getpid() % 20_000  # below those that the kernel gives to others
@@ -102,7 +102,7 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
 
 
 def stop(server: Server, troubles: list[str]) -> None:
-    """By SIGTERM, which must work."""
+    """Stop the daemon by SIGTERM, which must work."""
     server.process.terminate()
     try:
         code = server.process.wait(PATIENCE_S)
@@ -115,7 +115,7 @@ def stop(server: Server, troubles: list[str]) -> None:
 
 
 def check_replay(log: Path, outcome: Outcome) -> None:
-    """What ``hil replay`` says of a log."""
+    """Replay a log by ``hil replay``, and note what it says."""
     try:
         done = subprocess.run(
             [HIL, "replay", str(log)], capture_output=True, text=True, timeout=REPLAY_S, check=False
@@ -141,7 +141,7 @@ def _boards(config: dict[str, object]) -> str:
 
 
 def keep(place: Place, seed: int) -> str:
-    """The folder without its sockets; where it is."""
+    """Keep a copy of the folder without its sockets, and return its path."""
     kept = Path(tempfile.mkdtemp(prefix=f"hil-soak-{seed}-"))
     for path in place.folder.iterdir():
         if path.is_file():
@@ -150,7 +150,7 @@ def keep(place: Place, seed: int) -> str:
 
 
 def one(seed: int, seconds: float, without: Collection[str]) -> Outcome:
-    """A seed, and its folder if it went wrong."""
+    """Run a seed, and keep its folder if it went wrong."""
     with Place() as place:
         try:
             outcome = run_seed(seed, seconds, place, without)
@@ -176,7 +176,7 @@ def row(outcome: Outcome) -> str:
 
 
 def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -> Outcome:
-    """So that what one seed leaves behind does not touch the next."""
+    """Run a seed in a process of its own, so that what it leaves behind does not touch the next."""
     command = [sys.executable, __file__, "--seed", str(seed), "--each", str(seconds), "--json"]
     command += ["--without", *without] if without else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -187,7 +187,7 @@ def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -
 
 
 def soak(first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]) -> list[Outcome]:
-    """Seeds from ``first`` on until the time is over."""
+    """Run seeds from ``first`` on until the time is over."""
     outcomes: list[Outcome] = []
     until_s = time.monotonic() + seconds
     lock = threading.Lock()

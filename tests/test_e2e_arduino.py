@@ -33,7 +33,7 @@ class Tool:
         self._pending = b""
 
     def say(self, line: str) -> dict[str, Any]:
-        """One command, and its answer."""
+        """Send one command, and return its answer."""
         assert self._process.stdin
         self._process.stdin.write(line.encode() + b"\n")
         self._process.stdin.flush()
@@ -55,7 +55,7 @@ class Tool:
         return message
 
     def ended(self) -> int:
-        """Wait for its end; its exit code. It has said nothing more."""
+        """Wait for the tool's end, and return its exit code. It has said nothing more."""
         assert self._process.stdout
         code = self._process.wait(PATIENCE_S)
         assert self._pending + self._process.stdout.read() == b""
@@ -74,7 +74,7 @@ class Tool:
 
 
 class Tools:
-    """Starts them as ``hil arduino install`` says, and ends them."""
+    """Starts the IDE's tools as ``hil arduino install`` says, and ends them."""
 
     def __init__(self, place: Place) -> None:
         book, runtime = place.folder / "sketchbook", str(place.runtime)
@@ -105,7 +105,7 @@ def tools(place: Place) -> Iterator[Tools]:
 
 
 class Ide:
-    """Where the IDE's serial monitor listens."""
+    """IDE's end of its serial monitor, which listens for it."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0))

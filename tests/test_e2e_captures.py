@@ -38,7 +38,7 @@ class Captured:
         return self
 
     def wait_for(self, text: str) -> str:
-        """Until the decoded capture ends so; all of it."""
+        """Wait until the decoded capture ends with a text, and return all of it."""
 
         def decoded() -> str:
             out = subprocess.run([HIL, "decode", str(self.path)], capture_output=True, text=True).stdout

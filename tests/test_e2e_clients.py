@@ -75,7 +75,7 @@ def open_files(server: Server) -> int:
 
 @PAIRS
 def test_a_client_that_never_reads(pair: Server) -> None:
-    """It is held up; memory does not grow with what it asks for, nothing is lost, and its neighbour
+    """The client is held up; memory does not grow with what it asks for, nothing is lost, and its neighbour
     does not notice."""
     before_kB = resident_kB(pair)
     with Neighbour(pair) as neighbour, pair.client("m1") as client:
@@ -141,7 +141,7 @@ def test_a_flood_of_all_bytes_and_a_hang_up(pair: Server) -> None:
 
 
 def test_half_numbers(place: Place) -> None:
-    """The number is taken 1,000 ms after its last byte: a quarter of a second at speed 4."""
+    """Expect that the number is taken 1,000 ms after its last byte: a quarter of a second at speed 4."""
     server = place.serve(config(speed=4)).ready()
     with server.client() as client:
         for typed, number in ((b"r12", b"12.00"), (b"r-3.5", b"-3.50"), (b"r\n", b"0.00"), (b"r-", b"0.00")):

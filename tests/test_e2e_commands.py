@@ -81,7 +81,7 @@ def test_status_watch_redraws_until_ctrl_c(place: Place) -> None:
 
 
 def exit_code(child: int, terminal: int) -> int:
-    """Of a program under a terminal, whose output is read on until it ends."""
+    """Exit code of a program under a terminal, whose output is read on until it ends."""
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         if select.select([terminal], [], [], 0.05)[0]:

@@ -61,7 +61,7 @@ LINES: dict[str, set[str]] = {
     "hil serve t.y": {"t.yaml"},
     "hil serve --runtime-dir ru": {"run"},
 }
-"""What is typed, and what is offered for the last word."""
+"""Lines that are typed, and what is offered for the last word of each."""
 
 
 def environment(place: Place) -> dict[str, str]:
@@ -108,7 +108,8 @@ def offered_by_fish(place: Place, line: str) -> set[str]:
 
 
 def offered_by_zsh(place: Place, line: str) -> set[str]:
-    """Zsh completes on a terminal only; what it would add there is written to a file."""
+    """Words that zsh offers. It completes on a terminal only; what it would add there is written to a
+    file."""
     completion(place, "zsh")
     setup = place.write(ZSH, "setup.zsh")
     ready, found = place.folder / "ready", place.folder / "found"

@@ -1,5 +1,5 @@
-"""What Linux can refuse a bench, refused for real: ``hil doctor`` says so from outside, ``hil status`` of a
-bench that runs all the same, and each has the line that mends it."""
+"""Refusals that Linux can make to a bench, made for real: ``hil doctor`` says so from outside, ``hil status``
+of a bench that runs all the same, and each has the line that mends it."""
 
 import json
 import os
@@ -44,13 +44,13 @@ def findings(done: "subprocess.CompletedProcess[bytes]") -> Findings:
 
 
 def is_of_load(finding: dict[str, str]) -> bool:
-    """Whether it is true of any bench on a machine that has too much to do."""
+    """True if a finding holds for any bench on a machine that has too much to do."""
     found = finding["found"]
     return "of the wakes of the last minute" in found or "answers were held up" in found
 
 
 def status(place: Place, **launch: Any) -> dict[str, Any]:
-    """Of a bench that runs under a denial; ``problems`` by what they say first."""
+    """Status of a bench that runs under a denial; ``hil status`` shows each remedy, too."""
     server = place.serve(config(), **launch)
     answer: dict[str, Any] = server.ask("status")
     for problem in answer["health"]["problems"]:
@@ -282,7 +282,7 @@ def test_a_port_whose_name_somebody_removed(place: Place) -> None:
 
 
 def test_few_file_descriptors(place: Place) -> None:
-    """The doctor before the start; of a bench that has used them up, doctor and status."""
+    """Ask the doctor before the start; of a bench that has used them up, doctor and status."""
     few = limited(resource.RLIMIT_NOFILE, 512)
     finding = doctor(place, (), "--devices", "400", preexec_fn=few)["RLIMIT_NOFILE"]
     assert (finding["verdict"], finding["found"]) == ("problem", "512")

@@ -18,7 +18,7 @@ RT_ROOT = Path("/sys/fs/cgroup/cpu")
 
 
 def run(place: Place, *options: str, prefix: tuple[str, ...] = (), **popen: object) -> tuple[int, str]:
-    """Exit code and output."""
+    """Run a command of ``hil``; its exit code and output."""
     folders = ("--runtime-dir", str(place.runtime), "--state-dir", str(place.state))
     done = subprocess.run(
         [*prefix, HIL, "doctor", *folders, *options],
@@ -35,7 +35,7 @@ def run(place: Place, *options: str, prefix: tuple[str, ...] = (), **popen: obje
 
 
 def examine(place: Place, **how: object) -> Findings:
-    """The findings by name; the exit code tells of problems."""
+    """Findings by name; the exit code tells of problems."""
     code, text = run(place, "--json", **how)  # type: ignore[arg-type]
     findings = {finding["name"]: finding for finding in json.loads(text)}
     assert sum(not name.startswith(("bench ", "memory ")) for name in findings) == 20
@@ -140,7 +140,7 @@ def test_few_descriptors(place: Place, limit: int) -> None:
 
 
 def test_no_descriptor_at_all(place: Place) -> None:
-    """Not one file can be opened, not even to read the limit. (The command itself needs some to start.)"""
+    """No file can be opened, not even to read the limit. (The command itself needs some to start.)"""
     script = """
 import dataclasses, json, resource, sys
 from pathlib import Path

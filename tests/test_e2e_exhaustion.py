@@ -1,4 +1,4 @@
-"""The system has no more to give, or a client's computer has vanished: what is said, and what goes on."""
+"""Systems with no more to give, and clients whose computer has vanished: what is said, and what goes on."""
 
 import itertools
 import json
@@ -103,7 +103,7 @@ def two_computers() -> Iterator[tuple[str, str]]:
 
 @needs_root
 def test_clients_whose_computer_vanishes(place: Place, two_computers: tuple[str, str]) -> None:
-    """One that said nothing, one that waits for an answer, one that does not read: each is let go."""
+    """Let go of clients that said nothing, that wait for an answer, and that do not read."""
     ours, theirs = two_computers
     port = {"kind": "tcp", "host": "10.77.0.1"}
     names = ("idle", "asking", "deaf")

@@ -1,4 +1,4 @@
-"""What a board sends goes to its client at once, whatever made the board send it."""
+"""Output of a board: it goes to its client at once, whatever made the board send it."""
 
 from e2e_support import Client, Place, Server, config, until
 

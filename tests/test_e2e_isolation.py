@@ -1,4 +1,4 @@
-"""A firmware with a bug stops its own device, loudly; the other devices and the daemon go on."""
+"""Firmware with a bug: its own device stops, loudly; the other devices and the daemon go on."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""How much memory the core keeps from being paged out: LimitMEMLOCK of the units follows from it."""
+"""Memory that the core keeps from being paged out: LimitMEMLOCK of the units follows from it."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,8 @@ import pytest
 from e2e_support import Place, config
 
 LIMITS_KiB = {"mechaduino": (64, 16 * 1024, 64), "sac": (11, 4 * 1024, 24)}
-"""By profile: at least so much for each axis (a Mechaduino's lookup table, a SAC's motion engine); at most so
-much for the code and the stack, and for each axis. 252 SACs, a full line, are below 10 MiB."""
+"""Limits by profile: the least for each axis (a Mechaduino's lookup table, a SAC's motion engine), the most
+for the code and the stack, and the most for each axis. 252 SACs, a full line, are below 10 MiB."""
 
 
 @pytest.mark.parametrize("profile", LIMITS_KiB)

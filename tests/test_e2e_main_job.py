@@ -16,7 +16,7 @@ READ_TO = 60  # seconds, for pyserial
 
 
 def read_until(port: serial.SerialBase, marker: bytes) -> bytes:
-    """pyserial's read_until, that says what is missing."""
+    """Read as pyserial's read_until, but say what is missing."""
     got = port.read_until(marker)
     assert got.endswith(marker), got[-300:]
     return got
@@ -98,7 +98,7 @@ def test_every_byte_of_q(place: Place, port: dict[str, object]) -> None:
 
 @pytest.mark.parametrize("port", [{"port": "pty"}, TCP], ids=["pty", "tcp"])
 def test_commands_that_wait_for_the_board_lose_nothing(place: Place, port: dict[str, object]) -> None:
-    """While the board boots, the host is held up; later each of its commands has its whole answer."""
+    """The host is held up while the board boots; later each of its commands has its whole answer."""
     server = place.serve(config(speed=2, devices={"m1": port}))
     with server.client() as client:
         client.write(b"q" * 100)
@@ -121,7 +121,7 @@ def test_unpaced_at_any_baud(place: Place) -> None:
 
 
 def test_pacing_takes_the_lines_time(place: Place) -> None:
-    """The banner, which begins 3 s after power-up."""
+    """Read the banner, which begins 3 s after power-up."""
     server = place.serve(config(speed=1, devices={"m1": {"baud": 9600}}))
     path = server.ask("list")["devices"][0]["address"]
     with serial.Serial(path, 9600, timeout=READ_TO) as board:

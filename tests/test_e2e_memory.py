@@ -1,4 +1,4 @@
-"""What the boards remember: over restarts, kills, damaged files and full disks."""
+"""Memories of the boards over restarts, kills, damaged files and full disks."""
 
 import os
 import random
@@ -39,20 +39,20 @@ def query(client: Client) -> bytes:
 
 
 def booted(server: Server) -> tuple[Client, bytes]:
-    """A client, and the answer to q. Whether the board warned is seen in the counters."""
+    """Connect a client, and ask for q. Whether the board warned is seen in the counters."""
     client = server.ready().client()
     return client, query(client)
 
 
 def warned(server: Server) -> bool:
-    """Whether the board said more at boot than its banner, while nobody listened."""
+    """True if the board said more at boot than its banner, while nobody listened."""
     return bool(server.status()["unheard_bytes"] > 660)
 
 
 @pytest.fixture(scope="module")
 def answers() -> list[bytes]:
-    """What q answers after a calibration from each of START_DEG, and with an empty table: on the
-    virtual clock."""
+    """Answers to q after a calibration from each of START_DEG, and with an empty table: on the virtual
+    clock."""
     found = []
     for start_deg in START_DEG:
         device = {"profile": "mechaduino", "port": "memory", "axis": {"start_deg": start_deg}}
@@ -106,8 +106,8 @@ def last_dot(client: Client) -> None:
 
 
 def test_kills_around_the_flash_write(place: Place, answers: list[bytes]) -> None:
-    """Whatever was going on, the next start finds the old table or the new one, entirely, and the new
-    one if the board had said that it was written."""
+    """The next start finds the old table or the new one, entirely, whatever was going on; the new one if the
+    board had said that it was written."""
     chance = random.Random(KILLS)
     server = place.serve(stored(START_DEG[0]))
     with server.ready().client() as client:
@@ -277,7 +277,7 @@ def test_a_full_disk_under_the_log(place: Place, tiny_disk: Path) -> None:
 
 
 def refuse_a_write(server: Server, client: Client, table: bytes, reason: str) -> None:
-    """A calibration that would make another table fails, and changes nothing."""
+    """Check that a calibration that would make another table fails, and changes nothing."""
     client.write(b"s" * 20)
     for _ in range(20):
         client.read_until(b"raw encoder: ")

@@ -73,7 +73,7 @@ def test_metrics_tell_what_status_tells(server: Server) -> None:
 
 
 def test_health_is_one_truth(place: Place, server: Server) -> None:
-    """In status, in metrics and for people."""
+    """Health is the same in status, in metrics and for people."""
     server.ask("inject", fault="node_brown_out", target="m1", parameters={})
     until(lambda: server.status("m1")["failed"], "the failure")
     health = server.ask("status")["health"]
@@ -138,7 +138,7 @@ def test_clients_that_say_nothing_or_too_much_take_nothing_away(server: Server) 
 
 
 def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
-    """It is said once, and a scrape works again as soon as there are some."""
+    """The shortage is logged once, and a scrape works again as soon as there are descriptors."""
     address = urlparse(url(server))
     assert address.hostname
     before = resource.prlimit(server.pid, resource.RLIMIT_NOFILE)
@@ -175,7 +175,7 @@ def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
     ],
 )
 def test_doors_that_stay_closed(place: Place, listen: str, said: str) -> None:
-    """``hil check`` finds them, with their place."""
+    """Expect ``hil check`` to find them, with their place."""
     text = config(bridges={"metrics": {"listen": listen}})
     output = place.launch(text).refused()
     assert said in output

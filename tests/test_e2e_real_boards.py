@@ -25,7 +25,7 @@ def real_config(**devices: dict[str, Any]) -> str:
 
 @pytest.fixture
 def pair(place: Place) -> tuple[Server, Server, str]:
-    """A bench with a SAC, and one to which it is a real board; and where it is."""
+    """Bench with a SAC, one to which that is a real board, and its address."""
     twins = place.serve(config(speed=5, devices={"s1": SAC}))
     with twins.client("s1") as terminal:
         terminal.read_until(b"SAC>")
@@ -200,7 +200,7 @@ def free_port() -> int:
 
 
 def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:
-    """What is wrong with a real board there, and the remedy."""
+    """Problem of a bench with a real board there, and the remedy."""
     server = place.serve(real_config(r1={"profile": "sac", "at": at}), bench="r", **launch)
     (problem,) = [each for each in server.ask("status")["health"]["problems"] if each["about"] == "r1"]
     server.stop()

@@ -69,7 +69,7 @@ class Pair:
         return self.ended(name)
 
     def shaft(self, device: str) -> dict[str, Any]:
-        """What no terminal tells: the far twin's state."""
+        """State of the far twin, which no terminal tells."""
         snapshot: dict[str, Any] = self.far.status(device)["snapshot"]
         return snapshot
 
@@ -192,7 +192,7 @@ def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -
 
 
 def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
-    """Its line is there, and nothing comes any more: as of a board without power behind an adapter."""
+    """The line stays, and nothing comes any more: as of a board without power behind an adapter."""
     pair.taken()
     pair.under_way("m1", "m2", "s2")
     before_ns = pair.near.ask("status")["sim_ns"]

@@ -17,7 +17,7 @@ SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
 
 
 def has_hung_up(client: Client) -> bool:
-    """The other end is gone: an end of file, or EIO of a terminal."""
+    """True if the other end is gone: an end of file, or EIO of a terminal."""
     if not select.select([client.fd], [], [], 0)[0]:
         return False
     try:
@@ -125,7 +125,7 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
 
 
 def has_terminal() -> bool:
-    """Whether the tests were started from a terminal, which SIGHUP is about then."""
+    """True if the tests were started from a terminal, which SIGHUP is about then."""
     try:
         os.close(os.open("/dev/tty", os.O_RDWR))
     except OSError:

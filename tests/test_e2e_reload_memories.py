@@ -12,7 +12,8 @@ SAC_START_NS = 1_200_000_000
 
 
 def kept_acceleration(server: Server, client: Client) -> bytes:
-    """Of the settings that a SAC has in its memory. A byte while it starts would restore the factory's."""
+    """Acceleration among the settings that a SAC has in its memory. A byte while it starts would restore the
+    factory's."""
     now_ns = server.ask("status")["sim_ns"]
     server.ready(since_ns=now_ns, boot_ns=SAC_START_NS)
     client.quiet(0.1)

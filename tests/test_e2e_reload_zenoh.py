@@ -1,4 +1,4 @@
-"""The zenoh bridge follows a reload: what is there, what it tells, and streams of what went on."""
+"""Zenoh bridge over a reload: what is there, what it tells, and streams of what went on."""
 
 import json
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""One time, two clocks: a run in real time, on a machine that is busy, replayed on the virtual clock."""
+"""Replay on the virtual clock of a run in real time, on a machine that is busy."""
 
 import os
 import subprocess

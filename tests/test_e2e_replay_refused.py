@@ -24,7 +24,7 @@ def log_of(*lines: object, **header: object) -> str:
 
 
 def replay(path: Path | str, code: int) -> str:
-    """What it says."""
+    """Run ``hil replay``, and return its output."""
     done = CliRunner().invoke(app, ["replay", str(path)], env=TERMINAL)
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
     assert done.exit_code == code, done.output

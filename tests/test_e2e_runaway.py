@@ -126,7 +126,7 @@ def run(place: Place, **devices: object) -> Server:
 
 
 def times(place: Place, name: str) -> list[float]:
-    """Of an event in the daemon: seconds of the wall and of its main thread's CPU time."""
+    """Times of an event in the daemon: seconds of the wall and of its main thread's CPU time."""
     return [float(word) for word in until((place.runtime / name).read_text, f"its {name}").split()]
 
 
@@ -159,7 +159,8 @@ def test_a_runaway_is_stopped_and_the_others_go_on(place: Place, way: str) -> No
 
 @pytest.mark.parametrize(("way", "m1"), [("p", {}), ("w", {}), ("z", {}), ("p", {"baud": 115200})], ids=str)
 def test_the_replay_stops_what_the_guard_stopped(place: Place, way: str, m1: dict[str, object]) -> None:
-    """In the same turn, with the same bytes; nothing of the wall's time is in the replay."""
+    """The replay stops it in the same turn, with the same bytes; nothing of the wall's time is in the
+    replay."""
     path = place.write(config(devices={"m1": m1, "m2": {}}))  # type: ignore[arg-type]
     log = place.runtime / "log.jsonl"
     arguments = [str(path), str(place.runtime), str(place.state), str(log)]
@@ -208,7 +209,8 @@ def test_what_cannot_be_interrupted_ends_the_daemon_and_is_known_afterwards(plac
 
 
 def test_a_board_that_comes_behind_for_ever_leaves_the_others_alone(place: Place) -> None:
-    """Its steps take less time than they get at the wall's pace, and more than at twenty times that."""
+    """Steps of the board take less time than they get at the wall's pace, and more than at twenty times
+    that."""
     server = run(place)
     with server.client("m1") as client, server.client("m2") as other:
         place.cli("reset", "m1")
@@ -228,7 +230,7 @@ def test_a_board_that_comes_behind_for_ever_leaves_the_others_alone(place: Place
 
 
 def test_a_client_that_asks_for_much_is_no_runaway(place: Place) -> None:
-    """As many queries of the look-up table as a device takes, at one instant; each takes 20 ms."""
+    """Type as many queries of the look-up table as a device takes, at one instant; each takes 20 ms."""
     server = place.serve(config(speed=1, devices={"m1": {}})).ready()
     with server.client() as client:
         client.write(b"q" * 48)
@@ -262,7 +264,7 @@ def test_byte_faults_on_a_long_answer_get_no_board_stopped(place: Place) -> None
 
 
 def test_a_daemon_that_was_stopped_suspects_nobody(place: Place) -> None:
-    """Its devices catch up; the time in which it did not run is nobody's."""
+    """The daemon's devices catch up; the time in which it did not run is nobody's."""
     server = place.serve(config(speed=20, devices={f"m{i}": {} for i in range(1, 9)})).ready()
     server.process.send_signal(signal.SIGSTOP)
     began_s = time.monotonic()

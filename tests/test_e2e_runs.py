@@ -24,7 +24,7 @@ def free_port() -> int:
 
 
 def serve(place: Place, servos: int = 2, speed: float = 5, *options: str, **top: Any) -> tuple[Server, str]:
-    """A bench whose servos are enabled, and where zenoh's door is."""
+    """Serve a bench whose servos are enabled; the daemon, and where zenoh's door is."""
     port = free_port()
     devices: dict[str, Any] = {f"m{n}": {} for n in range(1, servos + 1)} | {"s1": SAC}
     bridges = {"zenoh": {"listen": [f"tcp/127.0.0.1:{port}"]}}

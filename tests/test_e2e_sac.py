@@ -6,7 +6,7 @@ SAC = {"s1": {"profile": "sac", "flash": {}}}
 
 
 def ready(client: Client) -> None:
-    """Past the start-up's second: a byte in it would restore the factory's settings."""
+    """Wait until the start-up's second is over: a byte in it would restore the factory's settings."""
     client.read_until(b"SAC>")
 
 

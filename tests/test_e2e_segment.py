@@ -108,7 +108,7 @@ def test_a_real_node_keeps_its_address(place: Place) -> None:
 
 
 def test_more_than_a_tap_takes_at_once_goes_out_all_the_same(place: Place) -> None:
-    """Nothing else happens on the wire that could wake anybody."""
+    """The rest goes out although nothing else happens on the wire that could wake anybody."""
     text = config(
         speed=5,
         devices={"s1": SAC},

@@ -178,7 +178,7 @@ def test_a_wrong_configuration_in_the_journal(place: Place, manager: Manager) ->
 
 
 def test_the_directories_of_a_unit(place: Place, manager: Manager) -> None:
-    """As of hil@t.service: each directory is made for this bench."""
+    """Directories are as hil@t.service has them: each is made for this bench."""
     runtime, state, logs = (place.folder / name / "t" for name in ("run", "state", "logs"))
     for folder in (runtime, state, logs):
         folder.mkdir(parents=True, mode=0o755)

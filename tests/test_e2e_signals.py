@@ -37,7 +37,7 @@ LONG = {
     "command": ("sac", "calibrate", "100", "--device", "s1"),
 }
 CODES = {"step": 130, "drive": 130, "run": 1, "command": 130}
-"""Of those that have not done what they were told; all others were told to go on until now."""
+"""Exit codes of commands that have not done what they were told; all others were told to go on until now."""
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +50,14 @@ def bench() -> Iterator[tuple[Place, Server]]:
 
 
 def watches(server: Server) -> int:
-    """How many have been opened up to now, this one included."""
+    """Number of watches that have been opened up to now, this one included."""
     number = server.ask("watch", device="m1", signals=["r"], interval_ns=1_000_000_000)["watch"]
     server.ask("unwatch", watch=number)
     return int(number)
 
 
 def wait_for_beginning(place: Place, server: Server, name: str, running: subprocess.Popen[bytes]) -> None:
-    """Until it does what it does until it is ended."""
+    """Wait until a command does what it goes on with until it is ended."""
     file, before = place.folder / "out.pcapng", watches(server)
     match name:
         case "capture":
@@ -146,8 +146,9 @@ def interrupted(
     words: Sequence[str],
     **files: str,
 ) -> tuple[int, list[str], bytes]:
-    """Exit code, verbs asked and output of a command that gets a signal after the bench has taken the verb
-    ``at``, and before the command knows that it has. ``results``: the answer to the last of the verbs."""
+    """Run a command: its exit code, verbs asked and output of a command that gets a signal after the bench
+    has taken the verb ``at``, and before the command knows that it has. ``results``: the answer to the last
+    of the verbs."""
     asked: list[str] = []
     with Place() as place, socket.socket(socket.AF_UNIX) as listener:
         folder = place.runtime / "t"

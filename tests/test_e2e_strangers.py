@@ -1,4 +1,4 @@
-"""What commands believe: folders of another user, two benches of one name, and answers that are none."""
+"""Trust of commands: folders of another user, two benches of one name, and answers that are none."""
 
 import json
 import os
@@ -32,7 +32,7 @@ ASKING = (
     ("fault", "clear"), ("fault", "inject", "noise", "m1"), ("capture", "m1", "-w", "-"),
     ("sac", "save", "{folder}/q.txt"),
 )  # fmt: skip
-"""Each command that asks a bench."""
+"""Commands that ask a bench."""
 LISTENS = """
 import socket, sys
 listener = socket.socket(socket.AF_UNIX)
@@ -75,7 +75,7 @@ def answering(path: Path, answer: Callable[[dict[str, Any]], bytes]) -> Iterator
 
 
 def as_user(place: Place, *command: str) -> subprocess.CompletedProcess[str]:
-    """Without XDG_RUNTIME_DIR; for temporary files there is the place's folder."""
+    """Run ``hil`` without XDG_RUNTIME_DIR, with a folder of the place for temporary files."""
     env = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"} | TERMINAL
     env["TMPDIR"] = str(place.folder / "tmp")
     return subprocess.run([HIL, *command], env=env, capture_output=True, text=True, timeout=PATIENCE_S)
@@ -83,7 +83,7 @@ def as_user(place: Place, *command: str) -> subprocess.CompletedProcess[str]:
 
 @needs_stranger
 def test_a_folder_that_another_user_has_made_is_not_believed(place: Place) -> None:
-    """He listens there, and gets no word of what a command has to say."""
+    """The other user listens there, and gets no word of what a command has to say."""
     heard: list[Any] = []
     (place.folder / "tmp").mkdir()
     (place.folder / "tmp").chmod(0o1777)
@@ -177,7 +177,7 @@ ODD = (
 
 
 def outcome(place: Place, command: tuple[str, ...], where: tuple[str, ...]) -> str:
-    """What a command says; it must say one thing and end."""
+    """Exit code and output of a command, which must end without a traceback."""
     words = [word.format(folder=place.folder) for word in command]
     done = CliRunner().invoke(app, [*words, *where], env=TERMINAL, input="")
     assert done.exception is None or isinstance(done.exception, SystemExit), (words, done.exc_info)
@@ -218,7 +218,7 @@ def test_an_answer_that_never_ends_ends(place: Place, monkeypatch: pytest.Monkey
 
 
 def mutated(value: Any, random: Random) -> Any:
-    """One thing in it is something else."""
+    """Copy of a value with one thing in it replaced by something else."""
     odd = (
         None,
         True,

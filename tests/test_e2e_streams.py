@@ -75,7 +75,7 @@ def test_a_reader_that_goes(place: Place) -> None:
 
 
 def test_a_log_that_nobody_reads(place: Place) -> None:
-    """What it says waits in the end for nobody; the bench starts, serves and ends."""
+    """The bench starts, serves and ends; at its end nobody waits until the log is read."""
     control, path = place.runtime / "t" / "control.sock", place.write(OPEN_DOOR)
     reads, writes = os.pipe()
     os.set_blocking(writes, False)
@@ -96,7 +96,7 @@ def test_a_log_that_nobody_reads(place: Place) -> None:
 
 
 def test_the_end_of_the_log_is_there(place: Place) -> None:
-    """In its order: the log, then why nothing was started."""
+    """The log comes first, then why nothing was started."""
     with socket.create_server(("0.0.0.0", 0)) as taken:
         listen = f"0.0.0.0:{taken.getsockname()[1]}"
         text = config(bridges={"metrics": {"listen": listen, "insecure": True}})

@@ -1,4 +1,4 @@
-"""What ``README.md`` and ``docs/tour.md`` show of a daemon: one session, twenty times as fast."""
+"""Output of a daemon in ``README.md`` and ``docs/tour.md``: one session, twenty times as fast."""
 
 import re
 import subprocess
@@ -13,7 +13,7 @@ NUMBERS = r"-?\d[\d.,]*"
 """Times, counts and states of a bench that runs differ from one look to the next."""
 HISTOGRAMS = r"(?:latency|lag) .*"
 VERDICTS = r"(?:health|rt): (?s:.*?)(?=\n(?:rt|wakes))"
-"""What this machine is good for; long lines are broken."""
+"""Verdicts on this machine, which differ elsewhere; long lines are broken."""
 
 
 def shown(page: str, heading: str, place: Place, index: int = 0) -> str:
@@ -27,7 +27,7 @@ def test_the_tour(place: Place) -> None:
     demo = (ROOT / "examples" / "demo.yaml").read_text()
     server = place.serve(f"{demo}\nspeed: 20\n", "--log", str(log), bench="demo")
     python = r"(?m:^  \S+python\S*)"
-    for page, heading in ((README, "Start"), (TOUR, "Tour")):  # with what was logged before and after
+    for page, heading in ((README, "Start"), (TOUR, "Tour")):  # fits what was printed before and after, too
         assert fits(f"...\n{shown(page, heading, place)}...", server.output, RT, python), server.output
 
     server.ready()

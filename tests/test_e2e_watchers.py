@@ -1,4 +1,4 @@
-"""What clients ask of a bench in real time: intervals of watchers, trains of pulses; and it goes on."""
+"""Requests of clients to a bench in real time: intervals of watchers, trains of pulses; and it goes on."""
 
 import json
 import signal

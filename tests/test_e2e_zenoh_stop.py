@@ -1,4 +1,4 @@
-"""A bench with the zenoh bridge ends quietly, whatever still comes in."""
+"""Quiet end of a bench with the zenoh bridge, whatever still comes in."""
 
 import json
 import socket

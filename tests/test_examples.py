@@ -33,7 +33,7 @@ def test_the_run_of_six_axes_prints_what_stands_beside_it_and_draws_them(tmp_pat
 
 
 def test_the_run_with_a_real_board_prints_what_stands_beside_it() -> None:
-    """But for where real time puts the twins' samples."""
+    """The output is the same but for where real time puts the twins' samples."""
     program = EXAMPLES / "runs" / "mixed.py"
     done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=90)
     assert done.stderr == ""

@@ -1,4 +1,5 @@
-"""A file's name says what is in it: no two of the product have one name, and none has its folder's."""
+"""Names of files, which say what is in them: no two of the product have one name, and none has its
+folder's."""
 
 import ast
 import re
@@ -24,12 +25,12 @@ ALLOWED = {
     "hil/testing/bench.py": "the kit's, to be imported by tests of others",
     "hil/testing/ports.py": "the kit's, to be imported by tests of others",
 }
-"""Names that several have, or that a folder has: what they say."""
+"""Names that several files may have, or a file and a folder, by what they say."""
 STILL = {
     *("memory", "metrics", "monitor", "parameters", "verbs"),
     *("cli/cli", "core/core", "motion/motion"),
 }
-"""To be renamed."""
+"""Names that are still to be changed."""
 
 
 def product() -> list[Path]:
@@ -38,7 +39,7 @@ def product() -> list[Path]:
 
 
 def names_twice(files: list[Path]) -> dict[str, list[str]]:
-    """Where files of one name are, by the name, without those that are allowed."""
+    """Places of files that share a name, by the name, without those that are allowed."""
     places = defaultdict(list)
     for path in files:
         if not any(fnmatch(path.as_posix(), pattern) for pattern in ALLOWED):

@@ -1,4 +1,4 @@
-"""What the pages ``docs/follow-a-*.md`` name exists, and what they tell is called in that order."""
+"""Pages ``docs/follow-a-*.md``: what they name exists, and what they tell is called in that order."""
 
 import ast
 import asyncio
@@ -25,7 +25,7 @@ from hil.vocab.desk_protocol import LOCAL
 ROOT = Path(__file__).parent.parent
 PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command", "follow-a-reload")
 MOST_LINES = 75
-"""Of a sister page: it is one page."""
+"""Maximum length of a sister page: it is one page."""
 
 Name = tuple[str, str]
 
@@ -167,9 +167,9 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
-"""Not in the kit."""
+"""Places of code that the kit does not run."""
 IN_A_DAEMON = (reloaded,)
-"""With all of it."""
+"""Acts in a daemon, which runs the code of ``REAL_TIME`` too."""
 
 
 @pytest.mark.parametrize(("page", "heading"), TOLD, ids=lambda part: part)

@@ -63,7 +63,7 @@ def test_its_options_are_checked_and_its_reference_is_found() -> None:
 
 
 def test_its_tests_pass(files: list[Path]) -> None:
-    """In this process, so that the bridge is found."""
+    """Run the page's tests in this process, so that the bridge is found."""
     assert [path.name for path in files] == ["bridge.py", "test_datagrams.py"]
     assert pytest.main(["-q", "-p", "no:cacheprovider", str(files[1])]) == 0
 

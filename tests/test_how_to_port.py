@@ -24,7 +24,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path
 
 
 def test_its_tests_pass(files: list[Path]) -> None:
-    """In this process, so that the port is found."""
+    """Run the page's tests in this process, so that the port is found."""
     assert [path.name for path in files] == ["port.py", "test_unix_port.py"]
     assert pytest.main(["-q", "-p", "no:cacheprovider", str(files[1])]) == 0
 

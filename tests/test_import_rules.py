@@ -130,7 +130,7 @@ PLANTS = {
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
-    """What is found in a copy as it is, and with each plant."""
+    """Findings in a copy as it is, and with each plant."""
     copy = tmp_path_factory.mktemp("copy")
     for source in [path for root in ROOTS for path in (ROOT / root).rglob("*.py*")]:
         if source.suffix in (".py", ".pyi"):

@@ -1,4 +1,4 @@
-"""What the project's Markdown pages point at is there: pages, headings, files, names in files, commands."""
+"""Links in the project's Markdown pages: pages, headings, files, names in files and commands are there."""
 
 import re
 from pathlib import Path
@@ -26,7 +26,8 @@ def prose(page: Path) -> str:
 
 
 def anchors(page: Path) -> set[str]:
-    """As the usual renderers make them: lower case, spaces to hyphens, punctuation dropped."""
+    """Anchors of a page as the usual renderers make them: lower case, spaces to hyphens, punctuation
+    dropped."""
     return {
         re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in HEADING.findall(prose(page))
     }

@@ -30,7 +30,7 @@ LOOKS = st.lists(st.integers(0, 60_000), max_size=40)
 
 
 def look(bench: Bench) -> None:
-    """As the daemon does, and while the group is 2 ms behind the wall's time."""
+    """Look at a bench as the daemon does, while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
     ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments)
     sim: Any = ahead
@@ -49,7 +49,8 @@ def look(bench: Bench) -> None:
 
 
 def run(packets: Any, looks: Any) -> list[Any]:
-    """What all stations and the tap heard and sent; times are in microseconds after the cold start."""
+    """Run packets and looks, in microseconds after the cold start, and return what stations and tap heard and
+    sent."""
     with Bench(CONFIG) as bench:
         shown: list[Any] = []
         bench.segment("bus0").watchers.append(shown.append)
@@ -88,7 +89,7 @@ def test_a_burst_is_counted_and_shown_at_its_end_on_a_line_that_is_quiet_otherwi
 
 
 def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
-    """The wall's time is ahead of the group's, in which somebody may send before that."""
+    """Look while the wall's time is ahead of the group's: in between somebody may still send."""
     segment = {"stations": ["s1"], "taps": {"m": {"port": "memory"}, "n": {"port": "memory"}}}
     with Bench({"bench": "x", "devices": {"s1": {"profile": "sac"}}, "segments": {"bus0": segment}}) as bench:
         got = bytearray()

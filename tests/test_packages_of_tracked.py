@@ -1,4 +1,4 @@
-"""Wheels and source distributions are made of what git tracks."""
+"""Wheels and source distributions, made of what git tracks."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""The reference and the man page are what the program prints, and hold what the code has."""
+"""Reference and man page: what the program prints, and all that the code has."""
 
 import re
 import shutil

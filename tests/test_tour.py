@@ -1,4 +1,4 @@
-"""What ``README.md`` and ``docs/tour.md`` show, in virtual time; ``test_e2e_tour.py`` starts a daemon."""
+"""Examples of ``README.md`` and ``docs/tour.md`` in virtual time; ``test_e2e_tour.py`` starts a daemon."""
 
 import ast
 import re
@@ -33,7 +33,7 @@ IN_A_DAEMON = {
 }
 """The same of ``test_e2e_tour.py``."""
 MOST_LINES = 115
-"""Of the README: somebody reads all of it."""
+"""Maximum length of the README: somebody reads all of it."""
 WORDS = ("client", "bench", "port", "device", "axis", "segment", "tap", "door")
 PROMPT = "SAC>"
 BOOT_MS = {"mechaduino": 4000, "sac": 1150}
@@ -107,7 +107,7 @@ def figures(line: str) -> list[float]:
 
 
 def test_the_step_response(bench: MakeBench) -> None:
-    """As ``hil step`` makes it, which ``test_e2e_draw.py`` runs."""
+    """The response is as ``hil step`` makes it, which ``test_e2e_draw.py`` runs."""
     made = at_boot(bench, "mechaduino")
     typed(made, b"c", 27_000)
     typed(made, b"xy", 300)

@@ -19,7 +19,7 @@ def directives(text: str, name: str) -> list[str]:
 
 
 def analyze(folder: Path, *arguments: str) -> str:
-    """Its output; the units of the folder are the only ones that it finds first."""
+    """Output of ``systemd-analyze``; the units of the folder are the only ones that it finds first."""
     done = subprocess.run(
         ["systemd-analyze", "--no-pager", *arguments],
         env=os.environ | {"SYSTEMD_UNIT_PATH": f"{folder}:", "LC_ALL": "C.UTF-8"},

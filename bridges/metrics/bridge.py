@@ -36,7 +36,7 @@ _AUTHORITY = re.compile(rb"https?://[^/?]*", re.I)
 
 
 class Options(BaseModel):
-    """``bridges.metrics``."""
+    """Options under ``bridges.metrics``."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
@@ -89,7 +89,7 @@ def reference() -> str:
 
 
 class MetricsBridge:
-    """``hil.vocab.bridge_protocol.Bridge``."""
+    """Metrics bridge, a ``hil.vocab.bridge_protocol.Bridge``."""
 
     def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options

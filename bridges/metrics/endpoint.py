@@ -25,7 +25,7 @@ def endpoint(text: str) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only programs of this computer reach a host."""
+    """True if only programs of this computer reach a host."""
     address = _address(host)
     if address is None:
         return host.lower() == "localhost"
@@ -42,7 +42,7 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def _is_name(host: str) -> bool:
-    """Whether the resolver can be asked for a name; there need be no such computer."""
+    """True if the resolver can be asked for a name; there need be no such computer."""
     try:
         name = host.encode("idna")
     except UnicodeError:  # an empty or too long label

@@ -79,7 +79,7 @@ class _Joined:
 
 
 class ZenohBridge:
-    """``hil.vocab.bridge_protocol.Bridge``."""
+    """Zenoh bridge, a ``hil.vocab.bridge_protocol.Bridge``."""
 
     def __init__(self, options: Options, desk: Desk) -> None:
         self._options = options

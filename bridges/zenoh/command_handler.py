@@ -70,7 +70,7 @@ class CommandHandler:
             self._refuse(key, query, refusal)
 
     def _source(self, request: Request) -> Source:
-        """Source of a request. Raises VerbRefused: nobody known sent it."""
+        """Source of a request. Raises VerbRefused: the sender is unknown."""
         if self._gate is None:
             return OURS
         return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())

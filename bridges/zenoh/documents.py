@@ -20,7 +20,7 @@ def read_payload(payload: bytes | None, wanted: set[type] | None = None, longest
     """Read a command's payload: an object, or a value of the ``wanted`` types; nothing stands for {}.
 
     Raises:
-        VerbRefused: it is none.
+        VerbRefused: the payload is neither.
     """
     if not payload and wanted is None:
         return {}

@@ -20,7 +20,7 @@ _MAC = re.compile(r"[0-9a-f]{64}")
 
 
 class Rejected(VerbRefused):
-    """A signature does not do."""
+    """Refusal of a command whose signature does not do."""
 
     def __init__(self, why: str) -> None:
         super().__init__("forbidden", why)

@@ -39,7 +39,7 @@ class Inbox:
         self._queue: deque[Request] = deque()
         self._lock = threading.Lock()
         self._is_awake = False
-        """Whether ``_drain`` is scheduled."""
+        """True while ``_drain`` is scheduled."""
         self._is_closed = False
         self.dropped = 0
 
@@ -76,13 +76,13 @@ class Inbox:
         """Handle a few requests; the ports have their turn in between."""
         for _ in range(SLICE):
             with self._lock:
-                if not self._queue or self._is_closed:  # what would answer is being put away
+                if not self._queue or self._is_closed:  # the part that would answer is closing
                     self._is_awake = False
                     return
                 request = self._queue.popleft()
             try:
                 self._handle(request)
-            except Exception:  # ours: that request is lost, all else goes on
+            except Exception:  # hil's own error: that request is lost, all else goes on
                 log.exception("zenoh: %s could not be handled", request.key)
                 if request.query is not None:
                     self._sender.end(request.query)

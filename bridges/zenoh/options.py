@@ -16,7 +16,7 @@ class TlsOptions(BaseModel):
 
 
 class Options(BaseModel):
-    """``bridges.zenoh``."""
+    """Options under ``bridges.zenoh``."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 

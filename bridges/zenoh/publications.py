@@ -49,7 +49,7 @@ def _interval_ns(rate_hz: float) -> Fraction:
 
 
 def is_heard(publisher: Any) -> bool:
-    """Whether somebody has subscribed to a publisher's key."""
+    """True if somebody has subscribed to a publisher's key."""
     return bool(publisher.matching_status.matching)
 
 

@@ -52,7 +52,7 @@ class Sender:
                 else:
                     query.reply(key, content, encoding=encoding)
             except zenoh.ZError:
-                continue  # whoever asked has gone
+                continue  # the asker has gone
 
     def close(self) -> None:
         """Drop what waits; answers that zenoh holds up are left to it."""

@@ -11,13 +11,13 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12
-"""Minimum length of a secret. Whoever hears the wire without TLS can try passwords on what was heard."""
+"""Minimum length of a secret. Without TLS, a listener on the wire can try passwords on what it has heard."""
 _FILE_CHARACTERS = 1 << 20
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
 
 class SecurityError(Exception):
-    """The bridge cannot be opened safely: ``str(error)`` says why and what to do."""
+    """Error of a bridge that cannot be opened safely: ``str(error)`` says why and what to do."""
 
 
 @dataclass(frozen=True)

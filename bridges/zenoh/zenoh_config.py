@@ -20,8 +20,8 @@ from hil.vocab.verbs import Role
 MESSAGE_BYTES = 1 << 20
 """Maximum length that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
 ACCEPT_MS = 2000
-"""Maximum time for a connection to say who it is. Zenoh accepts nobody while it waits for 100 of them: with
-its own 10 s, 100 that said nothing kept others out for 11 s, and with this for 3 s (measured)."""
+"""Maximum time for a connection to say who it is. Zenoh accepts no other while it waits for 100 of them: 100
+silent ones kept others out for 11 s with its own 10 s, and for 3 s with this (measured)."""
 CONNECT_MS = 1000
 """Time of one attempt to reach the router; the bridge makes the next."""
 CLOSE_US = 500_000
@@ -48,7 +48,7 @@ def access_control(
         (Role.VIEWER, "egress", ["put"], keys(PUBLISH)),
         (Role.VIEWER, "ingress", ["query"], keys(QUERY)),
         (Role.VIEWER, "egress", ["reply"], keys(QUERY)),
-        # A declared querier or publisher of zenoh is silent while it knows of nobody at the other end.
+        # A querier or publisher that is declared stays silent while it knows of nobody at the other end.
         (Role.VIEWER, "egress", ["declare_queryable"], everything),
         (Role.OPERATOR, "egress", ["declare_subscriber"], everything),
         (Role.VIEWER, "ingress", ["liveliness_query", "declare_liveliness_subscriber"], live),
@@ -83,7 +83,7 @@ def access_control(
 
 
 def is_loopback(endpoint: str) -> bool:
-    """Whether only this computer reaches an endpoint, as in ``tcp/127.0.0.1:7447``."""
+    """True if only this computer reaches an endpoint, as in ``tcp/127.0.0.1:7447``."""
     scheme, _, rest = endpoint.partition("/")
     if scheme in ("unixsock-stream", "unixpipe"):
         return True
@@ -97,7 +97,7 @@ def is_loopback(endpoint: str) -> bool:
 _CLOSED: Mapping[str, Any] = {
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
-    "scouting/delay": 0,  # else a router's open waits 0.5 s for whom nobody looks
+    "scouting/delay": 0,  # else opening a router waits 0.5 s for peers that nobody looks for
     "adminspace/enabled": False,
     "plugins_loading/enabled": False,
     "transport/shared_memory/enabled": False,

@@ -1,4 +1,4 @@
-"""Mechaduino as hil asks for it."""
+"""Profile of the Mechaduino."""
 
 from device_profiles.mechaduino import dialogues, verbs
 from device_profiles.mechaduino.firmware import Mechaduino

@@ -54,7 +54,7 @@ class RunAxis:
             yield from self._set_point(*at(path, at_ns - start_ns))
             if at_ns >= end_ns:
                 return
-            # A late one is the set-point of its own time, and none is typed twice to catch up.
+            # A late set-point is that of its own time, and none is typed twice to catch up.
             at_ns = yield from wait_until(min(at_ns + period_ns, end_ns))
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:

@@ -1,6 +1,6 @@
 """Mechaduino firmware 0.1.5, written as the board's own setup() and loop().
 
-What each letter does and when it prints is the behaviour of the public firmware, checked against its
+Each letter does and prints what the public firmware does and prints, at the same times, checked against its
 output; the control interrupt itself runs in the core (``hil/core/native/control/mechaduino.c``).
 """
 
@@ -43,7 +43,7 @@ class Mechaduino:
         """Path that the set-point follows, or followed last."""
         self.path_from_ns = 0
         self.is_busy = True
-        """Whether it starts, runs a routine or asks for a number."""
+        """True while the main program starts, runs a routine or asks for a number."""
 
     # ---- setup() and loop() ----
 

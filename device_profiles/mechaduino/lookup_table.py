@@ -64,7 +64,7 @@ class LookupTable:
         """Write ``new`` over the table, row by row, which ``serial`` shows."""
         serial.print(f"\r\nWriting to flash 0x{self._address:X} page size PSZ=3")
         table = calibration.written(self._axis.table(), new)
-        if new and (yield Commit(LOOKUP, table)):  # else the old table is what a read-back shows
+        if new and (yield Commit(LOOKUP, table)):  # else a read-back shows the old table
             self._use(table)
         serial.print(calibration.progress(new, self._address))
 
@@ -75,7 +75,7 @@ class LookupTable:
 
     @property
     def is_written(self) -> bool:
-        """Whether the table was ever written, as the firmware tells it."""
+        """True if the table was ever written, by the firmware's own test of three angles."""
         return any(self.angles[i] for i in (0, 128, 1024))
 
     def angle_deg(self) -> float:
@@ -87,7 +87,7 @@ class LookupTable:
         return angle_deg + 360.0 * turns
 
     def text(self) -> str:
-        """All angles with two decimals, as ``q`` prints them."""
+        """Text of all angles with two decimals, as ``q`` prints them."""
         if not self._text:
             self._text = "".join(f"{print_float(angle)}, " for angle in self.angles)
         return self._text

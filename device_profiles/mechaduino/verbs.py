@@ -133,7 +133,7 @@ def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> Non
             stop(board, "grace", acceleration_rpm_per_s)
         except VerbRefused:  # from a set-point that was typed it would take centuries
             stop(board, "prejudice", acceleration_rpm_per_s)
-    elif board.axis.get("loop_on"):  # hold: here, whatever it did
+    elif board.axis.get("loop_on"):  # hold: stay here, whatever the axis did
         if not board.table.is_written:
             board.axis.set("r", 0.0)
             return
@@ -154,7 +154,7 @@ def _letter(board: Mechaduino) -> str:
 
 
 def _is_on_the_way(board: Mechaduino) -> bool:
-    """Whether the set-point is an angle that follows a path."""
+    """True while the set-point is an angle that follows a path."""
     return bool(board.axis.get("following")) and _letter(board) in "xh"
 
 

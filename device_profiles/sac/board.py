@@ -1,4 +1,4 @@
-"""SAC as hil asks for it."""
+"""Profile of the SAC."""
 
 from device_profiles.sac import dialogues, verbs
 from device_profiles.sac.firmware import Sac
@@ -8,7 +8,7 @@ from hil.vocab.profile import Commands, Profile, UartSpec
 
 
 def _commands() -> Commands:
-    from device_profiles.sac.cli import COMMANDS  # with typer, which nobody else waits for
+    from device_profiles.sac.cli import COMMANDS  # imports typer, for which only the command line waits
 
     return COMMANDS
 

@@ -29,7 +29,7 @@ class Command(NamedTuple):
     about: str
     run: Callable[["CommandLine", Text], Steps | None]
     is_quick: bool = False
-    """Whether it takes no time and writes nothing when it comes over the network."""
+    """True if the command takes no time and writes nothing when it comes over the network."""
 
 
 @dataclass(eq=False)
@@ -89,7 +89,7 @@ class CommandLine:
         if (
             not isinstance(packet, Packet)
             or packet.destination != BROADCAST
-            or not packet.crc  # a NUL behind it would be idle
+            or not packet.crc  # a NUL behind such a packet would be idle
             or len(packets) != 1
             or not self.network.is_between_packets
         ):

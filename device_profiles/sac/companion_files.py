@@ -158,7 +158,7 @@ def _value(text: str, index: int, where: str, problems: list[str]) -> int:
 
 
 def is_line(text: str) -> bool:
-    """Whether a board takes a text as a line."""
+    """True if a board takes the text as a line."""
     return len(text) <= LINE_BYTES and text.isascii() and text.isprintable()
 
 

@@ -26,7 +26,7 @@ _HEAD = struct.Struct("<3sBI")
 
 
 class EepromError(Exception):
-    """The bytes are no EEPROM of a version that is known here."""
+    """Error of bytes that are no EEPROM of a version that is known here."""
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Eeprom:
         return eeprom
 
     def copy(self) -> "Eeprom":
-        """Copy it deeply."""
+        """Copy the EEPROM deeply."""
         queue = list(self.queue) if self.queue else None
         return Eeprom(replace(self.parameters, pin_map=list(self.parameters.pin_map)), queue)
 

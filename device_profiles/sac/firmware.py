@@ -44,7 +44,7 @@ class Sac:
         )
         self.queue, self.moves = self._line.queue, self._line.moves
         self.is_started = False
-        """Whether the cold start is over."""
+        """True once the cold start is over."""
         self._note_estop()
 
     def main(self) -> Main:
@@ -95,8 +95,8 @@ class Sac:
     # ---- power-up and reset ----
 
     def _wants_factory(self) -> Generator[Request, Any, bool]:
-        """Wait for the cold start's second; answers whether a byte or RST wants the factory's settings. What
-        the network sends in it is lost."""
+        """Wait for the cold start's second; answers whether a byte or RST wants the factory's settings. Bytes
+        from the network in that second are lost."""
         wants_it = False
         self._terminal.println([f"SAC {VERSION}"])
         end_ns = self._now() + COLD_START_NS

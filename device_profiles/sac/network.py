@@ -39,7 +39,7 @@ class Network:
 
     @property
     def is_between_packets(self) -> bool:
-        """Whether all that has come belongs to packets that are over."""
+        """True if all bytes received so far belong to packets that have ended."""
         return self._decoder.is_whole
 
     # ---- out ----
@@ -96,5 +96,5 @@ class Network:
 
 
 def is_signal(packet: Packet) -> bool:
-    """Whether a packet is one of the bytes that are never answered and never executed."""
+    """True if a packet is a signal: a byte that is never answered and never executed."""
     return packet.data in _SIGNALS

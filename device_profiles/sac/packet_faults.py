@@ -32,7 +32,7 @@ def packet_fault(kind: str, rate: float, seed: int) -> Transform:
                 out += burst[at : item.end - len(item.raw)] + sent
                 at = item.end
                 if sent != item.raw and item.crc == 0 and burst[at : at + 1] == b"\0":
-                    at += 1  # idle behind what is not sent
+                    at += 1  # skip the idle NUL behind a packet that is not sent
         return out + burst[at:]
 
     return transform

@@ -171,7 +171,8 @@ BY_LETTER = {p.letter: p for p in (*LEFT, *RIGHT) if p}
 
 
 def change(parameters: Parameters, text: Text) -> bool:
-    """Set a parameter by ``text``, a letter and a value as on the configure screen; False: it is none."""
+    """Set a parameter by ``text``, a letter and a value as on the configure screen; False: it is no
+    parameter."""
     letter = text.take()
     if letter == "u":
         if (is_pulses := _flag(text)) is not None:

@@ -24,7 +24,7 @@ class Terminal:
         self._now = now
         self._after_cr = False
         self.is_muted = False
-        """Whether a command from the network runs: nothing is printed."""
+        """True while a command from the network runs: nothing is printed."""
         self.mode: Callable[[Text], Steps | None] | None = None
         """Taker of lines instead of the command line: the configure screen or a program mode."""
         self.line_began_ns = SimTimeNs(0)

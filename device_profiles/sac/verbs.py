@@ -38,7 +38,7 @@ def _attributes(velocity_rpm: float | None = None, **ramps: float) -> str:
 
 
 def one_shot(pulses: int, said: str) -> str:
-    """Text after ``xm``: so many pulses, and nothing besides them that the session's defaults would add."""
+    """Text after ``xm``: that many pulses, and nothing that the session's defaults would add."""
     return f"{'-' if pulses < 0 else ''}{abs(pulses)}{said}u0p"
 
 
@@ -51,7 +51,7 @@ def velocity(sac: Sac, velocity_rpm: float) -> None:
     is_ccw = velocity_rpm < 0
     entry = motion.entry(CONTINUOUS_SLOT)
     runs = motion.get("motion_state") != _STANDBY and motion.get("queue_position") == CONTINUOUS_SLOT
-    # Another speed would not keep one that stops from stopping.
+    # Another speed would not keep a stopping axis from stopping.
     if runs and not motion.get("is_ending") and entry.is_ccw == is_ccw:
         target = from_rpm(rpm, sac.parameters.steps_per_rev)
         # The entry too: it may be waiting to take the place of what runs in the other direction.

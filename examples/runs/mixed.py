@@ -23,7 +23,7 @@ def hil(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def until_it_works(folder: Path, *arguments: str) -> None:
-    """Boards take some seconds to start."""
+    """Run a command until it works: boards take some seconds to start."""
     deadline = time.monotonic() + PATIENCE_S
     while (done := hil(folder, *arguments)).returncode:
         if time.monotonic() > deadline:

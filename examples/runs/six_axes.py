@@ -19,7 +19,7 @@ MECHADUINO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 
 
 def ready() -> Bench:
-    """All boards have started, the servos hold 0 degrees."""
+    """Bench whose boards have all started, and whose servos hold 0 degrees."""
     devices = dict.fromkeys(SERVOS, MECHADUINO) | dict.fromkeys(STEPPERS, SAC)
     bench = Bench({"bench": "six", "devices": devices})
     bench.run(ms=4100)
@@ -48,7 +48,7 @@ def perform(bench: Bench) -> tuple[Progress, dict[str, Recording], list[float]]:
 
 
 def draw(recordings: dict[str, Recording], begun_s: list[float], path: Path) -> None:
-    """A row for each axis: where it should be and is, and the difference."""
+    """Draw a row for each axis: where it should be and is, and the difference."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 11), layout="constrained")

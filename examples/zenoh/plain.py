@@ -1,4 +1,5 @@
-"""The same with zenoh alone, as it is done in any language that has it: plain.py [BENCH [ENDPOINT]]."""
+"""Moves two axes like ``two_axes.py``, but with zenoh alone, as it is done in any language that has it:
+plain.py [BENCH [ENDPOINT]]."""
 
 import json
 import sys

@@ -24,7 +24,8 @@ _CONFIG_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
 
 
 class InstallError(Exception):
-    """The hardware folder cannot be written or removed: ``str(error)`` says why, and the remedy."""
+    """Error of a hardware folder that cannot be written or removed: ``str(error)`` says why, and the
+    remedy."""
 
 
 def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> Path:

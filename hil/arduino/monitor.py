@@ -21,7 +21,7 @@ _WAITING_BYTES = 65536
 
 
 class LinkLost(Exception):
-    """One of the two ends has gone: ``str(error)`` says which."""
+    """Loss of one of the two ends: ``str(error)`` says which."""
 
 
 class FdLink:

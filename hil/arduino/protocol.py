@@ -1,7 +1,7 @@
 """The pluggable discovery and the pluggable monitor as state machines: a line in, messages out, no I/O.
 
 A message is a dict, sent as JSON. A failed command is answered by a message of its own ``eventType`` with
-``error`` and the reason; what is no command, or in the wrong form, by ``command_error``.
+``error`` and the reason; a line that is no command, or in the wrong form, by ``command_error``.
 """
 
 import re
@@ -55,7 +55,7 @@ class _Dialogue:
 
     def __init__(self) -> None:
         self.dead = False
-        """Whether QUIT has come: nothing more is answered."""
+        """True once QUIT has come: nothing more is answered."""
         self._greeted = False
         self._commands: dict[str, Callable[[str], list[Message]]] = {"HELLO": self._hello, "QUIT": self._quit}
 
@@ -108,7 +108,7 @@ class Discovery(_Dialogue):
 
     @property
     def syncing(self) -> bool:
-        """Whether the client wants to be told of changes: call ``found`` then."""
+        """True while the client wants to be told of changes: call ``found`` then."""
         return self._mode is _Mode.SYNCING and not self.dead
 
     def found(self, ports: Sequence[Message]) -> list[Message]:

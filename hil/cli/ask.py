@@ -77,7 +77,7 @@ def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
 
 
 def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
-    """Port's address as the bench that is meant said it; ends the command if it is none of its own."""
+    """Port's address as the bench that is meant said it; ends the command if the bench has no such port."""
     from hil.host.trust import refuse_address
 
     if why := refuse_address(address, bench_meant(bench, runtime_dir).owner):

@@ -174,7 +174,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
 
 
 class Interrupted(Exception):
-    """Ctrl-C or SIGTERM came: ``str(error)`` is what the dialogue says of it."""
+    """Interruption by Ctrl-C or SIGTERM: ``str(error)`` is what the dialogue says of it."""
 
 
 class SerialTalk:
@@ -192,7 +192,7 @@ class SerialTalk:
 
         try:
             self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
-            self._port.dtr = False  # boards that reset on it start anew
+            self._port.dtr = False  # boards that reset on a change of it start anew
             self._port.open()
         except (OSError, ValueError) as error:
             raise DialogueError(f"{self._url}: {_reason(error)}") from None

@@ -174,7 +174,7 @@ def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> Non
         try:
             benches.append(ask(here.socket, "list"))
         except ControlError:
-            continue  # it ended just now, or is none
+            continue  # the bench ended just now, or the socket is nobody's
     if as_json:
         typer.echo(json.dumps(benches))
         return
@@ -263,7 +263,7 @@ def pin(
     ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level)
 
 
-@app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is none
+@app.command("set", context_settings={"ignore_unknown_options": True})  # a negative value is no option
 def set_field(
     device: DeviceName,
     field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],

@@ -49,7 +49,7 @@ def decoded(data: bytes) -> Iterator[str]:
                 yield f"{(at_ns - first_ns) / 1e9:12.6f} {text}"
     except CaptureError as caught:
         error = caught
-    for line in lines.values():  # behind the last record comes silence
+    for line in lines.values():  # silence follows the last record
         for at_ns, text in line.silent(FOREVER):
             yield f"{(at_ns - (first_ns or 0)) / 1e9:12.6f} {text}"
     if error:

@@ -20,7 +20,7 @@ def main() -> None:
     if sys.argv[1:2] == ["serve"]:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
-    else:  # it has its own way
+    else:  # `serve` handles signals in its own way
         from hil.cli.interrupts import end_by_signals
 
         end_by_signals()

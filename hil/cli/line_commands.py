@@ -117,7 +117,7 @@ def _hang_up(client: Any) -> None:
     """Shut the connection down; what has come already can still be read."""
     import socket
 
-    with suppress(OSError):  # it has gone by itself
+    with suppress(OSError):  # the connection has ended by itself
         client.shutdown(socket.SHUT_RDWR)
 
 

@@ -4,7 +4,7 @@ from string import Template
 
 FILES = {
     "board.py": '''\
-"""$TITLE as hil asks for it."""
+"""Profile of $TITLE."""
 
 from hil.vocab.profile import Profile
 

@@ -11,11 +11,11 @@ _HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")
 
 
 class ClientError(Exception):
-    """No bench answers, or not as it should: ``str(error)`` says what."""
+    """Error of a bench that does not answer, or not as it should: ``str(error)`` says what."""
 
 
 class CommandError(ClientError):
-    """A command was refused. ``code`` is one of ``hil.vocab.verbs.CODES``."""
+    """Refusal of a command. ``code`` is one of ``hil.vocab.verbs.CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)
@@ -53,7 +53,7 @@ def read(text: bytes) -> dict[str, Any]:
     """Read a message of the version that is known here.
 
     Raises:
-        ClientError: it is none.
+        ClientError: the text is no such message.
     """
     try:
         message = read_json(text)

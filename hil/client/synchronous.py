@@ -41,7 +41,7 @@ class Axis(AxisVerbs[Ack]):
                 yield state_of(subscriber.recv().payload.to_bytes())
 
     def subscribe(self, call: Callable[[bytes], object] | None = None) -> Any:
-        """Subscribe to its states, as ``Link.subscribe``."""
+        """Subscribe to the axis's states, as ``Link.subscribe``."""
         return self._link.subscribe(f"axis/{self.name}/state", call)
 
     def parameter(self, name: str) -> float:

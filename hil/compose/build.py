@@ -22,7 +22,7 @@ LEAST_AXES = 8
 
 
 class TableFileError(Exception):
-    """A look-up table's file cannot be used: ``str(error)`` says which and why."""
+    """Error of a look-up table's file that cannot be used: ``str(error)`` says which and why."""
 
 
 def named_sections(board: Profile, stored: Mapping[str, bytes]) -> dict[str, bytes]:

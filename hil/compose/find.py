@@ -23,7 +23,7 @@ from hil.vocab.profile import Profile
 from hil.vocab.segment import Segment
 from hil.vocab.time import Clock
 
-_profile = lru_cache(profile_from_yaml)  # of text: a bench of the test kit is made in 1 ms, not in 25
+_profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
 
 
 def _ports(extra: Mapping[str, type[BaseModel]] | None = None) -> Kinds:
@@ -38,7 +38,8 @@ def find_catalogue(
     extra_ports: Mapping[str, type[BaseModel]] | None = None, path: Sequence[Path] = ()
 ) -> Catalogue:
     """Find all boards and kinds of ports and bridges. ``extra_ports`` are the caller's own; ``path`` are
-    folders in which there are more boards. Whatever cannot be used is said when it is asked for."""
+    folders in which there are more boards. A board or kind that cannot be used is reported when it is asked
+    for."""
     path = tuple(folder.resolve() for folder in path)
     found = find_places(path)
     infos = _infos(found)

@@ -1,5 +1,5 @@
-"""Check of a logged input against a bench: an input that another program wrote, or nobody, has names that are
-not here, and values that cannot be."""
+"""Check of a logged input against a bench: one that another program wrote, or that was damaged, may have
+names that are not here and values that cannot be."""
 
 from hil.core import CoreAxis
 from hil.core.fields import FIELDS
@@ -30,7 +30,7 @@ OF_AXES = (
 
 
 def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
-    """Reason why the bench cannot take it now, or None."""
+    """Reason why the bench cannot take an input now, or None."""
     if isinstance(given, inputs.Inject | inputs.Clear):
         return _fault_problem(bench, target, given)
     if target in bench.taps:
@@ -95,7 +95,7 @@ def _device_problem(device: Device, given: inputs.Input) -> str | None:
 
 
 def _axis_problem(device: Device, part: str, given: inputs.Input) -> str | None:
-    """Reason why an input of ``OF_AXES`` is none for this axis of a device, or None."""
+    """Reason why this axis of a device cannot have an input of ``OF_AXES``, or None."""
     if isinstance(given, inputs.Do):
         return _verb_problem(device, part, given)
     if (axis := device.axes.get(part)) is None:

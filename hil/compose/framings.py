@@ -30,7 +30,7 @@ class Framings(Mapping[str, Framing]):
     def _of_board(self, board: str) -> Framing | None:
         try:
             return self._boards[board].framing
-        except ConfigError:  # said where the board is named
+        except ConfigError:  # reported at the key that names the board
             return None
 
     def __iter__(self) -> Iterator[str]:

@@ -76,7 +76,7 @@ def folders(package: str, marker: str) -> tuple[str, ...]:
 def _imported(name: str) -> ModuleType:
     try:
         return import_module(name)
-    except (Exception, SystemExit) as error:  # somebody else's code
+    except (Exception, SystemExit) as error:  # the code of others may raise anything
         sys.modules.pop(name, None)
         frames = [each for each in extract_tb(error.__traceback__)[1:] if "importlib" not in each.filename]
         where = f"{frames[-1].filename}:{frames[-1].lineno}: " if frames else ""

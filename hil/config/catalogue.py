@@ -41,7 +41,7 @@ class AxisParameter(StrictModel):
     above: float | None = None
     """Exclusive minimum, for a number that cannot be 0."""
     whole: bool = False
-    """Whether only whole numbers make sense."""
+    """True if only whole numbers make sense."""
 
     def default(self, plant: str) -> float:
         """Value under this plant unless a device sets one."""
@@ -96,7 +96,7 @@ class ProfileInfo(StrictModel):
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")
     title: str
     law: str | None = None
-    """Law of its axis; None: it has none, or ``axes`` names them."""
+    """Law of the board's axis; None: it has no axis, or ``axes`` names them."""
     motor: str | None = None
     """Motor of the catalogue whose numbers ``axis`` begins with."""
     plant: Literal["simple", "full"] = "simple"
@@ -112,7 +112,7 @@ class ProfileInfo(StrictModel):
     hardware: dict[str, HardwareVersion] = Field(default={"1": ANY_SUPPLY}, min_length=1)
     default_hardware: str = "1"
     axis: dict[str, AxisParameter] = Field(default={})
-    """Parameters of its axis by names that end in the unit."""
+    """Parameters of the board's axis by names that end in the unit."""
     registers: dict[str, int] = Field(default={})
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
@@ -135,7 +135,7 @@ class ProfileInfo(StrictModel):
 
 
 class Unusable(Exception):
-    """A kind of port or bridge that exists cannot be used: ``str(error)`` says why."""
+    """Error of a kind of port or bridge that exists and cannot be used: ``str(error)`` says why."""
 
     def __init__(self, why: str, remedy: str) -> None:
         super().__init__(why)
@@ -160,12 +160,12 @@ class Catalogue:
     bridges: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """Options model of each kind of bridge."""
     boards: Mapping[str, Profile] = field(default_factory=dict)
-    """What each profile's ``board.py`` says, imported when it is asked for; raises ConfigError for one that
-    cannot be used."""
+    """Profile of each board, from its ``board.py``, imported when it is asked for; raises ConfigError for one
+    that cannot be used."""
     refused: Mapping[str, Sequence[Problem]] = field(default_factory=dict)
     """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two."""
     path: tuple[Path, ...] = ()
-    """Folders in which boards were looked for besides."""
+    """Further folders in which boards were looked for."""
     wrong_paths: Mapping[int, tuple[str, str]] = field(default_factory=dict)
     """Message and remedy for each of ``path`` that does not do, by its index."""
     at: "Callable[[tuple[Path, ...]], Catalogue] | None" = None
@@ -176,7 +176,7 @@ class Catalogue:
     """Framings of lines by name."""
 
     def problems(self, profile: str) -> Sequence[Problem]:
-        """Problems of a board; none for one that can be used, and for one that is unknown. Imports it."""
+        """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""
         if profile in self.refused:
             return self.refused[profile]
         try:
@@ -224,8 +224,8 @@ def _parameter_findings(path: KeyPath, parameter: AxisParameter, law: str) -> It
 
 
 def _ends_in(name: str, unit: str) -> bool:
-    """Whether a parameter's name ends in its unit, of which later words may say more; one that counts kinds
-    (0: A4988) has none."""
+    """True if a parameter's name ends in its unit, or in the first words of it; one that counts kinds (0:
+    A4988) has no unit."""
     if ":" in unit or not unit:
         return ":" in unit
     words = unit.replace("%", "pct").replace("/", " per ").split()

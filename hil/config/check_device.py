@@ -1,4 +1,4 @@
-"""Checks of a configuration's device against its profile; what the models can tell is left to them."""
+"""Checks of a configuration's device against its profile; checks that the models make are left to them."""
 
 from dataclasses import replace
 from typing import Any
@@ -113,7 +113,7 @@ class DeviceCheck:
         first = next(iter(profile.axes), None)
         if first is None:
             for key in (*AXIS_KEYS, "axes"):
-                if self.raw.get(key) not in (None, {}, "simple"):  # as it stands in a log
+                if self.raw.get(key) not in (None, {}, "simple"):  # a log writes these defaults out
                     self._add(f"a {profile.name} has no axis", "leave this key out", key, at_key=True)
             result["load"] = None
             return
@@ -185,7 +185,7 @@ class DeviceCheck:
         if not isinstance(table, str) or table in ANY_BOARDS_TABLES or not self.board:
             return
         file, is_path = self.board.memory_file, table not in BUILT_IN_TABLES
-        if file is None and is_path:  # logs have "identity" for boards that took no notice of it
+        if file is None and is_path:  # logs have "identity" for boards without a table
             message = f"the memory of a {profile.name} begins with no table"
             self._add(message, f"write {' or '.join(ANY_BOARDS_TABLES)}", "flash", "table")
         elif file and not is_path and table not in file.named:

@@ -2,8 +2,8 @@
 keys.
 
 Devices that are joined to others, by wires or a segment, share one simulated time: a change of one of them is
-a change of the whole bench, which only a restart of the daemon makes. So are keys of the bench, but for
-faults, which are their targets'.
+a change of the whole bench, which only a restart of the daemon makes. Keys of the bench are such a change
+too, but for faults, which belong to their targets.
 """
 
 import json

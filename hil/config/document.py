@@ -159,7 +159,7 @@ def _plain(document: Document, path: KeyPath, value: object) -> object:
 
 
 def is_unicode(text: str) -> bool:
-    """Whether a text is Unicode; one with a lone surrogate can be neither stored nor printed."""
+    """True if a text is Unicode; one with a lone surrogate can be neither stored nor printed."""
     return not any("\ud800" <= character <= "\udfff" for character in text)
 
 

@@ -58,7 +58,7 @@ def fault_findings(
 def _places(
     segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str], full: Collection[str]
 ) -> dict[str, set[str]]:
-    """All targets, each with the kinds of target that it is."""
+    """Targets by name, each with the kinds of target that it is."""
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:

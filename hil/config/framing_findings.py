@@ -12,7 +12,7 @@ from hil.vocab.faults import OF_FRAMINGS
 from hil.vocab.framing import Framing
 
 Said = tuple[KeyPath, str, str]
-"""Where it is said what a line speaks, who says so, and the framing's name."""
+"""Statement of what a line speaks: where it is said, who says so, and the framing's name."""
 
 
 def framing_findings(

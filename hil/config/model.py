@@ -180,7 +180,7 @@ class DeviceConfig(StrictModel):
         return of_profile | {profile.first_uart: self.baud}
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
-        """All keys of an axis: those under its name, over the device's own of the first axis."""
+        """Keys of an axis: those under its name, over the device's own if it is the first axis."""
         given, is_first = self.axes.get(name, AxisConfig()), name == next(iter(profile.axes))
         return AxisConfig(
             plant=given.plant or self.plant,
@@ -190,7 +190,7 @@ class DeviceConfig(StrictModel):
         )
 
     def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
-        """All parameters of an axis: the profile's for its plant, with its own in their place."""
+        """Parameters of an axis: the profile's for its plant, with its own in their place."""
         own = self.axis_config(profile, name)
         defaults = {key: each.default(str(own.plant)) for key, each in profile.axes[name].axis.items()}
         return defaults | dict(own.axis)
@@ -211,7 +211,7 @@ class DeviceConfig(StrictModel):
         return plans
 
     def register_values(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, int]:
-        """All registers of an axis at power-up: the profile's, with its own in their place."""
+        """Registers of an axis at power-up: the profile's, with its own in their place."""
         return dict(profile.axes[name].registers) | dict(self.axis_config(profile, name).registers)
 
     def power_up(self, profile: ProfileInfo) -> dict[str, dict[str, int]]:

@@ -26,7 +26,7 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
     for at, (device, plan) in motors.items():
         profile = catalogue.profiles[device.profile]
         path: KeyPath = ("devices", at.owner, "axes", at.part)
-        if at.part not in device.axes:  # what is there is the device's own, or the profile's
+        if at.part not in device.axes:  # the axis's keys are the device's own, or the profile's
             path = ("devices", at.owner)
         if str(at) in refused:
             what, _, remedy = refused[str(at)].partition(": ")

@@ -15,5 +15,5 @@ def usable_path(value: Any) -> Any:
 
 
 def is_path(value: object) -> bool:
-    """Whether a value of a key for a path can be one."""
+    """True if the value of a key for a path can be a path."""
     return isinstance(value, str) and bool(value) and "\0" not in value and not value.startswith("~")

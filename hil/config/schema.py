@@ -12,8 +12,8 @@ from hil.vocab.address import NAME_PATTERN
 
 
 def schema(catalogue: Catalogue) -> dict[str, object]:
-    """Make the schema of what ``parse`` takes with this catalogue. What needs arithmetic across keys (supply
-    ranges, two ports in one place) is left to ``parse``."""
+    """Make the schema of what ``parse`` takes with this catalogue. Checks that need arithmetic across keys
+    (supply ranges, two ports in one place) are left to ``parse``."""
     result: dict[str, Any] = BenchConfig.model_json_schema()
     definitions: dict[str, Any] = result["$defs"]
     for replaced in ("PortConfig", "BaseModel"):

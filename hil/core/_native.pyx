@@ -89,7 +89,8 @@ cdef class NativeCore:
         hil_axis_power_up(self.core, axis)
 
     def advance(self, int group, int64_t horizon_ns, int64_t until_ns):
-        """Sets the horizon first. Answers the time, and whether there are events or a failure to look at."""
+        """Set the horizon, and advance. Answers the time, and whether there are events or a failure to look
+        at."""
         cdef int64_t now_ns
         hil_group_set_horizon(self.core, group, horizon_ns)
         with nogil:

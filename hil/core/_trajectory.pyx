@@ -196,7 +196,7 @@ cdef class Course:
         return error
 
     def stretched(self, double factor):
-        """Stretch it to factor times the time; answers (traj_error, Course)."""
+        """Stretch the course to factor times the time; answers (traj_error, Course)."""
         cdef Course other = Course(self.axes, self.profiles[0].room)
         cdef traj_error error = TRAJ_OK
         cdef traj_profile *to

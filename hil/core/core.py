@@ -50,7 +50,7 @@ class CoreAxis:
         self.id = axis
         self.kind = kind
         self.pins = kind.inputs
-        """Numbers of its inputs by name."""
+        """Numbers of the axis's inputs by name."""
         self.nominal_supply_V = native.supply_V(axis)
         """Supply of the full plant as it was opened, 0 for the simple one."""
         self.holding_Nm = 0.0

@@ -1,7 +1,6 @@
 """The table of kinds of axis: all that hil asks of one, by the control law that a profile names.
 
-Whoever wants to know something of an axis that not every axis has, asks its row here; nobody asks which
-board it is.
+Code that needs a thing which not every axis has asks the axis's row here, never which board it is.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,28 +28,29 @@ class AxisKind:
     """Kind of axis. Fields are names of ``hil.core.FIELDS``."""
 
     title: str
-    """Word for it in messages."""
+    """Word for the kind in messages."""
     law: Law
     """Control law that the native core runs."""
     inputs: Mapping[str, int]
-    """Numbers of its inputs by name; two names of one number are the same pin."""
+    """Numbers of the kind's inputs by name; two names of one number are the same pin."""
     outputs: Mapping[str, int]
     has_clock: bool
-    """Whether it gives and takes a clock besides (``CLOCK_OUT``, ``CLOCK_IN``)."""
+    """True if the axis also gives and takes a clock (``CLOCK_OUT``, ``CLOCK_IN``)."""
     parameters: tuple[str, ...]
     """Numbers that a profile gives for its motor, driver and load."""
     fields: Mapping[str, int]
-    """Indices of its fields in the table, by name."""
+    """Indices of the kind's fields in the table, by name."""
     default_signals: tuple[str, ...]
     """Fields that are drawn by default."""
     fault_targets: frozenset[str]
     """Kinds of target of ``hil.vocab.faults`` that it is: what can fail."""
     follows_paths: bool
-    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
+    to."""
     course: tuple[str, str]
-    """Fields of its set-point and of its position, in degrees."""
+    """Fields of the set-point and of the position, in degrees."""
     motion: Callable[[Snapshot], AxisState]
-    """Reads its state as motion."""
+    """Reads an axis's state as motion."""
     max_current_A: Callable[[Mapping[str, float]], float]
     """Maximum current of a coil, by its parameters."""
     memory_bytes: int
@@ -135,4 +135,4 @@ SAC = AxisKind(
 """A motion engine that makes step pulses for a driver, without an encoder."""
 
 KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC)}
-"""All kinds, by their laws' names in ``profile.yaml``."""
+"""Kinds of axis by their laws' names in ``profile.yaml``."""

@@ -53,8 +53,8 @@ _MEANINGS = {
 
 
 class PlanError(ValueError):
-    """A motion cannot be planned: the problem, its axis (None: no single one), and the least duration if too
-    short a one was asked for."""
+    """Error of a motion that cannot be planned: the problem, its axis (None: no single one), and the least
+    duration if too short a one was asked for."""
 
     def __init__(self, problem: PlanProblem, axis: int | None = None, least_ns: int | None = None) -> None:
         least = "" if least_ns is None else f", at least {least_ns} ns"
@@ -162,9 +162,9 @@ class Trajectory:
         return Violation(axis, _QUANTITIES[quantity], at_ns, value, limit)
 
     def fitted(self, limits: Sequence[AxisLimits]) -> "Trajectory":
-        """Slow the same way down as little as the limits need; itself if it keeps them.
+        """Slow the trajectory down on the same way, as little as the limits need; itself if it keeps them.
 
-        Only for what starts at rest: a start in motion would be slowed too.
+        Only for a trajectory that starts at rest: a start in motion would be slowed too.
 
         Raises:
             PlanError: the limits are not finite and above 0, or it would take over 100 years.

@@ -18,8 +18,9 @@ SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 
 class Boards(Mapping[str, Profile]):
-    """What boards say in their ``board.py``, imported when it is asked for. ``uarts``: serial interfaces of
-    each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names there.
+    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``uarts``: serial
+    interfaces of each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names
+    there.
 
     Raises:
         KeyError: there is no such board.
@@ -73,13 +74,13 @@ def _load(place: BoardPlace, uarts: tuple[str, ...], axes: tuple[str, ...]) -> P
 
 def _imported(place: BoardPlace) -> object:
     """Import ``PROFILE``, None where there is none."""
-    invalidate_caches()  # the folder may be younger than the last look
+    invalidate_caches()  # the folder may be younger than the import system's cache
     try:
         _make_package(place)
         return getattr(import_module(f"{place.package}.board"), "PROFILE", None)
     except (Exception, SystemExit) as error:
         for name in [each for each in sys.modules if each.startswith(f"{place.package}.")]:
-            del sys.modules[name]  # a mended one begins anew
+            del sys.modules[name]  # so that a repaired board is imported anew
         raise ConfigError([_import_problem(place, error)]) from None
 
 

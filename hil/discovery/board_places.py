@@ -1,4 +1,4 @@
-"""Where boards are: with hil, in packages that are installed beside it, and in folders that a user names."""
+"""Places of boards: with hil, in packages that are installed beside it, and in folders that a user names."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -11,7 +11,7 @@ BOARDS, PORTS, BRIDGES = "hil.profiles", "hil.ports", "hil.bridges"
 
 
 class NotThere(Exception):
-    """A package that an entry point names cannot be found: ``str(error)`` says why."""
+    """Error of an entry point whose package cannot be found: ``str(error)`` says why."""
 
 
 @cache
@@ -32,7 +32,7 @@ def folder_of(point: EntryPoint) -> Path:
     """
     try:
         spec = find_spec(point.value)
-    except Exception as error:  # a package above it is somebody else's code
+    except Exception as error:  # a package above it may raise anything
         raise NotThere(f"{point.value} cannot be found: {error!r}") from None
     if spec is None or not spec.submodule_search_locations:
         raise NotThere(f"there is no package {point.value}")

@@ -1,9 +1,9 @@
 """The file format of a board's non-volatile memory.
 
-All versions begin with the same header, little-endian: magic (8 bytes), version (16 bit), CRC-32 over
-the whole file but the CRC itself. What follows in version 2: the profile's name, a write counter
-(64 bit), the number of sections (16 bit), and each section's name and data. Names are UTF-8 after one
-byte of length, data comes after four. In version 1 the rest of the file is one section without a name.
+All versions begin with the same header, little-endian: magic (8 bytes), version (16 bit), CRC-32 over the
+whole file but the CRC itself. Version 2 goes on with the profile's name, a write counter (64 bit), the number
+of sections (16 bit), and each section's name and data. Names are UTF-8 after one byte of length, data comes
+after four. In version 1 the rest of the file is one section without a name.
 """
 
 import struct
@@ -42,11 +42,11 @@ class Decoded:
 
 
 class NvmError(Exception):
-    """A file cannot be used: ``str(error)`` is the reason, in one line."""
+    """Error of a file that cannot be used: ``str(error)`` is the reason, in one line."""
 
 
 class NvmNewer(NvmError):
-    """A file is whole, and of a version that this program does not know."""
+    """Error of a file that is whole, and of a version that this program does not know."""
 
 
 def encode(content: Content) -> bytes:

@@ -11,12 +11,12 @@ from hil.vocab.framing import Item
 from hil.vocab.time import FOREVER, SimTimeNs
 
 STEPS_WITHOUT_TIME = 1_000_000
-"""A main program that is resumed this often at one instant is in an endless loop: a board's would
-have used up time. Far above what a full receive buffer can cause."""
+"""Number of resumes at one instant from which on a main program is in an endless loop: a board's would have
+used up time. Far above what a full receive buffer can cause."""
 
 
 class FirmwareStuck(Exception):
-    """The main program loops without letting simulated time pass, or returned."""
+    """Error of a main program that loops without letting simulated time pass, or returned."""
 
 
 class Runtime:

@@ -29,8 +29,8 @@ def to_rest(r: float, rate: float, per_s2: float) -> Path:
 
 def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float) -> Path:
     """Path from a set-point that changes at ``rate`` to rest at ``target``, as fast as the limits let it:
-    ramps of ``per_s2``, at most ``per_s`` in between. What is faster than that at the beginning slows down
-    first; what cannot stop before the target comes back."""
+    ramps of ``per_s2``, at most ``per_s`` in between. A set-point that is faster at the beginning slows down
+    first; one that cannot stop before the target comes back to it."""
     stopped_at = r + rate * abs(rate) / (2 * per_s2)
     sign = 1.0 if target >= stopped_at else -1.0
     distance, start = (target - r) * sign, rate * sign
@@ -47,8 +47,9 @@ def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float)
 
 
 def _joined(r: float, rate: float, pieces: Sequence[tuple[float, float]]) -> Path:
-    """Join pieces of (seconds, acceleration), each beginning where the one before ends. Times are whole
-    nanoseconds, set-points and rates those of the times before rounding, so that nothing adds up."""
+    """Join pieces of (seconds, acceleration), each beginning where the one before ends. Times are rounded to
+    whole nanoseconds; set-points and rates are those of the times before rounding, so that no error adds
+    up."""
     path = []
     for seconds, per_s2 in pieces:
         if duration_ns := round(seconds * NS_PER_S):

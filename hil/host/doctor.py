@@ -44,8 +44,8 @@ _Judgement = tuple[Verdict, *tuple[str, ...]]
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs,
-    and could run better. What is ok has no cost and no remedy."""
+    """The result of one check. ``problem``: something a bench needs is refused; ``note``: it runs, and could
+    run better. A result that is ok has no cost and no remedy."""
 
     name: str
     verdict: Verdict
@@ -128,7 +128,7 @@ def _rt_group(system: System, tried: Tried) -> _Judgement:
     if starved or system.rt_groups_without_budgets:
         if not tried.fifo_errno:
             return "ok", "no budget, but real-time priority was given"
-        # Whatever else refuses, too, is said of the priority itself.
+        # Other refusals are part of the finding on the priority itself.
         allowed = replace(system, capabilities=system.capabilities | {CAP_SYS_NICE})
         why = real_time_refused(allowed, tried.priority)
         return "problem", why.cause, "no real-time priority, whatever the limits say", why.remedy

@@ -19,7 +19,7 @@ _DEBUG = 7
 
 
 def is_journal(stream: TextIO, env: Mapping[str, str]) -> bool:
-    """Whether what is written to this stream goes to the journal."""
+    """True if what is written to this stream goes to the journal."""
     try:
         stat = os.fstat(stream.fileno())
     except (OSError, ValueError):  # no file, or closed

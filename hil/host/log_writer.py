@@ -83,7 +83,7 @@ def _write(fd: int, text: str) -> None:
         while data:
             try:
                 data = data[os.write(fd, data) :]
-            except BlockingIOError:  # whoever shares the file has made it so
+            except BlockingIOError:  # another program with this file made it non-blocking
                 select.select([], [fd], [])
     except OSError:
         pass  # full, or the reader has gone

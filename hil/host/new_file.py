@@ -1,8 +1,8 @@
 """The one way to write a file that somebody has named.
 
-What exists and is no regular file (a device, a FIFO, ``/dev/stdout``) is written into. Otherwise a new file
-with a name that nobody can guess is made beside it, and takes its place whole; a symlink stays, and what it
-leads to is replaced. Permissions of what is replaced are kept.
+A path that exists and is no regular file (a device, a FIFO, ``/dev/stdout``) is written into. Otherwise a new
+file with a name that nobody can guess is made beside it, and takes its place whole; a symlink stays, and what
+it leads to is replaced. Permissions of what is replaced are kept.
 """
 
 import errno
@@ -74,7 +74,7 @@ def _target(path: Path) -> Path | int:
             break
         folder = Path(os.path.realpath(path.parent))
         if folder == Path(f"/proc/{os.getpid()}/fd"):
-            return os.dup(int(path.name))  # where it has come to, as a shell's `>>` wants it
+            return os.dup(int(path.name))  # a duplicate keeps the offset, as a shell's `>>` wants it
         if folder.is_relative_to("/proc"):
             return os.open(path, os.O_WRONLY | os.O_CLOEXEC)
         _refuse_planted(path)
@@ -113,7 +113,7 @@ def _create(target: Path) -> tuple[int, Path]:
         try:
             os.fchown(fd, -1, old.st_gid)
         except PermissionError:
-            mode &= ~0o070  # what that group may, this one may not
+            mode &= ~0o070  # rights of the old file's group are not for this one
         with suppress(PermissionError):
             os.fchown(fd, old.st_uid, -1)
         os.fchmod(fd, mode)

@@ -98,7 +98,8 @@ class Heartbeat:
     _still: int = 0
 
     def beats(self, ticks: int) -> bool:
-        """Whether to ping now. ``ticks``: the core's counter."""
+        """True if the core has moved since the last call, so that a ping is due. ``ticks``: the core's
+        counter."""
         moved = ticks != self.ticks
         self.ticks = ticks
         self._still = 0 if moved else self._still + 1
@@ -106,7 +107,7 @@ class Heartbeat:
 
     @property
     def has_stopped(self) -> bool:
-        """Whether the core has not moved in as many looks as the watchdog's time has. Looks, not seconds: a
+        """True if the core has not moved in as many looks as the watchdog's time has. Looks, not seconds: a
         process that was stopped as a whole makes none."""
         return self._still >= _PINGS - 1
 

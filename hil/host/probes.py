@@ -61,7 +61,7 @@ def _try_core(devices: int, priority: int, cpu: int) -> tuple[str, int, int, int
     try:
         native = Core(2 * devices).native
         native.rt_start(PERIOD_NS, 1.0, priority, cpu)
-    except MemoryError:  # so the core calls the lack of descriptors, too
+    except MemoryError:  # the core calls the lack of descriptors so, too
         return "no memory or no file descriptor for it", 0, 0, 0, 0
     except OSError as error:
         return os.strerror(error.errno or 0), 0, 0, 0, 0

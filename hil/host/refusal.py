@@ -35,7 +35,7 @@ def real_time_refused(system: System, priority: int) -> SystemRefusal:
     if starved := [group.file for group in system.rt_groups if group.budget_us == 0]:
         return SystemRefusal(
             "this control group has no real-time budget",
-            # Top down: a group cannot have more than the one above it.
+            # Top down: a group cannot have more than its parent.
             f"as root `echo {BUDGET_US} | tee {' '.join(reversed(starved))}`",
         )
     if system.rt_groups_without_budgets:

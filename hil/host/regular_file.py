@@ -19,7 +19,7 @@ MAX_BYTES = 16 << 20
 
 
 class NotRegularError(OSError):
-    """A name is not a regular file's; ``strerror`` says what it is."""
+    """Error of a name that is not a regular file's; ``strerror`` says what it is."""
 
 
 def open_regular(path: Path, at_most_bytes: int | None = None) -> BinaryIO:

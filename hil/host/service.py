@@ -70,7 +70,7 @@ class Service:
 
 
 def has_terminal() -> bool:
-    """Whether a terminal controls this process: then SIGHUP says that it has gone."""
+    """True if a terminal controls this process: then SIGHUP says that it has gone."""
     try:
         os.close(os.open("/dev/tty", os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC))
     except OSError:

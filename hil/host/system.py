@@ -23,11 +23,11 @@ class ResourceLimit:
     hard: int
 
     def allows(self, wanted: int) -> bool:
-        """Whether the limit in force is at least that."""
+        """True if the limit in force is at least ``wanted``."""
         return self.soft == UNLIMITED or self.soft >= wanted
 
     def may_allow(self, wanted: int) -> bool:
-        """Whether the process itself may raise the limit to that."""
+        """True if the process itself may raise the limit to ``wanted``."""
         return self.hard == UNLIMITED or self.hard >= wanted
 
 
@@ -53,7 +53,7 @@ class System:
     rt_groups: tuple[Budget, ...]
     """Real-time budgets of the process's control group and those above it, its own first."""
     rt_groups_without_budgets: bool
-    """Whether there are real-time groups in a version 2 hierarchy: no group but the root has or can get a
+    """True if there are real-time groups in a version 2 hierarchy: no group but the root has or can get a
     budget."""
     quotas: tuple[Budget, ...]
     """CPU quotas in force on the process's control groups."""
@@ -235,7 +235,8 @@ def _kernel_config(files: Files) -> str:
 
 
 def _rt_groups_on(config: str, command_line: list[str]) -> bool:
-    """Linux 6.16 can switch real-time groups at boot; before, what was compiled in was on."""
+    """True if real-time groups are on. Linux 6.16 can switch them at boot; before, what was compiled in was
+    on."""
     if "CONFIG_RT_GROUP_SCHED=y" not in config:
         return False
     chosen = [

@@ -18,8 +18,8 @@ def distrust(folder: Path, owners: Collection[int] = ()) -> str:
     """Reason why what is in a folder is not to be believed, empty if it is.
 
     The folder, and every folder and link on the way to it, have to belong to this user, to root or to one of
-    ``owners``, and nobody else may write there. On the way all may write where they can only remove what is
-    theirs (/tmp). A folder that is not there is believed.
+    ``owners``, and nobody else may write there. On the way, a folder in which all may write will do if they
+    can remove only what is theirs (/tmp). A folder that is not there is believed.
     """
     believed = {0, os.geteuid(), *owners}
     at, left, links = Path("/"), list(reversed(Path(os.path.abspath(folder)).parts[1:])), 0
@@ -49,7 +49,7 @@ def distrust(folder: Path, owners: Collection[int] = ()) -> str:
 
 
 def _writers(found: os.stat_result, is_on_the_way: bool) -> str:
-    """Users who may write into a folder besides, if that matters."""
+    """Other users who may write into a folder, if that matters."""
     if is_on_the_way and found.st_mode & stat.S_ISVTX:
         return ""
     if found.st_mode & stat.S_IWOTH:
@@ -60,7 +60,7 @@ def _writers(found: os.stat_result, is_on_the_way: bool) -> str:
 
 
 def _is_private(group: int, user: int) -> bool:
-    """Whether a group is a user's own, of his name and with nobody else in it."""
+    """True if a group is a user's own, of his name and with nobody else in it."""
     import grp
     import pwd
 

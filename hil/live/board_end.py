@@ -65,14 +65,14 @@ class BoardEnd:
         self.typed_bytes = 0
         """Number of bytes from programs to the board: after them the daemon does not know what it does."""
         self.is_held = False
-        """Whether a run has the board."""
+        """True while a run has the board."""
         self._is_gone = False
         self._talk = asyncio.Lock()
         self._heard: asyncio.Queue[tuple[float, bytes]] | None = None
 
     @property
     def is_busy(self) -> bool:
-        """Whether a dialogue or a run has the board: clients' bytes wait."""
+        """True while a dialogue or a run has the board: clients' bytes wait."""
         return self._heard is not None or self.is_held
 
     # ---- End ----

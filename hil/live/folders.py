@@ -15,8 +15,8 @@ from hil.net.control_client import already_running, listener
 
 @contextmanager
 def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
-    """Make both folders, and keep other daemons away from the state. At the end the runtime directory goes,
-    if it is empty, and the folder that it is in, unless somebody else has made that.
+    """Make both folders, and keep other daemons away from the state. At the end the runtime directory is
+    removed if it is empty, and the folder that it is in, unless somebody else has made that.
 
     Raises:
         StartError: one cannot be had.
@@ -24,7 +24,7 @@ def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
     lock, keeps_parent = _lock(bench, state, runtime), False
     try:
         try:
-            # One that was there and is empty: somebody made it.
+            # The folder was there and is empty: somebody made it.
             keeps_parent = runtime.parent.exists() and not any(runtime.parent.iterdir())
             _make_runtime(runtime)
         except OSError as error:

@@ -53,7 +53,8 @@ class Paths:
 
 @dataclass(frozen=True)
 class LiveBench:
-    """Parts of a bench, for whoever composes more; none gets all. ``notes``: for the operator, by device."""
+    """Parts of a bench, for code that composes more; no part gets all of them. ``notes``: for the operator,
+    by device."""
 
     configured: Configured
     sim: BenchRuntime

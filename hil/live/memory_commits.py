@@ -31,8 +31,8 @@ class Commits:
         self.failures.pop(device, None)
 
     async def end(self) -> None:
-        """Wait for the answers to all commits so far. What the boards commit on these is never answered, as
-        when their power goes in the middle of it."""
+        """Wait for the answers to all commits so far. Commits that boards begin on these answers are never
+        answered themselves, as if the power went in the middle."""
         self._ends = True
         await self._loop.run_in_executor(None, self._files.close)
 

@@ -42,7 +42,7 @@ class Places:
         return [joint for joint in joints if owner_of(joint.label) == name]
 
     def addresses(self) -> list[tuple[str, str]]:
-        """All labels, and the address at which clients reach each."""
+        """Labels of all joints, each with the address at which clients reach it."""
         return [(joint.label, joint.port.address) for joint in self.joints()]
 
     def tell_stopped(self, device: Device) -> None:

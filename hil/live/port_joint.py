@@ -84,7 +84,7 @@ class Joint(Generic[EndKind]):
         elif not self._is_held and not room:
             self._is_held = True
             self._end.hold(True)
-            room = self._end.room()  # some may have come meanwhile, which the port was told of
+            room = self._end.room()  # room may have come meanwhile, of which the port was told
         return room
 
     def received(self, data: bytes) -> None:

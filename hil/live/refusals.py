@@ -2,12 +2,13 @@
 
 
 class StartError(Exception):
-    """The bench cannot start: ``str(error)`` says why and what to do, a line for each problem."""
+    """Error of a bench that cannot start: ``str(error)`` says why and what to do, a line for each problem."""
 
 
 class Refused(Exception):
-    """Nothing has changed: ``str(error)`` says why, a line for each reason."""
+    """Refusal of a change, after which nothing has changed: ``str(error)`` says why, a line for each
+    reason."""
 
 
 class ConfigUnreadable(Refused):
-    """The configuration is not there, or no text: as wrong as one with problems."""
+    """Refusal of a configuration that is not there, or no text: as wrong as one with problems."""

@@ -205,7 +205,7 @@ class TapEnd:
             self._lines.has_sent(self)
 
     def flush(self) -> None:
-        """Nothing: what was heard has its times already."""
+        """Put nothing on a line: what was heard has its times already."""
         self._is_fresh = False
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:

@@ -1,7 +1,7 @@
 """Store of boards' non-volatile memories: one file for each device, written by a thread.
 
 A commit writes a new file, syncs it, renames it over the old one and syncs the directory; only then is it
-acknowledged. Whatever dies in between, the file is whole and not older than the last acknowledgement. A
+acknowledged. The file is whole and not older than the last acknowledgement, whatever dies in between. A
 failed sync is never retried: the kernel may have dropped the data, and a second try would succeed without it.
 """
 
@@ -42,7 +42,7 @@ class Kept:
 
 
 class StoreError(Exception):
-    """The store cannot be used: ``str(error)`` says what to look at, in one line."""
+    """Error of a store that cannot be used: ``str(error)`` says what to look at, in one line."""
 
 
 class StoreCalls:
@@ -71,7 +71,7 @@ class NvmStore:
     """Directory of ``<device>.nvm`` files. One process at a time may use a directory."""
 
     def __init__(self, directory: Path, files: StoreCalls | None = None) -> None:
-        """``directory`` exists and is on a file system that has hard links.
+        """Open the store in ``directory``, which exists and is on a file system that has hard links.
 
         Raises:
             StoreError: it does not exist.

@@ -23,7 +23,7 @@ ANSWER_BYTES = 64 << 20
 
 
 class ControlError(Exception):
-    """A request was refused, or nobody answers: ``str(error)`` says why."""
+    """Error of a request that was refused, or that nobody answers: ``str(error)`` says why."""
 
 
 def already_running(bench: str, pid: int) -> str:

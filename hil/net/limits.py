@@ -20,7 +20,7 @@ class Limit:
         self._text = ""
 
     def reached(self, text: str) -> None:
-        """Count that it stopped something: ``text`` says which limit, and what to do."""
+        """Count that the limit stopped something: ``text`` says which limit, and what to do."""
         self.count += 1
         self._text = text
         if self._timer is None:

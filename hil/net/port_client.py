@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 
 
 class PortUnreachable(Exception):
-    """The port cannot be opened: ``str(error)`` has its address and the reason."""
+    """Error of a port that cannot be opened: ``str(error)`` has its address and the reason."""
 
 
 @contextmanager

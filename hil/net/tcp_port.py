@@ -100,7 +100,8 @@ class Client:
         self._loop.call_soon(self._died, self)
 
     def has_vanished(self) -> bool:
-        """Whether its computer acknowledges nothing any more; that of a client that does not read, does."""
+        """True if the client's computer acknowledges nothing any more; that of a client that only does not
+        read still does."""
         info = self.connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO_BYTES)
         retransmits, probes = info[2:4]
         return retransmits >= _TRIES or probes >= _TRIES

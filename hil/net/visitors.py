@@ -18,10 +18,10 @@ class Visit:
     since_s: float
     """Time at which it came, or was answered last, on the event loop's clock."""
     is_busy: bool = False
-    """Whether it waits for an answer, or has something running: it is not let go."""
+    """True while the client waits for an answer, or has something running: it is not let go."""
     has_asked: bool = False
     has_begun: bool = False
-    """Whether its task has the connection."""
+    """True once the client's task has the connection."""
     task: asyncio.Task[None] | None = None
 
 

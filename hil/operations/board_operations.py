@@ -125,7 +125,7 @@ class BoardOperations:
     async def drive(self, asked: Asked, train: list[Any]) -> Done:
         """Play a pulse train; answers when it began, and its length."""
         rows = await off_loop(train, _train, train)
-        if "step" not in self._axis(asked).pins:  # the bench went on while they were read
+        if "step" not in self._axis(asked).pins:  # the bench may have changed while the rows were read
             raise VerbRefused("cannot", f"{asked.target} has no step input")
         return self._give(asked, Drive(rows), {"length_ns": train_length_ns(rows)})
 
@@ -172,8 +172,8 @@ class BoardOperations:
         return {"interrupted": is_short}
 
     def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
-        """Whether what a verb began goes on, as the axis's state tells. Of a path its verb told the end;
-        ramps of the board's own end when they do."""
+        """True while what a verb began goes on, as the axis's state tells. A path ends at the time that its
+        verb told; the board's own ramps end when they do."""
         if device.failed:
             return False
         follows = device.follows_paths and self._axis(asked).kind.follows_paths

@@ -2,7 +2,7 @@
 
 A request is one line of JSON: ``{"verb": "status"}``, with the target and the parameters of the operation of
 that name; the answer is one line: ``{"ok": true, "result": ...}``, or ``{"ok": false, "error": "...", "code":
-"..."}``. Whatever else comes gets a refusal, and the connection goes on.
+"..."}``. Any other line gets a refusal, and the connection goes on.
 """
 
 import asyncio
@@ -35,7 +35,8 @@ _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
-"""Defaults of arguments here: nobody asks twice for what he has asked once."""
+"""Defaults of arguments at this door: a command that submits an ended run again wants it carried out
+again."""
 _PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that are answers here: the problems of a text."""
 
@@ -45,7 +46,7 @@ Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter, Visit], Awaitable[
 
 
 class SocketRefused(Exception):
-    """The socket cannot be had: ``str(error)`` says why and what to do."""
+    """Error of a socket that cannot be had: ``str(error)`` says why and what to do."""
 
 
 class TooLong:
@@ -151,7 +152,8 @@ class ControlServer:
             await writer.drain()
 
     async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
-        """Answer a request, or what is none; ``capture`` in it: the connection carries one from now on."""
+        """Answer a line, be it a request or not; ``capture`` in the answer: the connection carries one from
+        now on."""
         name = ""
         try:
             if isinstance(line, TooLong):
@@ -164,7 +166,7 @@ class ControlServer:
             if error.code in _PROBLEMS:
                 return {"ok": True, "result": {"problems": str(error)}}
             return {"ok": False, "error": str(error)[:_LONGEST_REFUSAL], "code": error.code}
-        except Exception:  # ours: this request is lost, all else goes on
+        except Exception:  # hil's own error: this request is lost, all else goes on
             log.exception("control socket: %s could not be carried out", name)
             return {"ok": False, "error": f"{name} met a fault of hil's own; the bench's log says more"}
         if name == "capture":

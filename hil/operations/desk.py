@@ -78,7 +78,7 @@ class Desk:
         return target if kind is Target.UART else found.name
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:
-        """Carry out a verb of the device. One that all boards have is an operation itself."""
+        """Carry out a verb of the device. A verb that all boards have is an operation itself."""
         if name in EVERY_BOARDS:
             return self.ask(asked.source, name, asked.target, parameters)
         device = self._devices[asked.target]

@@ -51,7 +51,8 @@ def _twin(address: str, profile: str, board: Profile, kind: AxisKind | None) -> 
 
 
 def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:
-    """Whether a verb can be asked there: of a device, or only of another axis of one."""
+    """True if a verb can be asked at an address: of a device, or of another axis than its first
+    (``is_other``), which takes only verbs of axes."""
     is_of_axis = verb.is_of_axis or verb.name == "pin"
     return is_of_axis if is_other else has_axis or not is_of_axis
 

@@ -68,7 +68,7 @@ class Health:
     is_service: bool
 
     def problems(self) -> list[HealthProblem]:
-        """All present problems, the bench's own first."""
+        """Present problems, the bench's own first."""
         return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
 
     def as_dict(self) -> dict[str, Any]:

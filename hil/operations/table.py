@@ -70,13 +70,13 @@ def _rows(most: int, columns: str) -> Form:
     )
 
 
-TEXT = Form("a text", lambda value: isinstance(value, str))  # whoever reads it has a limit
+TEXT = Form("a text", lambda value: isinstance(value, str))  # its reader has a limit
 WHOLE = Form("a whole number", _is_whole)
 NAMES = Form("a list of texts", _are_names)
 HEX = Form(f"hexadecimal digits of at most {TYPED_BYTES} bytes", _is_hex)
 FLAG = Form("true or false", lambda value: isinstance(value, bool))
 OBJECT = Form("an object", lambda value: isinstance(value, dict))
-VALUE = Form("a number", lambda value: True)  # whose limits, and whether it is one, the field says
+VALUE = Form("a number", lambda value: True)  # the field checks its limits and its type
 WHICH = Form('a number of `faults`, or "all"', _is_number_or_all)
 EDGES = _rows(MAX_ROWS, "at_ns, pin, level, steps, duration_ns; [] ends")
 BURSTS = _rows(MAX_BURSTS, "nanoseconds from now, hexadecimal digits")

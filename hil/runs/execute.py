@@ -79,7 +79,7 @@ class Execution:
         self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
-        """Stop the run, at any time. One that stops with grace already can be stopped with prejudice."""
+        """Stop the run, at any time; one that stops with grace already can be stopped with prejudice."""
         self._asked = Ended(state, why or f"it was cancelled with {how}", how)
 
     def run(self) -> Generator[int, None, None]:
@@ -176,7 +176,7 @@ class Execution:
             yield min(now_ns + POLL_NS, end_ns) if now_ns < end_ns else now_ns + POLL_NS
 
     def _have_reached(self, at_ns: int) -> bool:
-        """Whether the axes' values are of this time or later: a board that has much to do comes behind."""
+        """True if the axes' values are of this time or later: a board that has much to do comes behind."""
         return not any(axis.state().at_ns < at_ns for axis in self._axes.values())
 
     def _look(self) -> None:

@@ -25,7 +25,7 @@ class Move:
     velocity_rpm: int
 
     def give(self, axis: Axis, start_ns: int) -> None:
-        """Give it to its axis, in a phrase that starts then. Raises VerbRefused."""
+        """Give the motion to its axis, in a phrase that starts then. Raises VerbRefused."""
         axis.move(self.position_deg, self.velocity_rpm, start_ns + self.at_ns)
 
 
@@ -39,15 +39,15 @@ class Level:
     level: int
 
     def give(self, axis: Axis, start_ns: int) -> None:
-        """Give it to its axis, as ``Move.give``."""
+        """Give the level to its axis, as ``Move.give``."""
         axis.set_pin(self.pin, self.level, start_ns + self.at_ns)
 
 
 @dataclass(frozen=True)
 class Phrase:
     """Motion that goes by the clock from one common start. ``paths``: those of axes that follow them, from
-    the start to ``duration_ns``. ``marks``: when which step begins. After it those ``awaited`` have to be at
-    their ends, for they alone know when that is, and the condition of ``wait`` has to be met."""
+    the start to ``duration_ns``. ``marks``: the beginning of each step. After it the axes ``awaited``, which
+    alone know when they end, have to be at their ends, and the condition of ``wait`` has to be met."""
 
     duration_ns: int
     paths: Mapping[str, tuple[PathPiece, ...]]

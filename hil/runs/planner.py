@@ -29,7 +29,8 @@ SPLINE_LOOKS = 1000
 
 
 class _Impossible(Exception):
-    """A step cannot be done: a finding's path, message and remedy; none where they are noted already."""
+    """Error of a step that cannot be done: a finding's path, message and remedy; none where findings are
+    noted already."""
 
 
 def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:

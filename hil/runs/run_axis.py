@@ -33,7 +33,7 @@ class RunAxis:
 
     def __post_init__(self) -> None:
         self._path: tuple[int, int, float] | None = None
-        """Path that it follows: its beginning and end, and its last set-point."""
+        """Path that the axis follows: its beginning and end, and its last set-point."""
         self._count, self._squares = 0, 0.0
         self.axis.hold()
 
@@ -43,14 +43,14 @@ class RunAxis:
     # ---- what it is given ----
 
     def give(self, event: Move | Level, start_ns: int) -> None:
-        """Give it an event of a phrase that starts then. Raises Ended: it was refused."""
+        """Give the axis an event of a phrase that starts then. Raises Ended: it was refused."""
         try:
             event.give(self.axis, start_ns)
         except VerbRefused as refusal:
             raise self.failed(f"{self.name}: {refusal}") from None
 
     def follow(self, path: Path, start_ns: int, duration_ns: int) -> int:
-        """Let its set-point go along a path; answers the path's end. Raises Ended: it was refused."""
+        """Let the axis's set-point go along a path; answers the path's end. Raises Ended: it was refused."""
         try:
             self.axis.follow(path, start_ns)
         except VerbRefused as refusal:
@@ -64,14 +64,14 @@ class RunAxis:
         return end_ns
 
     def stop(self, how: How) -> None:
-        """Stop it, whatever it does."""
-        with suppress(VerbRefused):  # it has failed, or its loop is off: it does not move by itself
+        """Stop the axis, whatever it does."""
+        with suppress(VerbRefused):  # the axis has failed, or its loop is off: it does not move by itself
             self.axis.stop(how, self.rules.acceleration_rpm_per_s)
 
     # ---- whether it does that ----
 
     def look(self) -> None:
-        """Take its samples in. Raises Ended: it has stopped, refused a verb, or is too far off."""
+        """Take the axis's samples in. Raises Ended: it has stopped, refused a verb, or is too far off."""
         if why := self.axis.failure:
             raise self.failed(f"{self.name} stopped: {why}")
         if why := self.axis.refusal:
@@ -82,7 +82,7 @@ class RunAxis:
             raise self.failed(why)
 
     def note(self) -> float:
-        """Take its new samples in; answers the greatest error among them."""
+        """Take the axis's new samples in; answers the greatest error among them."""
         rows = self.axis.samples()
         found = [abs(wanted - is_at) for _, wanted, is_at in rows]
         if found:
@@ -95,7 +95,7 @@ class RunAxis:
         return max(found, default=0.0)
 
     def check_path(self) -> None:
-        """Check the path. Raises Ended: it does not follow, or somebody told it otherwise."""
+        """Check the path. Raises Ended: the axis does not follow it, or got another command."""
         if self._path is None or (state := self.state()).is_on is None or state.commanded_deg is None:
             return
         start_ns, end_ns, last_deg = self._path
@@ -120,7 +120,7 @@ class RunAxis:
 
     @property
     def is_under_way(self) -> bool:
-        """Whether it has a motion that has not ended."""
+        """True while the axis has a motion that has not ended."""
         return self.state().is_under_way
 
     @property
@@ -134,7 +134,7 @@ class RunAxis:
     # ---- its end ----
 
     def close(self) -> None:
-        """Release it: the run has it no more; its report is complete."""
+        """Release the axis: the run has it no more; its report is complete."""
         self.note()
         self.axis.release()
         state = self.state()

@@ -94,7 +94,7 @@ def _one_action(step: "Step") -> "Step":
 
 
 class _Step(StrictModel):
-    """One thing to do."""
+    """Step of a run: one thing to do."""
 
     label: Name | None = Field(default=None, description="A name for `repeat`; may stand alone.")
     move: dict[AxisName, Angle] | None = Field(

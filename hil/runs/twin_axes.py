@@ -41,8 +41,8 @@ class TwinAxes:
 
 
 class TwinAxis:
-    """Axis of a twin, as ``hil.vocab.axis.Axis``: what it is given are inputs of the bench. It is looked up
-    by its address each time, for a reload may exchange the twin."""
+    """Axis of a twin, as ``hil.vocab.axis.Axis``: its motions are inputs of the bench. It is looked up by its
+    address each time, for a reload may exchange the twin."""
 
     lead_ns = 0
 
@@ -74,7 +74,7 @@ class TwinAxis:
         kind, state = self._axis.kind, self.state()
         is_free = self._follows_paths and not state.keeps_angle
         at_deg = state.position_deg if is_free else state.commanded_deg
-        assert at_deg is not None  # twins tell everything
+        assert at_deg is not None  # a twin tells every value
         fields, pins = tuple(kind.fields), tuple(kind.inputs)
         return AxisNow(at_deg, self._follows_paths, fields, pins, self._why_not(state))
 

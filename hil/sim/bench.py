@@ -51,8 +51,8 @@ class Around:
     what it sent has to go on, and what it took has made room."""
     turn: Callable[[], Callable[[], bool] | None] = lambda: None
     """Real time: called when a group's turn begins; answers a function that says whether it is over. A group
-    that is late goes on in its next turn, and others have theirs between. One whose firmware takes more time
-    than there is falls behind for ever; its inputs then take effect at the time it has reached."""
+    that is late goes on in its next turn, and others have theirs between. A group whose firmware takes more
+    time than there is falls behind for ever; its inputs then take effect at the time it has reached."""
     guard: Guard = UNGUARDED
     """Guard around each turn of a firmware's own code."""
     on_failed: Callable[[Device], None] = lambda device: None
@@ -287,7 +287,7 @@ class BenchRuntime:
     # ---- time ----
 
     def advance(self, until_ns: SimTimeNs) -> None:
-        """Virtual time: take every group to ``until_ns``."""
+        """Take every group to ``until_ns``, in virtual time."""
         for group in self._groups.values():
             group.advance(until_ns)
         self._now_ns = max(self._now_ns, until_ns)

@@ -54,6 +54,6 @@ class DueTimes:
                     yield left.pop()
                     if times_ns and times_ns[0] <= due_ns:
                         break
-            finally:  # something was added before them, or whoever took them was broken off
+            finally:  # entries were added before these, or the taker was broken off
                 for index in left:
                     self.add(due_ns, index)

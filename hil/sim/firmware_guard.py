@@ -15,8 +15,8 @@ _NOTHING = nullcontext()
 
 
 class FirmwareHung(BaseException):
-    """A firmware used more time than it may. No ``Exception``: a firmware that goes on after whatever happens
-    to it must not go on after this."""
+    """Stop of a firmware that used more time than it may. No ``Exception``: a firmware that catches every
+    exception must not go on after this one."""
 
 
 class StopLogged(FirmwareHung):

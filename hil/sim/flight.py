@@ -18,10 +18,10 @@ class Flight:
     """Times at which each is complete, ascending."""
     data: bytes
     packets: Sequence[Item] | None = None
-    """What they are by the line's framing, if they are whole packets for everybody."""
+    """Packets of the bytes by the line's framing, if they are whole packets for everybody."""
 
     tail: bytes = b""
-    """Its last two bytes, or fewer."""
+    """Last two bytes of the flight, or fewer."""
 
     def __post_init__(self) -> None:
         self.tail = self.data[-2:]

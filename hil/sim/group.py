@@ -48,15 +48,15 @@ class Group:
         return times
 
     def __enter__(self) -> None:
-        """Own it, in real time: for the block the core's thread leaves it alone."""
+        """Own the group, in real time: for the block the core's thread leaves it alone."""
         self._native.acquire(self.id)
 
     def __exit__(self, *_: object) -> None:
         self.give_back()
 
     def give_back(self) -> None:
-        """Return it to the core's thread, which goes on as far as what is waited for now: an interrupt may
-        have come last, or what an input has caused."""
+        """Return the group to the core's thread, which goes on as far as what is waited for now: an interrupt
+        may have come last, or what an input has caused."""
         self._native.advance(self.id, self.due_ns, self.now_ns)
         self._native.release(self.id)
 

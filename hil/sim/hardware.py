@@ -55,7 +55,7 @@ class Memory:
 
     @property
     def is_committing(self) -> bool:
-        """Whether the store has still to answer."""
+        """True while the store has still to answer a commit."""
         return bool(self._pending)
 
     def commit(self, request: Commit) -> bool | None:
@@ -106,7 +106,7 @@ class Hardware:
             facts=spec.facts,
             note=self.note,
         )
-        """Interfaces that its firmware is made with."""
+        """Interfaces that the firmware is made with."""
         self.power_up_axes()
 
     def note(self, about: str, text: str | None) -> None:
@@ -132,7 +132,7 @@ class Hardware:
     def cut_axes(self) -> None:
         """Take the axes' power."""
         for axis in self.axes.values():
-            axis.power_up()  # as which nothing drives them
+            axis.power_up()  # after it nothing drives them
 
     def stop_axes(self) -> None:
         """Stop the control of all axes."""

@@ -1,11 +1,11 @@
 """The input log of a run: enough to run it again, exactly, on the virtual clock.
 
-A text file of JSON lines. The first is the header: format, version, the program's version, the
-configuration, and each device's memory at the start. The others are inputs (``inputs.encode_line``),
-and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state``
-(CRC-32 of the axes' snapshots at that time; null for what an interrupt sent). ``port`` stands in those of
-another UART than the first. ``device`` of an input is the address of what it is for: a device, an axis of
-one with several, a tap, a segment.
+A text file of JSON lines. The first is the header: format, version, the program's version, the configuration,
+and each device's memory at the start. The others are inputs (``inputs.encode_line``), and, for comparison,
+what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state`` (CRC-32 of the axes'
+snapshots at that time; null for what an interrupt sent). ``port`` is in lines of another UART than the first.
+``device`` of an input is the address of what it is for: a device, an axis of one with several, a tap, a
+segment.
 """
 
 import base64
@@ -38,7 +38,7 @@ class Sent:
 
 
 def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
-    """Record what a device sends now. What an interrupt sent has no state: it is noticed later than it
+    """Record what a device sends now. Bytes that an interrupt sent have no state: it is noticed later than it
     happened, at a time that depends on the machine's load."""
     state = None
     if not device.interrupting:
@@ -55,9 +55,9 @@ class InputLog:
     inputs: list[Logged]
     sent: list[Sent]
     cut: bool = False
-    """Whether its writer was killed, or had no room left: answers to the last inputs are missing."""
+    """True if the log's writer was killed, or had no room left: answers to the last inputs are missing."""
     name: str = ""
-    """Name of its file."""
+    """Name of the log's file."""
     lines: list[int] = field(default_factory=list)
     """Line numbers of the inputs, counted from 1."""
     program: str = "another program"
@@ -71,7 +71,7 @@ class LineSink(Protocol):
     """Destination of lines."""
 
     def write(self, text: str, /) -> object:
-        """Append to it."""
+        """Append a text to the destination."""
 
 
 class InputLogWriter:

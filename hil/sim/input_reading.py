@@ -19,7 +19,7 @@ _INT64 = range(-(1 << 63), 1 << 63)
 
 
 class _Wrong(Exception):
-    """A value is not what it has to be: ``str(error)`` says what that is."""
+    """Error of a value that is not what it has to be: ``str(error)`` says what that is."""
 
 
 def whole(value: Any, within: range = _INT64) -> int:
@@ -122,7 +122,7 @@ def read_line(line: str | bytes) -> dict[str, Any]:
     """Read a line of a log as an object.
 
     Raises:
-        InputLogError: it is none.
+        InputLogError: the line is no object.
     """
     try:
         values = read_json(line)

@@ -183,7 +183,7 @@ class Logged:
 
 
 class InputLogError(Exception):
-    """An input log cannot be read: ``str(error)`` says where and why."""
+    """Error of an input log that cannot be read: ``str(error)`` says where and why."""
 
 
 def encode_line(logged: Logged) -> str:

@@ -86,7 +86,7 @@ class Interfaces:
         return found, flight
 
     def has_input(self) -> bool:
-        """Whether a byte has come that the firmware is woken for."""
+        """True if a byte has come that the firmware is woken for."""
         for uart in self.all:  # noqa: SIM110  any() takes twice the time, and this is asked at every wake
             if uart.has_input:
                 return True

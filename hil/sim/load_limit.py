@@ -10,8 +10,8 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
     """Error text for a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are or
     will be there; or None.
 
-    Those that push the same way add up to the limit at most. What pushes against it does not count: it may
-    end first.
+    Torques that push the same way add up to the limit at most. One that pushes the other way does not count:
+    it may end first.
     """
     most_Nm = MOST_LOADS * holding_Nm
     words = (

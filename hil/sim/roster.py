@@ -24,7 +24,7 @@ class Place:
     station: str = ""
 
     def has(self, target: str) -> bool:
-        """Whether a fault that needs this kind of target can be here."""
+        """True if a fault that needs this kind of target can be here."""
         return {
             PORT: self.uart is not None,
             TWIN_PORT: self.uart is not None,
@@ -97,7 +97,7 @@ class Roster:
         uart, axis = device.uarts.get(part), device.axes.get(part)
         if uart is None:
             return Place(self._groups[name], device, axis=axis) if axis else None
-        if len(device.axes) == 1:  # whatever of such a board is named, its shaft is the one
+        if len(device.axes) == 1:  # a target of a board with one axis has that axis's shaft
             axis = device.axes[""]
         return Place(self._groups[name], device, uart, axis, uart.segment, uart.station)
 

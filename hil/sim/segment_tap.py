@@ -28,7 +28,7 @@ class Tap:
     _: KW_ONLY
     only_listens: bool = False
     is_real: bool = False
-    """Whether a real line hangs here: addresses that send there are left to the real nodes."""
+    """True if a real line hangs here: addresses that send there are left to the real nodes."""
     notes: dict[int, str] = field(default_factory=dict)
     """Notes about real nodes that took a twin's place, by their addresses."""
     refused_bytes: int = 0

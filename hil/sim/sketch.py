@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Sketch:
-    """Firmware of a board, ``hil.sim.firmware_guard.Guarded``. What it raises is given to ``on_raised``."""
+    """Firmware of a board, ``hil.sim.firmware_guard.Guarded``. Its exceptions go to ``on_raised``."""
 
     def __init__(
         self,
@@ -35,9 +35,9 @@ class Sketch:
         self.power_up()
 
     def power_up(self) -> None:
-        """Start it anew with the next turn."""
+        """Start the firmware anew with the next turn."""
         self.is_on = False
-        """Whether its first turn since has made it."""
+        """True once the first turn after this has made the firmware."""
         interfaces = self._interfaces
         self.runtime = Runtime(self._main(), interfaces.has_input, self._commit, interfaces.print_returns)
         self.runtime.due_ns = interfaces.now_ns
@@ -54,7 +54,7 @@ class Sketch:
 
     @property
     def is_busy(self) -> bool:
-        """Whether its main program is in a routine of its own, and takes no commands."""
+        """True while the main program is in a routine of its own, and takes no commands."""
         return self.is_on and bool(getattr(self.firmware, "is_busy", False))
 
     def turn(
@@ -72,11 +72,11 @@ class Sketch:
             return None
 
     def close(self) -> None:
-        """Stop it for ever."""
+        """Stop the firmware for ever."""
         try:
             with self._guard(self):
                 self.runtime.close()
         except KeyboardInterrupt:
             raise
-        except BaseException:  # it goes anyway
+        except BaseException:  # the program is dropped anyway
             return

@@ -58,7 +58,7 @@ class VerbCalls:
         """Carry out a verb of the device or one of its axes; answers what it answers.
 
         Raises:
-            VerbRefused: it is none of this part, or the firmware refuses it.
+            VerbRefused: the part has no such verb, or the firmware refuses it.
         """
         axes = self._hardware.axes
         if why := verb_problem(self._device, axes, verb, part):

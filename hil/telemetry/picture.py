@@ -10,7 +10,7 @@ FORMATS = (".png", ".svg", ".pdf")
 
 
 class PictureError(Exception):
-    """No picture can be made: ``str(error)`` says why and what to do."""
+    """Error of a picture that cannot be made: ``str(error)`` says why and what to do."""
 
 
 def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: str = "") -> None:

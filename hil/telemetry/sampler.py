@@ -105,7 +105,7 @@ class Sampler:
             raise ValueError(problem)
         grids = self._grids.get(axis, {})
         if interval_ns in grids:
-            self._poll_grid(axis, grids[interval_ns])  # what was before is the others'
+            self._poll_grid(axis, grids[interval_ns])  # earlier samples belong to the other watchers
         else:
             taken = {grid.slot for grid in grids.values()}
             grid = _Grid(next(slot for slot in range(WATCHES) if slot not in taken))
@@ -138,7 +138,7 @@ class Sampler:
         axis, interval_ns = subscription.axis, subscription.interval_ns
         grid = self._grids.get(axis, {}).get(interval_ns)
         if grid is None or subscription not in grid.watchers:
-            return  # its axis has gone
+            return  # the axis has gone
         self._poll_grid(axis, grid)
         grid.watchers.remove(subscription)
         if grid.watchers:

@@ -40,9 +40,9 @@ class Bench:
     """Bench with all devices of a configuration, on the virtual clock, with memory in place of ports and
     files.
 
-    ``config`` is a path, YAML text or a dict. Whatever kind of port it names, the kit's own stands in.
-    ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them.
-    Nothing runs until ``run``; the same configuration, seed and calls give the same bytes.
+    ``config`` is a path, YAML text or a dict. The kit's own port stands in for each kind that it names.
+    ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them. Nothing runs until ``run``; the
+    same configuration, seed and calls give the same bytes.
 
     Raises:
         ConfigError: with every problem of the configuration.

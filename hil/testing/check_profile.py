@@ -26,14 +26,14 @@ TURN_S = 5.0
 """Time that one turn of a firmware may take; the daemon's guard allows 0.2 s of CPU time."""
 IDLE_MS, GARBAGE_ROUNDS, FLOOD_BYTES = 1000.0, 40, 5_000
 ROUNDING_NS = 1000
-"""Of characters' times: a piece's are multiples of a character from its beginning."""
+"""Rounding of characters' times: those of a piece are multiples of a character from its beginning."""
 LINE_NS = 100_000_000
 """Time that what is on a line still takes after a reset, before the board's first words."""
 UNEVEN_MS = 0.1337
-"""So that a reset comes at no time of its own."""
+"""Odd running time before a reset, so that it comes at no special moment of the board's."""
 
 Heard = dict[str, list[tuple[int, bytes]]]
-"""What a board sent, by its UARTs, with the times."""
+"""Bytes that a board sent, by its UARTs, with their times."""
 
 
 def check_profile(folder: str | Path) -> None:
@@ -204,7 +204,8 @@ def _flood(trial: Trial) -> str | None:
 
 
 def _reset(trial: Trial) -> str | None:
-    """A board that is switched off and on does what it did at first: what it knew is in its memory alone."""
+    """Check that a board that is switched off and on does what it did at first: what it knew is in its memory
+    alone."""
     reset_ns = []
 
     def script(bench: Bench) -> None:

@@ -35,8 +35,8 @@ class PortFace:
         self._uart = device.uarts.short(uart)
         self._unread: list[tuple[SimTimeNs, bytes]] = []
         self.timeline: list[tuple[SimTimeNs, bytes]] = []
-        """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
-        first bit is on the line."""
+        """Pieces that the device has sent: (simulated time, bytes); with a baud, the time at which the first
+        bit is on the line."""
         device.uarts[uart].listeners.append(self.sent)
 
     def write(self, data: bytes, client_baud: int | None = None) -> None:
@@ -109,11 +109,11 @@ class FaultFace:
 
     @property
     def is_active(self) -> bool:
-        """Whether it has not ended yet; also true before it begins."""
+        """True until the fault has ended, also before it begins."""
         return self.number in self._runtime.faults.active
 
     def clear(self) -> None:
-        """End it; nothing if it has ended."""
+        """End the fault; nothing if it has ended."""
         if self.is_active:
             self._runtime.clear_fault(self.number)
 
@@ -222,7 +222,7 @@ class Outputs:
                 uart.listeners.append(partial(self._sends, uart))
 
     def edges(self, output: str) -> list[tuple[SimTimeNs, int]]:
-        """All edges so far: (simulated time, level)."""
+        """Edges of an output so far: (simulated time, level)."""
         if output == TX_ENABLE:
             return self._transmissions()
         if self._motion:
@@ -265,7 +265,7 @@ class PinFace:
         self._runtime.give(self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
-        """All edges of an output so far: (simulated time, level)."""
+        """Edges of the output so far: (simulated time, level)."""
         return self._outputs.edges(self._name)
 
 
@@ -298,7 +298,7 @@ class DeviceFace:
 
     @property
     def nvm(self) -> Mapping[str, bytes]:
-        """Sections of its non-volatile memory."""
+        """Sections of the board's non-volatile memory."""
         return self._device.nvm
 
     def set_register(self, name: Literal["diaagc", "errfl"], value: int) -> None:

@@ -33,7 +33,7 @@ class Address(NamedTuple):
 
 def address_of(text: str) -> Address:
     """Split an address at its first point. A text without one is a device or segment. No text is refused: a
-    part of which nothing has the name, the empty one behind a point too, is found nowhere."""
+    part that does not exist, also the empty one behind a point, is found nowhere."""
     owner, point, part = text.partition(".")
     return Address(owner, part or point)
 

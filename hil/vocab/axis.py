@@ -26,14 +26,15 @@ class AxisNow:
     position_deg: float
     """Angle from which its motion is planned: its set-point where it has one."""
     follows_paths: bool
-    """Whether its set-point goes along paths; else it makes ramps of its own to the angles it is sent to."""
+    """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
+    to."""
     fields: Sequence[str] = ()
     """Names of fields that a run may wait for."""
     pins: Sequence[str] = ()
     """Names of inputs that a run may drive."""
     why_not: str | None = None
     tells_position: bool = True
-    """Whether it tells where it is while it moves; the end of one that does not is awaited."""
+    """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +46,17 @@ class AxisState:
     """Set-point, in degrees if it is an angle; of a real board, the last that it confirmed."""
     position_deg: float | None
     is_moving: bool
-    """Whether it moves by what it was given, a motion without an end included."""
+    """True while the axis moves by what it was given, a motion without an end included."""
     is_under_way: bool
-    """Whether a motion with an end that it was given has not ended, be it that it has not begun."""
+    """True until a motion with an end that the axis was given has ended, also before it begins."""
     is_on: bool | None = None
-    """Whether it would move if it were told to: its control loop, if it has one, is on."""
+    """True if the axis would move if it were told to: its control loop, if it has one, is on."""
     keeps_angle: bool = False
-    """Whether a loop keeps its shaft at the set-point, an angle."""
+    """True if a loop keeps the shaft at the set-point, an angle."""
 
     @property
     def off_by_deg(self) -> float:
-        """Distance of its shaft from the angle that a loop keeps it at; 0: none does, or it does not tell."""
+        """Distance of the shaft from the angle that a loop keeps it at; 0: none does, or it does not tell."""
         if not self.keeps_angle or self.commanded_deg is None or self.position_deg is None:
             return 0.0
         return abs(self.commanded_deg - self.position_deg)
@@ -64,7 +65,7 @@ class AxisState:
 class Axis(Protocol):
     """Axis of one board. A run holds it from its beginning to its end, and only then gives it motions.
 
-    Motions raise ``VerbRefused`` when the board does not take them. One that is for later can be refused when
+    Motions raise ``VerbRefused`` when the board does not take them. A motion for later can be refused when
     its time has come: ``refusal`` says so.
     """
 
@@ -74,17 +75,17 @@ class Axis(Protocol):
 
     @property
     def failure(self) -> str | None:
-        """Reason why it does nothing any more, or None."""
+        """Reason why the axis does nothing any more, or None."""
 
     @property
     def refusal(self) -> str | None:
-        """Reason why it did not do what it was given for later since ``hold``, or None."""
+        """Reason why the axis did not do what it was given for later since ``hold``, or None."""
 
     def state(self) -> AxisState:
-        """Its state now."""
+        """State of the axis now."""
 
     def field(self, name: str) -> float:
-        """One of its fields (``AxisNow.fields``) now, for a run that waits for it."""
+        """Value of a field (``AxisNow.fields``) now, for a run that waits for it."""
 
     def samples(self) -> Sequence[Sample]:
         """Samples since ``hold`` or the last call, 1 ms apart; none of an axis that tells no position."""
@@ -96,13 +97,14 @@ class Axis(Protocol):
         """End what ``hold`` began; a board that still moves is let go when it stands."""
 
     def follow(self, path: Path, start_ns: int) -> None:
-        """Let its set-point go along a path from a time on; an axis that ``follows_paths``."""
+        """Let the axis's set-point go along a path from a time on; an axis that ``follows_paths``."""
 
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
-        """Send it to an angle from a time on, by ramps of its own; an axis that follows no paths."""
+        """Send the axis to an angle from a time on, by ramps of its own; an axis that follows no paths."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
-        """Stop it, whatever it does. ``acceleration_rpm_per_s``: of a ramp that is not the board's own."""
+        """Stop the axis, whatever it does. ``acceleration_rpm_per_s``: of a ramp that is not the board's
+        own."""
 
     def set_pin(self, pin: str, level: int, at_ns: int) -> None:
         """Drive one of its inputs at a time."""
@@ -115,7 +117,7 @@ class Axes(Protocol):
     def now_ns(self) -> int: ...
 
     def axes(self) -> dict[str, AxisNow]:
-        """All of them, as a plan begins with them."""
+        """State of every axis, as a plan begins with it."""
 
     def __getitem__(self, device: str) -> Axis:
         """The axis of a device that can take part in runs; each run asks for its own."""

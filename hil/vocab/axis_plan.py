@@ -15,7 +15,7 @@ FULL_PARAMETERS = (
     "encoder_nonlinearity_deg",
     "encoder_noise_counts",
 )
-"""Numbers that the full plant needs besides."""
+"""Numbers that only the full plant needs."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Load:
     min_deg: float = 0.0
     max_deg: float = 0.0
     end_stops: bool = False
-    """Whether min_deg and max_deg apply."""
+    """True if ``min_deg`` and ``max_deg`` apply."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ class Bridge(Protocol):
 
 
 class BridgeError(Exception):
-    """A bridge cannot be opened: ``str(error)`` says why and what to do."""
+    """Error of a bridge that cannot be opened: ``str(error)`` says why and what to do."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Answered:
 
 
 class BenchGone(Exception):
-    """Another bench does not answer: ``str(error)`` says which and for how long."""
+    """Error of another bench that does not answer: ``str(error)`` says which and for how long."""
 
 
 @runtime_checkable

@@ -42,13 +42,14 @@ class AxisField:
     offset: int
     is_settable: bool
     is_state: bool
-    """Whether it belongs to the short state, which is told most often."""
+    """True if the field belongs to the short state, which is told most often."""
 
 
 @dataclass(frozen=True)
 class DeviceInfo:
     """A device with its first axis, or another axis of one, as bridges see it. ``name``: its address;
-    ``fields``: those of the axis, empty where there is none, or nobody sees it, as a real board's."""
+    ``fields``: those of the axis, empty where there is none, or where it cannot be seen, as a real
+    board's."""
 
     name: str
     profile: str
@@ -58,7 +59,7 @@ class DeviceInfo:
 
     @property
     def is_seen(self) -> bool:
-        """Whether its axis tells its state: a motion's end can be awaited, and its fields are published."""
+        """True if the axis tells its state: a motion's end can be awaited, and its fields are published."""
         return bool(self.fields)
 
 

@@ -1,7 +1,7 @@
 """A dialogue with a board over its terminal: a generator that says what to send and how long to listen.
 
-It has no I/O and no clock. Whoever runs it moves the bytes, over a real serial port or to a twin on the
-virtual clock, and answers each ``Listen`` with what came.
+It has no I/O and no clock. Its runner moves the bytes, over a real serial port or to a twin on the virtual
+clock, and answers each ``Listen`` with what came.
 """
 
 from collections.abc import Callable, Generator
@@ -49,12 +49,12 @@ Dialogue = Generator[Step, Any, Result]
 
 
 class DialogueError(Exception):
-    """The board did not answer as it should, or its port has gone: ``str(error)`` says at what step, and
-    what of the work can be believed."""
+    """Error of a board that did not answer as it should, or whose port has gone: ``str(error)`` says at what
+    step, and what of the work can be believed."""
 
 
 class Refusal(Exception):
-    """Nothing was sent, because what was asked for cannot be done: a line for each reason."""
+    """Refusal of a dialogue, which sent nothing: a line for each reason."""
 
 
 @dataclass(frozen=True)

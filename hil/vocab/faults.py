@@ -41,7 +41,7 @@ class FaultKind:
     about: str
     parameters: tuple[Parameter, ...] = ()
     is_once: bool = False
-    """Whether it happens and is over at once: from then on it is not listed."""
+    """True if the fault happens and is over at once: from then on it is not listed."""
 
 
 _BIT_RATE = Parameter("rate", "probability for each bit")
@@ -135,7 +135,7 @@ class Fault:
 
 
 class FaultRefused(VerbRefused):
-    """A fault cannot be: ``str(error)`` says why."""
+    """Refusal of a fault that cannot be injected or cleared: ``str(error)`` says why."""
 
     def __init__(self, why: str) -> None:
         super().__init__("bad_parameter", why)

@@ -53,8 +53,8 @@ Main = Generator[Request, Any, None]
 
 @dataclass(frozen=True)
 class CoreEvent:
-    """Something a board's interrupt did, with its exact time. ``axis``: name of the axis; ``kind`` is one of
-    the core's event names (``hil.core.events``); ``value`` is in the kind's unit."""
+    """Event that a board's interrupt caused, with its exact time. ``axis``: name of the axis; ``kind`` is one
+    of the core's event names (``hil.core.events``); ``value`` is in the kind's unit."""
 
     at_ns: SimTimeNs
     axis: str
@@ -82,7 +82,7 @@ class Uart(Protocol):
         """The next byte without taking it, or -1; the byte is held until ``read``."""
 
     def read_all(self) -> bytes:
-        """All unread bytes."""
+        """Read all unread bytes."""
 
     def write(self, data: bytes) -> None:
         """Send bytes, now."""

@@ -1,7 +1,7 @@
 """Framing of a line: how its bytes are packets, whom each concerns, how it is printed, what spoils it.
 
-A framing belongs to a kind of board, or to a protocol that many boards speak. What carries bytes (the wire,
-UARTs, taps, captures) asks this Protocol, and knows no packet.
+A framing belongs to a kind of board, or to a protocol that many boards speak. Code that carries bytes (the
+wire, UARTs, taps, captures) asks this Protocol, and knows no packet.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -22,26 +22,26 @@ class Item(Protocol):
 
     @property
     def is_packet(self) -> bool:
-        """Whether it has a packet's form; its checksum may be wrong."""
+        """True if the item has a packet's form; its checksum may be wrong."""
 
     @property
     def fault(self) -> str:
-        """What is wrong with it, in a few words; "" for nothing."""
+        """Error of the item, in a few words; "" for none."""
 
     @property
     def origin(self) -> int | None:
-        """Address of its sender; None: it does not say."""
+        """Address of the item's sender; None: the item does not say."""
 
 
 class BurstItems(NamedTuple):
-    """What a listener makes of a burst."""
+    """Result of a splitter for one burst."""
 
     items: Sequence[Item]
     """Packets, and bytes that are none, that it has completed."""
     addresses: Collection[int] | None
     """Addresses of the stations that it concerns; None: all of them."""
     is_for_all: bool = False
-    """Whether it is whole packets, at least one of them for everybody."""
+    """True if the burst is whole packets, at least one of them for everybody."""
     over_ns: SimTimeNs = FOREVER
     """Time at which silence completes what is held, if nothing follows; ``FOREVER``: it completes nothing."""
 
@@ -59,11 +59,11 @@ class Splitter(Protocol):
         """Note that the line is silent until now; answers what that completes."""
 
     def copy(self) -> "Splitter":
-        """Copy its state: what it has heard and not given yet."""
+        """Copy the splitter with its state: what it has heard and not given yet."""
 
 
 class Framing(Protocol):
-    """How the bytes of a line are packets. Two are the same if they are one object."""
+    """Framing of a line: how its bytes are packets. Two are the same if they are one object."""
 
     def __hash__(self) -> int: ...
 
@@ -80,8 +80,8 @@ class Framing(Protocol):
 
     @property
     def has_ends(self) -> bool:
-        """Whether characters can tell where a packet ends (``ends``, ``may_end``). Else silence does, and a
-        sketch is woken for each character, with which it may time the next."""
+        """True if characters can tell where a packet ends (``ends``, ``may_end``). If not, silence does, and
+        a sketch is woken for each character, with which it may time the next."""
 
     def ends(self, data: bytes, before: bytes | None) -> Sequence[int]:
         """Answer the places in ``data`` of characters with which a packet may end. ``before``: the two bytes

@@ -18,7 +18,7 @@ class MotionEntry:
     """One motion command with every attribute resolved. Numbers are as the board holds them."""
 
     steps: int
-    """Unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
+    """Number of steps, unsigned 32 bits; pulses if ``is_pulses``. 0 in the continuous slot."""
     is_ccw: bool
     rpm: int
     cycle_us: int
@@ -29,11 +29,11 @@ class MotionEntry:
     extra_pulses: int
     """Extra pulses (``u``), 0 to 255."""
     is_sync: bool
-    """Whether it is held until the sync is released."""
+    """True if the command is held until the sync is released."""
     wait_us: int
     """Start wait (``t``)."""
     is_pulses: bool
-    """Whether ``steps`` counts pulses instead of full steps."""
+    """True if ``steps`` counts pulses instead of full steps."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,9 @@ class MotionSetup:
     is_cw_high: bool
     """Level of the direction pin for clockwise."""
     ops: int
-    """Bit 5 enables OP SA, bit 2 OP SB."""
+    """Parameter ``ops``: bit 5 enables OP SA, bit 2 OP SB."""
     mode_pins: int
-    """MS3 MS2 MS1 as three bits."""
+    """Mode pins MS3 MS2 MS1 as three bits."""
 
 
 class Motion(Protocol):

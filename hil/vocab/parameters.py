@@ -26,10 +26,10 @@ class Parameter:
     choices: tuple[str, ...] = ()
     """Allowed words; if there are any, it takes one of these instead of a number."""
     is_text: bool = False
-    """Whether it is a text of at most ``maximum`` characters instead of a number."""
+    """True if the value is a text of at most ``maximum`` characters instead of a number."""
     is_whole: bool = False
     is_optional: bool = False
-    """Whether it may be left out, and then has no value."""
+    """True if the parameter may be left out, and then has no value."""
     limits: str = ""
     """Text of the limits, where the target sets them; all are within ``minimum`` and ``maximum``."""
     form: Form | None = None

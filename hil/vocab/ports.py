@@ -99,4 +99,5 @@ class Port(Protocol):
 
 
 class PortError(Exception):
-    """A port could not be opened: ``str(error)`` says which, why, and the remedy, in one line."""
+    """Error of a port that could not be opened: ``str(error)`` says which, why, and the remedy, in one
+    line."""

@@ -19,8 +19,8 @@ class Problem:
 
 
 class ConfigError(Exception):
-    """The configuration, or a board that it names, cannot be used. ``problems`` has every mistake found, in
-    file order."""
+    """Error of a configuration, or of a board that it names, that cannot be used. ``problems`` has every
+    mistake found, in file order."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))

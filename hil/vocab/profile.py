@@ -19,7 +19,7 @@ class UartSpec:
     """Serial interface of a board. Its speed is in ``profile.yaml``, under the same name."""
 
     about: str
-    """What speaks there, as in "terminal"."""
+    """Description of what speaks there, as in "terminal"."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class AxisSpec:
     """Axis of a board with several. Its law and numbers are in ``profile.yaml``, under the same name."""
 
     about: str
-    """What it moves."""
+    """Description of what the axis moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,13 +60,13 @@ class Profile:
     """Kind of board."""
 
     firmware: Callable[[Board], Firmware]
-    """Maker of its program, one for each power-up; most often the program's class."""
+    """Maker of the board's program, one for each power-up; most often the program's class."""
     uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
     """Serial interfaces by name."""
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)
     """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
     framing: Framing | None = None
-    """How the bytes of a line that it is on are packets; None: it has no say in that."""
+    """Framing of the line that the board is on; None: it has no say in that."""
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
     starve: Callable[..., None] | None = None
@@ -82,9 +82,9 @@ class Profile:
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""
     memory_file: MemoryFile | None = None
-    """File that its memory may begin with; None: there is none."""
+    """File that the board's memory may begin with; None: no file."""
     commands: Callable[[], Commands] | None = None
-    """Maker of its commands for the command line, which alone calls it; None: it has none."""
+    """Maker of the board's commands for the command line, which alone calls it; None: it has none."""
 
     @property
     def table(self) -> dict[str, Verb]:

@@ -60,14 +60,14 @@ class SegmentView(Protocol):
 
     @property
     def framing(self) -> Framing:
-        """How the bytes on it are packets."""
+        """Framing of the bytes on the wire."""
 
     @property
     def baud(self) -> int:
         """Speed of the station that was there first, in baud; 0: there is none."""
 
     def has(self, station: str) -> bool:
-        """Whether a station is on the wire."""
+        """True if a station is on the wire."""
 
     def baud_of(self, station: str) -> int:
         """Speed of a station, in baud."""

@@ -22,7 +22,7 @@ class TerminalAxis(Protocol):
     """Set-point as the board confirmed it; None: unknown."""
 
     def take(self) -> Dialogue[None]:
-        """Make it ready for motion, at rest, and learn where it is."""
+        """Make the board ready for motion, at rest, and learn where it is."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
         """End all motion; the dialogue ends when the board stands."""

@@ -45,7 +45,8 @@ class Verb:
     types: bytes = b""
     """Bytes typed at the board's first UART instead of ``run``, for its main program to handle."""
     is_of_axis: bool = False
-    """Whether it is asked of one axis: ``run`` of a board with several gets ``axis``, the axis's name."""
+    """True if the verb is asked of one axis: ``run`` of a board with several gets ``axis``, the axis's
+    name."""
 
     def filled(self, given: Mapping[str, object]) -> Values:
         """Fill in the parameters' defaults. Raises VerbRefused, with all problems of what was given."""
@@ -62,7 +63,8 @@ def checked(what: str, parameters: tuple[Parameter, ...], given: Mapping[str, ob
 
 
 class VerbRefused(Exception):
-    """A request is not carried out: ``str(error)`` says why and what to do. ``code`` is one of ``CODES``."""
+    """Refusal of a request, which is not carried out: ``str(error)`` says why and what to do. ``code`` is one
+    of ``CODES``."""
 
     def __init__(self, code: str, why: str) -> None:
         super().__init__(why)

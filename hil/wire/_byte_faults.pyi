@@ -1,7 +1,8 @@
 from typing_extensions import Buffer
 
 class Draws:
-    """``seed``: the state to start from; ``flip`` to ``delay``: how many of 2**64 draws hit, up to all."""
+    """Draws of chance. ``seed``: the state to start from; ``flip`` to ``delay``: how many of 2**64 draws hit,
+    up to all."""
 
     def __init__(
         self, seed: int, flip: int, drop: int, duplicate: int, delay: int, delay_ns: int

@@ -43,8 +43,8 @@ class ByteFault:
 
 
 class ByteFaults(Draws):
-    """One direction of a line under faults; ``changed_bytes`` counts those that did not come through as they
-    were.
+    """One direction of a line under faults; ``changed_bytes`` counts the bytes that did not come through as
+    they were.
 
     ``apply(data)`` gives pieces with the time (ns) by which each is late; none may overtake the one before. A
     byte's fate depends on how many came before it, not on the pieces they come in.

@@ -23,14 +23,14 @@ _TOO_DEEP = f"more than {DEEPEST} objects and arrays in each other"
 
 
 class JsonError(ValueError):
-    """A text is no JSON that is let in: ``str(error)`` says why."""
+    """Error of a text that is no JSON that is let in: ``str(error)`` says why."""
 
 
 def read_json(text: str | bytes) -> Any:
     """Parse a JSON text. The caller bounds its length.
 
     Raises:
-        JsonError: it is none.
+        JsonError: the text is no JSON that is let in.
     """
     try:
         data = text.encode() if isinstance(text, str) else text

@@ -89,12 +89,12 @@ class Record:
 
     @property
     def interface(self) -> str:
-        """Name of its interface."""
+        """Name of the record's interface."""
         return self.line.name
 
 
 class CaptureError(Exception):
-    """A file is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
+    """Error of a file that is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
 
 
 def read(data: bytes) -> Iterator[Record]:

@@ -16,9 +16,9 @@ class Sampled:
 
     byte: int
     framing_error: bool
-    """Whether the line was low where the receiver looked for the stop bit."""
+    """True if the line was low where the receiver looked for the stop bit."""
     offset_ns: int
-    """Time of its start edge, counted from the first start edge, rounded down."""
+    """Time of the character's start edge, counted from the first start edge, rounded down."""
 
 
 def character_ns(n: int, baud: int) -> int:

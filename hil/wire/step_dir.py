@@ -22,13 +22,14 @@ LEVEL_COLUMNS = ("step", "dir", "enable", "D3")
 
 
 class TrainError(Exception):
-    """A train makes no sense: ``str(error)`` has a line for each problem, ``file:line: what; remedy``."""
+    """Error of a train that makes no sense: ``str(error)`` has a line for each problem, ``file:line: what;
+    remedy``."""
 
 
 @dataclass(frozen=True)
 class Edges:
-    """A single edge: at ``at_ns`` the pin gets the level. Or, with ``steps``, so many pulses on the step
-    input: of its 2 * steps edges, edge j (a rise if even) at at_ns + floor(j * duration_ns / (2 * steps))."""
+    """A single edge: at ``at_ns`` the pin gets the level. With ``steps``: that many pulses on the step input;
+    edge j of the 2 * steps (a rise if even) is at at_ns + floor(j * duration_ns / (2 * steps))."""
 
     at_ns: int
     pin: str = "step"

@@ -14,7 +14,7 @@ MINUTES = 60
 
 
 def mirror() -> str:
-    """Where Debian's packages come from, as this machine knows it."""
+    """Address of Debian's packages, as this machine knows it."""
     if os.environ.get("HIL_DEBIAN_MIRROR"):
         return os.environ["HIL_DEBIAN_MIRROR"]
     for path in (Path("/etc/apt/sources.list"), *sorted(Path("/etc/apt/sources.list.d").glob("debian*"))):

@@ -71,7 +71,7 @@ class Containers:
         return self.run("podman", *self.engine, *command, check=check)
 
     def inside(self, *command: str) -> str:
-        """What a command in the running container says."""
+        """Run a command in the running container, and return its output."""
         return self.podman("exec", NAME, *command).stdout
 
     def status(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The Debian package in a tree of its own: ``make test-deb``. As root; where a machine cannot, it is skipped.
 
-What is done to the package is done in a copy of the tree, without a network. HIL_DEB: a package that is built
-already.
+The package is installed, used and removed in a copy of the tree, without a network. HIL_DEB: a package that
+is built already.
 """
 
 import os
@@ -68,7 +68,7 @@ class Tree:
         self.folder = folder
 
     def run(self, *command: str, user: bool = False, code: int = 0) -> str:
-        """What a command says, as root or as nobody."""
+        """Run a command as root or as nobody, and return its output."""
         within = ["unshare", "--mount", "--net", "--ipc", "--propagation", "private"]
         done = subprocess.run(
             [*within, "sh", "-c", ENTER, "sh", str(self.folder), *(USER if user else ()), *command],
@@ -79,7 +79,7 @@ class Tree:
         return done.stdout
 
     def files(self) -> set[str]:
-        """All but what dpkg writes down for itself, and caches."""
+        """Files in the tree, but for what dpkg writes down for itself, and caches."""
         own = ("var/lib/dpkg/", "var/cache/", "var/log/", "tmp/", "proc/", "dev/")
         paths = (str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
         return {path for path in paths if not path.startswith(own) and path not in ("proc", "dev", "tmp")}

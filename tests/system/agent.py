@@ -1,4 +1,4 @@
-"""In the guest: carries out what comes over the second serial line, one shell command a line.
+"""Agent in the guest: carries out what comes over the second serial line, one shell command a line.
 
 What it prints goes back as it comes; a line of EOT (4) and the exit status ends it.
 """

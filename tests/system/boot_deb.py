@@ -22,7 +22,7 @@ UNIT = "hil.service"
 
 @pytest.fixture(scope="module")
 def machine() -> Iterator[Container]:
-    """With ``/hil.deb`` in it; HIL_DEB: a package that is built already."""
+    """Container with ``/hil.deb`` in it; HIL_DEB: a package that is built already."""
     try:
         need({"systemd-nspawn": "systemd-container", "nsenter": "util-linux", "dpkg-shlibdeps": "dpkg-dev"})
         bare = bare_tree()

@@ -206,7 +206,7 @@ def test_the_adapters_drop_in_leaves_virtual_ports_as_they_were(lab: Lab) -> Non
 
 @pytest.fixture
 def cable(lab: Lab) -> Iterator[str]:
-    """A network between this machine and the container; the container's address on it."""
+    """Make a network between this machine and the container, for the block; the container's address on it."""
     leader = str(lab.container.leader)
     inside = ["nsenter", "-t", leader, "-n", "ip"]
     commands = [
@@ -244,7 +244,7 @@ def test_the_network_drop_in_opens_it_to_others(lab: Lab, cable: str) -> None:
 
 
 def test_secrets_come_as_credentials(lab: Lab, tmp_path: Path) -> None:
-    """Files that only root may read, as docs/how-to/service.md has it."""
+    """Give files that only root may read, as docs/how-to/service.md has it."""
     hil = Path(sys.executable).with_name("hil")
     made = [hil, "zenoh", "keys", tmp_path / "site", "--bench", "lab", "--host", "127.0.0.1"]
     subprocess.run([*made, "--user", "anna:admin"], check=True, timeout=60, stdout=subprocess.DEVNULL)

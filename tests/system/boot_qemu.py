@@ -130,7 +130,7 @@ def test_locked_memory_is_what_is_promised(setup: Setup) -> None:
 
 
 def test_the_core_thread_has_no_page_faults(setup: Setup) -> None:
-    """After its warm-up, for half a minute of boards at work."""
+    """Expect none after the warm-up, for half a minute of boards at work."""
     faults = (
         "for t in /proc/$(systemctl show --value -p MainPID hil@lab)/task/*; do "
         "set -- $(cut -d')' -f2- < $t/stat); [ ${39} = 1 ] && echo $8 ${10}; done"
@@ -165,7 +165,7 @@ class Site:
         )
 
     def reached(self, url: str) -> bool:
-        """Whether a SAC answers there, within a minute."""
+        """True if a SAC answers there within a minute."""
         ask = (
             "import serial, sys, time; end = time.monotonic() + 60; heard = b''\n"
             f"p = serial.serial_for_url({url!r}, 38400, timeout=1)\n"
@@ -205,7 +205,7 @@ def test_drop_ins_open_adapters_and_the_network_and_nothing_else_does(setup: Set
 
 
 class Lost(AssertionError):
-    """What was acknowledged is not there."""
+    """Loss of a save that was acknowledged: it is not on the medium."""
 
 
 def stored(image: bytes, folder: Path) -> tuple[int, int] | None:

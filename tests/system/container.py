@@ -25,7 +25,7 @@ def until(condition: Callable[[], T], what: str, timeout_s: float = 20.0, every_
 
 
 class Container:
-    """Debian, up and running; it has no network but its own loopback."""
+    """Container with Debian, up and running; it has no network but its own loopback."""
 
     def __init__(self, tree: Path) -> None:
         command = ["systemd-nspawn", "--quiet", "--boot", "--register=no", "--keep-unit", "--private-network"]
@@ -81,7 +81,7 @@ class Container:
         ]
 
     def run(self, *words: str, user: str = "root", check: bool = True, timeout_s: float = 60) -> str:
-        """What it printed."""
+        """Run a command in the container, and return its output."""
         done = subprocess.run(
             self.command(*words, user=user),
             stdout=subprocess.PIPE,

@@ -22,11 +22,12 @@ HIL_PYTHON = "/usr/local/lib/hil/bin/python"
 
 
 class CannotError(Exception):
-    """This machine cannot do it: ``str(error)`` says why."""
+    """Error of a machine that cannot run the test: ``str(error)`` says why."""
 
 
 def need(programs: dict[str, str]) -> None:
-    """Each program, and the Debian package to have it from. Installed where they are missing and may be.
+    """Require programs, each with the Debian package to have it from; install what is missing, where that is
+    allowed.
 
     Raises:
         CannotError: one is missing.
@@ -47,7 +48,7 @@ def need(programs: dict[str, str]) -> None:
 
 
 def run(*command: str | Path, timeout_s: float = INSTALL_S) -> str:
-    """What it printed.
+    """Run a command, and return its output.
 
     Raises:
         CannotError: it failed.
@@ -75,7 +76,8 @@ def bare_tree() -> Path:
 
 
 def wheels(folder: Path) -> Path:
-    """This project's wheel and those of what it depends on; from ``$HIL_WHEELS`` if that is set.
+    """Build this project's wheel and those of what it depends on, or copy them from ``$HIL_WHEELS`` if that
+    is set.
 
     Raises:
         CannotError: this machine's Python is not Debian's, whose wheels they have to be.

@@ -1,4 +1,5 @@
-"""In the guest: has a SAC save a parameter in its EEPROM, again and again, and tells what was acknowledged.
+"""Program in the guest: has a SAC save a parameter in its EEPROM, again and again, and tells what was
+acknowledged.
 
 Lines: ``base N``, how many commits there were before the first one; then ``ack N`` after each answer of
 the board. The N-th save stores an acceleration of 1.00 + (N mod 900) / 100.

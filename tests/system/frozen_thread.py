@@ -14,7 +14,7 @@ LOOKS = 200
 
 
 def core_thread(pid: int) -> int:
-    """The thread that is mostly found asleep until its next wake."""
+    """Number of the thread that is mostly found asleep until its next wake."""
     seen: Counter[int] = Counter()
     for _ in range(LOOKS):
         for task in Path(f"/proc/{pid}/task").iterdir():
@@ -26,7 +26,7 @@ def core_thread(pid: int) -> int:
 
 
 class Frozen:
-    """The thread does not run until the process dies or the block is left."""
+    """Thread that does not run until the process dies or the block is left."""
 
     def __init__(self, thread: int) -> None:
         self._thread = thread
@@ -40,7 +40,7 @@ class Frozen:
         return self
 
     def reap(self) -> None:
-        """Whoever watches a thread has to take notice of its end, or it stays as a zombie. Does not wait."""
+        """Take notice of the thread's end, without waiting: its tracer must, or it stays as a zombie."""
         with suppress(ChildProcessError):
             os.waitpid(self._thread, os.WNOHANG | WALL)
 
@@ -50,7 +50,7 @@ class Frozen:
 
 
 def host_pid(leader: int, inner: int) -> int:
-    """The process that is ``inner`` to the container of ``leader``."""
+    """Number of the process that is ``inner`` to the container of ``leader``."""
     namespace = os.readlink(f"/proc/{leader}/ns/pid")
     for status in Path("/proc").glob("[0-9]*/status"):
         with suppress(OSError):

@@ -30,8 +30,9 @@ def root_image(tree: Path, image: Path) -> Path:
 
 
 class Guest:
-    """Switched on; ``acked`` and ``base`` are what ``eeprom_writer.py`` has told so far. ``board``: host and
-    port of what is behind the USB adapter, which the guest's kernel takes for one of FTDI's."""
+    """Virtual machine that is switched on; ``acked`` and ``base`` are what ``eeprom_writer.py`` has told so
+    far. ``board``: host and port of what is behind the USB adapter, which the guest's kernel takes for one of
+    FTDI's."""
 
     def __init__(self, tree: Path, root: Path, disk: Path, board: tuple[str, int]) -> None:
         (kernel,), (initrd,) = (
@@ -105,12 +106,12 @@ class Guest:
             return self._statuses.pop()
 
     def begin(self, command: str) -> None:
-        """A command of the shell, as root. What it prints is looked at as it comes."""
+        """Begin a command of the shell, as root. What it prints is looked at as it comes."""
         self._lines.clear()
         self._socket.sendall(command.encode() + b"\n")
 
     def run(self, command: str, check: bool = True, timeout_s: float = COMMAND_S) -> str:
-        """What it printed."""
+        """Run a command in the guest, and return its output."""
         self.begin(command)
         status = self._wait(timeout_s)
         said = "\n".join(self._lines)

@@ -30,7 +30,8 @@ bridges:
 """
 READY_NS = 5_000_000_000  # a Mechaduino answers 4 s after power-up, of simulated time
 BUSY = 0.3
-"""Of the machine's time, by others: above it, nothing that is measured says anything about the service."""
+"""Share of the machine's time that others use, above which nothing measured says anything about the
+service."""
 QUIET_S = 60.0
 
 
@@ -48,7 +49,7 @@ class Lab:
         return self.run("systemctl", "show", "--value", "-p", what, unit).strip()
 
     def pid(self) -> int:
-        """Of the daemon, on the host; 0 while there is none."""
+        """Process number of the daemon on the host; 0 while there is none."""
         inner = int(self.show("MainPID"))
         return host_pid(self.container.leader, inner) if inner else 0
 
@@ -71,7 +72,7 @@ class Lab:
 
     @contextmanager
     def with_drop_in(self, name: str) -> Iterator[None]:
-        """The service as it is started with it."""
+        """Restart the service with this drop-in for the block."""
         folder = "/etc/systemd/system/hil@.service.d"
         self.run("mkdir", "-p", folder)
         self.run("ln", "-s", f"/usr/local/share/hil/systemd/{name}.conf", folder)
@@ -84,7 +85,7 @@ class Lab:
             self.run("systemctl", "daemon-reload")
 
     def ready(self) -> "Lab":
-        """The boards are past their start-up."""
+        """Wait until the boards are past their start-up."""
         until(lambda: self.answers() and self.ask("status")["sim_ns"] > READY_NS, "the boards", every_s=0.1)
         return self
 
@@ -124,7 +125,7 @@ class Client:
         return json.loads(self._process.stdout.readline() or "null")
 
     def ask(self, sent: str, awaited: str) -> str:
-        """What came, which ends with or has in it what was awaited."""
+        """Send a text, and return what came, which contains what was awaited."""
         assert self._process.stdin
         self._process.stdin.write(json.dumps([sent, awaited]).encode() + b"\n")
         self._process.stdin.flush()

@@ -1,8 +1,8 @@
 """A disk with a volatile write cache whose power can be cut at any request: a server of the NBD protocol.
 
-What was written since the last flush is in the cache. When the power goes, each sector of it is on the
-medium in one of the versions that it had, or as before, by chance: a real drive writes its cache in any
-order. What a flush has answered for is on the medium.
+Data written since the last flush are in the cache. When the power goes, each sector of it is on the medium in
+one of the versions that it had, or as before, by chance: a real drive writes its cache in any order. Data for
+which a flush was answered are on the medium.
 
 Protocol: https://github.com/NetworkBlockDevice/nbd/blob/master/doc/proto.md
 """
@@ -35,7 +35,7 @@ class VolatileDisk:
     def __init__(self, image: bytes, path: Path, chance: random.Random) -> None:
         self.path = path
         self.requests = 0
-        """How many writes and flushes there were."""
+        """Number of writes and flushes so far."""
         self._medium = bytearray(image)
         self._cache: dict[int, list[bytes]] = {}
         self._chance = chance
@@ -49,7 +49,7 @@ class VolatileDisk:
         self._thread.start()
 
     def cut(self, requests: int, timeout_s: float, look: Callable[[], int]) -> tuple[bytes, int]:
-        """What is on the medium after a power cut when so many more writes and flushes have come.
+        """Content of the medium after a power cut when so many more writes and flushes have come.
 
         With it what ``look`` said at that moment, before the next request. The disk itself goes on.
 
@@ -70,7 +70,7 @@ class VolatileDisk:
         return found[0]
 
     def power_cut(self) -> None:
-        """What was in the cache is gone, but for what chance has left on the medium."""
+        """Drop what is in the cache, but for what chance leaves on the medium."""
         with self._changed:
             self._medium[:] = self._after_cut()
             self._cache.clear()

@@ -70,7 +70,7 @@ class Clients:
                 self.count += 1
                 self._came()
                 continue
-            # One that was never seen to come, or of several, of which another may have left unseen.
+            # A client that was never seen to come, or one of several, another of which may have left unseen.
             doubtful |= self.count != 1
             self.count = max(self.count - 1, 0)
             emptied |= self.count == 0

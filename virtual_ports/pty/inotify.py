@@ -120,7 +120,7 @@ class ClientWatch:
         self._shared.drain()
 
     def pending(self) -> bool:
-        """Whether something has happened that ``drain`` has not told."""
+        """True if something has happened that ``drain`` has not told."""
         return self._shared.pending()
 
     def close(self) -> None:

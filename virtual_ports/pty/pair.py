@@ -33,7 +33,7 @@ class PtyPair:
             raise
 
     def has_input(self) -> bool:
-        """Whether clients have written what was not read."""
+        """True if clients have written what was not read."""
         return bool(self._input.poll(0))
 
     def rest(self) -> None:
@@ -48,7 +48,7 @@ class PtyPair:
         terminal_settings.end_exclusive(self.slave)
 
     def is_unused(self) -> bool:
-        """Whether no client has it open. The slave is closed for a moment, which the watch sees.
+        """True if no client has the pty open. The slave is closed for a moment, which the watch sees.
 
         The kernel shows only whether any slave is open, ours included. Do not ask of one that is exclusive:
         we might not get back in.

@@ -48,8 +48,8 @@ def publish(title: str, name: Path, pts: Path) -> None:
 
 
 def withdraw(name: Path, pts: Path) -> None:
-    """If ``name`` still points at ``pts``, give it back to the open port that had it before, or remove it;
-    otherwise it is another's by now."""
+    """Withdraw ``name`` if it still points at ``pts``: give it back to the open port that had it before, or
+    remove it; otherwise it is another's by now."""
     others = [other for other in _published.pop(name, []) if other != pts]
     if others:
         _published[name] = others

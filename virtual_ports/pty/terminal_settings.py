@@ -62,12 +62,12 @@ def end_stop(slave: int) -> None:
 
 
 def is_locked(slave: int) -> bool:
-    """Whether root has locked settings (TIOCSLCKTRMIOS), which only root could undo."""
+    """True if root has locked settings (TIOCSLCKTRMIOS), which only root could undo."""
     return any(fcntl.ioctl(slave, _TIOCGLCKTRMIOS, bytes(_TERMIOS2.size)))
 
 
 def is_exclusive(slave: int) -> bool:
-    """Whether a client has asked that nobody else may open the pts (TIOCEXCL)."""
+    """True if a client has asked that nobody else may open the pts (TIOCEXCL)."""
     return fcntl.ioctl(slave, _TIOCGEXCL, bytes(4)) != bytes(4)
 
 

@@ -1,7 +1,7 @@
 """Server's side of RFC 2217 (Telnet Com Port Control Option) for one client. Pure: bytes in, bytes out.
 
-Sources: RFC 854 (Telnet), RFC 856 (binary), RFC 858 (suppress go ahead), RFC 2217. What a client sets is
-answered with what is in force then: the baud as asked; data bits, parity and stop bits always 8, none, 1.
+Sources: RFC 854 (Telnet), RFC 856 (binary), RFC 858 (suppress go ahead), RFC 2217. A client's setting is
+answered with the value in force then: the baud as asked; data bits, parity and stop bits always 8, none, 1.
 """
 
 from enum import Enum, auto

@@ -110,7 +110,7 @@ class FdLine:
             self._loop.call_soon(self._lost, reason)  # not in the middle of a write
 
     def close(self) -> None:
-        """Close it, and drop what was not sent."""
+        """Close the line, and drop what was not sent."""
         if self._open:
             self._open = False
             self._out.stop()

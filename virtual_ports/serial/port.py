@@ -120,7 +120,7 @@ class SerialPort:
         return self._line.backlog if self._line is not None else 0
 
     def client_baud(self) -> int | None:
-        """Always None: the adapter's speed is fixed here."""
+        """Baud of a client: always None, for the adapter's speed is fixed here."""
         return None
 
     def stats(self) -> PortStats:

@@ -1,4 +1,4 @@
-"""What the metrics bridge writes, read by Prometheus' own parser."""
+"""Output of the metrics bridge, read by Prometheus' own parser."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""The metrics bridge passes the shipped check of bridges."""
+"""Shipped check of bridges, passed by the metrics bridge."""
 
 from bridges.metrics.bridge import Options, make
 from hil.testing import RecordingDesk, check_bridge

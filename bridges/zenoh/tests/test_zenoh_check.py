@@ -1,4 +1,4 @@
-"""The zenoh bridge passes the shipped check of bridges, asked by a session of zenoh."""
+"""Shipped check of bridges, passed by the zenoh bridge, which a session of zenoh asks."""
 
 import asyncio
 import json

@@ -55,7 +55,7 @@ class OneDesk:
 
 
 class Replies:
-    """What the sender and the publications are given."""
+    """Stand-in for the sender and the publications, which keeps what it is given."""
 
     def __init__(self) -> None:
         self.said: list[Mapping[str, Any]] = []

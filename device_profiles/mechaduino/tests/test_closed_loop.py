@@ -44,8 +44,9 @@ def typed(bench: Bench, text: bytes, until_ms: float) -> bytes:
 
 
 def trace(bench: Bench, until_ms: float, loop_since_ms: float | None = None) -> Trace:
-    """(ms since now, shaft angle in deg, shaft speed in rpm), every 0.2 ms, or at every step of the loop
-    that runs since ``loop_since_ms``: the speed ripples between the steps, which the reference leaves out."""
+    """Traces of (ms since now, shaft angle in deg, shaft speed in rpm), every 0.2 ms, or at every step of the
+    loop that runs since ``loop_since_ms``: the speed ripples between the steps, which the reference leaves
+    out."""
     start_ms = bench.now_ns / 1e6
     if loop_since_ms is None:
         times = np.arange(start_ms, until_ms, SAMPLE_MS)
@@ -63,13 +64,13 @@ def trace(bench: Bench, until_ms: float, loop_since_ms: float | None = None) -> 
 
 
 def crossing_ms(t_ms: "np.ndarray", x: "np.ndarray", level: float) -> float:
-    """When ``x`` first reaches ``level`` from below, interpolated."""
+    """Time in ms at which ``x`` first reaches ``level`` from below, interpolated."""
     i = int(np.argmax(x >= level))
     return float(t_ms[i - 1] + (level - x[i - 1]) / (x[i] - x[i - 1]) * (t_ms[i] - t_ms[i - 1]))
 
 
 def settled_ms(t_ms: "np.ndarray", error: "np.ndarray", band: float) -> float:
-    """From when on the error stays in the band; the trace's end if it never does."""
+    """Time in ms from which the error stays in the band; the trace's end if it never does."""
     outside = np.nonzero(np.abs(error) > band)[0]
     return float(t_ms[min(outside[-1] + 1, len(t_ms) - 1)])
 
@@ -153,7 +154,7 @@ def test_the_step_response_of_j() -> None:
 def velocity_figures(
     bench: Bench, target_rpm: float, until_ms: float, from_rpm: float = 0, loop_since_ms: float = 4600
 ) -> dict[str, float]:
-    """Percentages are of the way from ``from_rpm`` to the target."""
+    """Figures of a change of speed; percentages are of the way from ``from_rpm`` to the target."""
     t_ms, _, rpm = trace(bench, until_ms, loop_since_ms)
     way = (rpm - from_rpm) / (target_rpm - from_rpm)
     tail = rpm[t_ms > t_ms[-1] - 500]

@@ -33,7 +33,8 @@ def single(bits: str) -> float:
 
 @cache
 def table(name: str) -> "np.ndarray[Any, Any]":
-    """``identity``; ``distorted`` as a calibration of an eccentric magnet has it, cut to 0.001 deg."""
+    """Look-up table: ``identity``, or ``distorted`` as a calibration of an eccentric magnet has it, cut to
+    0.001 deg."""
     count = np.arange(COUNTS)
     if name == "identity":
         return (count * 360 / COUNTS).astype(np.float32)

@@ -183,7 +183,8 @@ def test_bytes_wait_while_j_runs() -> None:
 
 
 def reading_points(readings: list[list[int]], first_ms: float = 5640) -> Points:
-    """Each reading is the count from half a millisecond before it is taken."""
+    """Encoder points for the readings of each step: a count stands from half a millisecond before it is
+    read."""
     points: Points = [(0, readings[0][0])]
     for step, ten in enumerate(readings):
         points += [(first_ms + 130 * step + 10 * k - 0.5, count) for k, count in enumerate(ten)]
@@ -195,7 +196,8 @@ def equidistant(first: float = 1000.3, step: float = 81.92) -> list[list[int]]:
 
 
 def progress_times(start_ms: int) -> list[int]:
-    """When each step's mark is printed: 20 ms wait, ten readings of 10 ms, 10 ms for the next step."""
+    """Times in ns at which each step's mark is printed: 20 ms wait, ten readings of 10 ms, 10 ms for the next
+    step."""
     return [(start_ms + 130 * n + 120) * 1_000_000 for n in range(200)]
 
 

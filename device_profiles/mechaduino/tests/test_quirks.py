@@ -1,4 +1,4 @@
-"""What the board does besides printing: the loop, the driver's pins, modes, and the oddities Q1 to Q6."""
+"""Behaviour of the board besides printing: the loop, the driver's pins, modes, and the oddities Q1 to Q6."""
 
 import struct
 from array import array
@@ -14,7 +14,8 @@ HELD_DEG = 4000 * 360 / 16384
 
 
 def board(count: int | None = 4000, table: str = "identity", **device: object) -> Bench:
-    """At 5000 ms with the start-up's text read; the encoder holds ``count``, None: is on the shaft."""
+    """Bench at 5000 ms with the start-up's text read; the encoder holds ``count``, or is on the shaft
+    (None)."""
     config = {"profile": "mechaduino", "port": "memory", "flash": {"table": table}} | device
     bench = Bench({"bench": "quirks", "devices": {"m1": config}})
     if count is not None:

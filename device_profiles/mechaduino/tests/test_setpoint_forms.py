@@ -1,4 +1,4 @@
-"""What ``r`` makes of a number, and when it stops waiting for more of it."""
+"""Numbers typed after ``r``: their forms, and when the board stops waiting for more of one."""
 
 import struct
 

@@ -16,7 +16,8 @@ LONG_OUTPUTS = frozenset("qgja")
 
 
 def play(transcript: dict[str, Any], bytewise: bool = False) -> list[list[object]]:
-    """What the board sends, as ``expected`` has it. ``bytewise``: each input byte in a write of its own."""
+    """Play a transcript, and return what the board sends in the form of ``expected``. ``bytewise``: each
+    input byte in a write of its own."""
     board = transcript["board"]
     device = {
         "profile": "mechaduino",

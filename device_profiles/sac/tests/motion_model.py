@@ -67,7 +67,7 @@ def first_of_stop(acc: int, sprf: int) -> float:
 
 
 def acceleration(c: Command, from_rpm: int, setup: Setup) -> list[int]:
-    """Periods of its steps."""
+    """Periods of the steps of the ramp up."""
     f = 60_000_000 // setup.sprf
     if c.rpm <= setup.slow or no_ramp(c.acc):
         return []
@@ -148,7 +148,7 @@ class Model:
     setup: Setup
     gap: bool = True
     pulses: list[tuple[int, int]] = field(default_factory=list)
-    """(time, +1 or -1)."""
+    """Pulses as (time, +1 or -1)."""
     op_sa: list[tuple[int, int]] = field(default_factory=list)
     waiting: list[Command] = field(default_factory=list)
     command: Command | None = None
@@ -175,7 +175,7 @@ class Model:
         return min(times, default=None)
 
     def play_until(self, until: int) -> None:
-        """Everything up to and at this time."""
+        """Play everything up to and at this time."""
         while (at := self.next_time()) is not None and at <= until:
             self._happen(at)
 

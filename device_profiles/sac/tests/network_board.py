@@ -26,7 +26,7 @@ class Board:
         self.network.read()
 
     def type(self, line, ms=300.0):
-        """What the terminal shows then."""
+        """Type a line, and return what the terminal shows in the next ``ms``."""
         self.terminal.write(line.encode() + b"\r")
         self.bench.run(ms=ms)
         return self.terminal.read()

@@ -1,5 +1,5 @@
 """A second reader of packets, written for the tests: it looks at a whole stream at once, by position, where
-the codec goes byte by byte. It shares no code with it, its CRC is the polynomial's definition."""
+the codec goes byte by byte. It shares no code with the codec; its CRC is the polynomial's definition."""
 
 import re
 

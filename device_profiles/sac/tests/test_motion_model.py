@@ -229,7 +229,8 @@ setups = st.builds(
 
 
 MOST_PULSES = 200_000
-"""Half a minute of 128 pulses a step would be millions, and minutes."""
+"""Maximum number of pulses of an example: half a minute of 128 pulses a step would be millions, and
+minutes."""
 
 
 @settings(max_examples=int(os.environ.get("HIL_FUZZ", 250)))

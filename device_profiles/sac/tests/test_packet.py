@@ -151,7 +151,7 @@ def test_no_byte_but_an_idle_one_is_lost_in_what_it_gives(pieces):
 
 
 def garbled(rng: random.Random) -> bytes:
-    """Some packets, damaged: bytes flipped, dropped, doubled, put in."""
+    """Random packets, damaged: bytes flipped, dropped, doubled, inserted."""
     stream = bytearray()
     for _ in range(rng.randrange(1, 4)):
         data = bytes(rng.choices(b"m30ys\x06\x11\x15", k=rng.choice((0, 1, 1, 3, 8, 79, 80, 81, 82))))

@@ -1,4 +1,4 @@
-"""What transcripts cannot say: times on the line, memory that fails, baud, bounds."""
+"""Behaviour that transcripts cannot show: times on the line, memory that fails, baud, bounds."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The framing of the SAC's network passes the shipped check of codecs."""
+"""Shipped check of codecs, passed by the framing of the SAC's network."""
 
 from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.packet import encode

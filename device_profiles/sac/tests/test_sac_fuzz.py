@@ -90,7 +90,8 @@ class Victim:
         self.device.pin("RST").set(0)
 
     def cold_start(self) -> None:
-        """To the prompt; at the slowest speed that may have been set, 66 characters take it 1.4 s more."""
+        """Reset the board, and run to its prompt; at the slowest speed that may have been set, the 66
+        characters take 1.4 s more."""
         self.device.reset()
         self.bench.run(ms=1010)
         if not (sent := self.read()).endswith(b"SAC>"):
@@ -104,7 +105,7 @@ class Victim:
         return self.port.read().translate(None, DC1 + DC2)  # soft_ops, at any time
 
     def quieten(self) -> None:
-        """Until it has nothing more to say: what it has written is out, and nothing comes after it."""
+        """Run until the board has nothing more to say: its output is on the line, and nothing follows."""
         for _ in range(ROUNDS):
             self.bench.run_until(ms=max(self.bench.now_ns, self.port.line_free_ns) / 1e6 + QUIET_MS)
             if not self.read():

@@ -94,7 +94,7 @@ def test_packets_without_crc_that_come_while_the_board_is_busy_are_answered_afte
 
 
 def test_a_nul_behind_the_end_costs_nothing():
-    """Neither an error of the line nor a wait: a segment counts none, and the next packet is heard."""
+    """Expect no error of the line and no wait: a segment counts none, and the next packet is heard."""
     bench = Bench(
         {
             "bench": "one",

@@ -36,11 +36,11 @@ class Board:
         return int(self.axis.snapshot().pulses)
 
     def rises(self) -> list[int]:
-        """When clk has risen, in ns."""
+        """Times in ns at which clk has risen."""
         return [at_ns for at_ns, level in self.device.pin("clk").edges() if level]
 
     def periods_us(self) -> list[float]:
-        """Between the pulses so far; two are a step."""
+        """Periods between the pulses so far; two pulses are a step."""
         return [(after - before) / NS_PER_US for before, after in pairwise(self.rises())]
 
     def steps_us(self) -> list[float]:

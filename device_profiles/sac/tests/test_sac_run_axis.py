@@ -22,7 +22,7 @@ def taken(baud: int = 38400) -> tuple[Bench, RunAxis]:
 
 
 def go(bench: Bench, axis: RunAxis, position_deg: float, velocity_rpm: float = 60) -> int:
-    """When it was to start."""
+    """Command a motion, and return the time in ns at which it is to start."""
     start_ns = int(bench.now_ns) + LEAD_NS
     bench.talk("s1", axis.move_abs(position_deg, velocity_rpm, start_ns))
     return start_ns
@@ -104,7 +104,7 @@ def test_a_line_that_is_too_slow_is_found_before_anything_moves() -> None:
 
 
 def test_a_board_that_dies_is_noticed_within_one_and_a_half_seconds() -> None:
-    """It is asked each half second, and has 0.8 s to answer."""
+    """The run asks the board each half second, and gives it 0.8 s to answer."""
     bench, axis = taken()
     start_ns = int(bench.now_ns) + LEAD_NS
     move = axis.move_abs(3600.0, 60, start_ns)
@@ -154,7 +154,7 @@ def test_one_release_starts_others_over_a_wire() -> None:
 
 
 def test_a_board_that_never_comes_to_its_end_is_given_up() -> None:
-    """A packet makes it turn for ever."""
+    """Let a packet make the board turn for ever."""
     bench, axis = taken()
     begun_ns = int(bench.now_ns)
     move = axis.move_abs(36.0, 60, begun_ns + LEAD_NS)

@@ -49,7 +49,8 @@ ACTS = st.one_of(
 
 
 def played(acts: list[tuple[str, bytes, Any, Any]], takes: bool) -> tuple[object, ...]:
-    """What the boards have sent, when, how they stand, and how many turns they had."""
+    """Play the acts, and return what the boards have sent and when, their states, and how many turns they
+    had."""
     with pytest.MonkeyPatch.context() as patch:
         if not takes:
             patch.setattr(CommandLine, "takes", None)
@@ -92,7 +93,7 @@ def test_a_velocity_to_all_is_taken_and_a_text_is_not(monkeypatch: pytest.Monkey
     bench = Bench(CONFIG)
     bench.run(1100)
     bench.tap("bus0.m").write(encode(0, 1, b"y"))
-    bench.run(100)  # the first finds that the prompt is out
+    bench.run(100)  # the first packet finds that the prompt is out
     for data, expected in ((b"v150", True), (b" hi", False), (b"$ss", False), (b"zz", True)):
         answers.clear()
         bench.tap("bus0.m").write(encode(0, 1, data))

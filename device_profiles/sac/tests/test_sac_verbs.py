@@ -1,4 +1,4 @@
-"""What can be asked of a SAC beside typing: each verb moves as its command does, pulse for pulse."""
+"""Verbs of a SAC beside typing: each moves as its command does, pulse for pulse."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -52,7 +52,7 @@ class Board:
         return refused.value.code, str(refused.value)
 
     def stands(self) -> Snapshot:
-        """Let it come to an end."""
+        """Let the board come to an end of its motion."""
         for _ in range(600):
             if self.run(100).motion_state == 0:
                 return self.run(1000)
@@ -76,7 +76,7 @@ def board() -> Iterator[Board]:
 
 
 def same_pulses(verb: str, parameters: dict[str, Any], typed: str, *before: str) -> None:
-    """A verb's pulses are those of a line that is typed, in its first three seconds at least."""
+    """Check that a verb's pulses are those of a typed line, in its first three seconds at least."""
     asked, typing = Board(*before), Board(*before)
     asked.do(verb, **parameters)
     typing.port.write(typed.encode() + b"\r")

@@ -1,4 +1,4 @@
-"""When a sketch that reads the SAC's packets is woken, and that it gets every byte all the same."""
+"""Wakes of a sketch that reads the SAC's packets: when each comes, and that no byte is lost."""
 
 from device_profiles.sac.framing import FRAMING
 from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart
@@ -8,7 +8,7 @@ T0 = 123_456_789
 
 
 def character_end_ns(n: int, baud: int) -> int:
-    """Character n (from 1) ends here."""
+    """Time at which character n (from 1) ends."""
     return T0 + n * 10 * 10**9 // baud
 
 
@@ -19,7 +19,7 @@ def uart(baud: int) -> DeviceUart:
 
 
 MS_BAUD = 10_000
-"""A character takes a millisecond."""
+"""Speed at which a character takes a millisecond."""
 
 
 def marked() -> DeviceUart:
@@ -44,7 +44,7 @@ def test_only_a_byte_behind_its_mark_wakes_once_what_stands_before_is_known() ->
     line.hear(SimTimeNs(T0), b"\2\0\5x\3\2\0\2\0x", MS_BAUD)
     line.hear(SimTimeNs(character_end_ns(10, MS_BAUD)), b"\0\0x\3", MS_BAUD)
     line.hear(SimTimeNs(character_end_ns(14, MS_BAUD)), b"c\0", MS_BAUD)
-    assert wakes(line) == [2, 7, 16]  # 2: it is not known what stands before the first
+    assert wakes(line) == [2, 7, 16]  # 2: what stands before the first is not known
     assert line.read_all() == b"\2\0\5x\3\2\0\2\0x\0\0x\3c\0"
 
 

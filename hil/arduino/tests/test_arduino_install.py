@@ -28,7 +28,7 @@ def run(*arguments: str, code: int = 0) -> str:
 
 
 def properties(path: Path) -> dict[str, str]:
-    """As the IDE reads such a file: comments out, each line split at its first equals sign."""
+    """Properties of a file as the IDE reads it: comments out, each line split at its first equals sign."""
     lines = [line for line in path.read_text().splitlines() if line and not line.startswith("#")]
     return dict(line.split("=", 1) for line in lines)
 

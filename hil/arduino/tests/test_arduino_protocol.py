@@ -32,7 +32,7 @@ def error(event: str, answers: list[Message]) -> str:
 
 
 class Ports(list[Message]):
-    """What a discovery finds; ``broken`` makes it fail."""
+    """Ports that a discovery finds; ``broken`` makes it fail."""
 
     broken = False
 

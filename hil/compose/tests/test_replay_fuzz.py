@@ -41,7 +41,7 @@ from hil.wire.step_dir import generate
 CASES = int(os.environ.get("HIL_FUZZ", "400"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
 LONGEST_NS = 5_000_000_000
-"""Later inputs of a mutated log are read and not run: there are so many logs."""
+"""Time up to which a mutated log is run; later inputs are only read, because there are so many logs."""
 CONFIG = {
     "bench": "b",
     "devices": {
@@ -115,7 +115,7 @@ def written() -> str:
 
 
 class Mutations:
-    """Of a log."""
+    """Mutations of a log."""
 
     def __init__(self, seed: int, text: str) -> None:
         self._chance = random.Random(seed)
@@ -189,7 +189,7 @@ class Mutations:
 
 
 def replayed(lines: list[bytes]) -> Replayed:
-    """As ``replay`` does, the first seconds."""
+    """Replay the first seconds of a log, as ``replay`` does."""
     log = read_input_log(lines, "some.log")
     early = [i for i, logged in enumerate(log.inputs) if logged.at_ns <= LONGEST_NS]
     sent = [each for each in log.sent if each.at_ns <= LONGEST_NS]

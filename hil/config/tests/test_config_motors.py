@@ -61,8 +61,8 @@ def test_each_figure_has_its_unit_meaning_and_origin(motor: object) -> None:
 def test_two_coils_at_the_rated_current_hold_what_the_data_sheet_says(
     motor: str, holding_Nm: float, rated_A: float
 ) -> None:
-    """Where both coils pull alike, each is at 45 electrical degrees from its best angle. The first motor's
-    constant is that of the boards that were there before, 3 % less."""
+    """Holding torque where both coils pull alike: each is at 45 electrical degrees from its best angle. The
+    first motor's constant is that of the boards that were there before, 3 % less."""
     torque_Nm = math.sqrt(2) * rated_A * MOTORS[motor].figures["torque_constant_Nm_per_A"].value
     assert torque_Nm == pytest.approx(holding_Nm, rel=0.03)
 

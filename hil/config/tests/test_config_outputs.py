@@ -1,4 +1,4 @@
-"""What is made from the models: the JSON Schema, the reference page and the plan of a reload."""
+"""Outputs of the models: the JSON Schema, the reference page and the plan of a reload."""
 
 import copy
 from pathlib import Path

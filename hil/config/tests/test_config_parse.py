@@ -1,4 +1,4 @@
-"""A configuration file's author makes a mistake: which lines does the daemon answer with?"""
+"""Mistakes of a configuration file's author, and the lines with which the daemon answers."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Any text is either a bench or a list of problems; any slip of one key is found where it stands."""
+"""Random texts: any is either a bench or a list of problems; any slip of one key is found where it stands."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -101,7 +101,7 @@ def test_every_slip_of_a_key_is_found_where_it_stands(index: int) -> None:
 
 
 def problems(text: str) -> list[Problem] | None:
-    """None for a valid bench."""
+    """Problems of a configuration, None for a valid bench."""
     try:
         parse(text, "b.yaml", CATALOGUE)
     except ConfigError as error:
@@ -204,7 +204,7 @@ def test_any_mapping_gives_a_bench_or_problems(top: dict[str, object], keys: dic
 
 
 def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
-    """Nodes that were read, with their places, or the sentence that says what is wrong."""
+    """Nodes of a text with their places, or what is wrong with it."""
 
     def flat(node: Any, around: tuple[Any, ...] = ()) -> object:
         if node is None:

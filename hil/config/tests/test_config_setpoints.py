@@ -10,7 +10,7 @@ HEAD = "bench: t\ndevices:\n  m1:\n    profile: mechaduino\n"
 
 
 class Options(BaseModel):
-    """Of a bridge of the tests."""
+    """Options of a bridge of the tests."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
     listen: str = Field(default="127.0.0.1:1", description="Where.")

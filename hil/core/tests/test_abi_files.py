@@ -1,4 +1,4 @@
-"""What C, Cython and Python say of the native core's face is the same."""
+"""Agreement of C, Cython and Python about the native core's face."""
 
 import ast
 import re
@@ -51,7 +51,7 @@ def compiled_methods() -> dict[str, list[str]]:
 
 
 def declared_methods() -> dict[str, list[str]]:
-    """The same of the stub that mypy reads."""
+    """Names of parameters by class and method, of the stub that mypy reads."""
     classes = [
         node for node in ast.parse((CORE / "_native.pyi").read_text()).body if isinstance(node, ast.ClassDef)
     ]

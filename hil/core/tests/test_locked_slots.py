@@ -1,4 +1,4 @@
-"""Only open axes are locked in memory: those of the start, and those that come later."""
+"""Locked memory of axes: only open axes are locked, those of the start and those that come later."""
 
 import re
 from pathlib import Path

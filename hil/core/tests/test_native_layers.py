@@ -22,7 +22,7 @@ DECLARATION = re.compile(HEAD + r";", re.M)
 Sources = dict[str, str]
 """Text by path below ``hil``."""
 Graph = dict[str, set[str]]
-"""What each module depends on."""
+"""Modules that each module depends on."""
 
 
 def native_sources() -> Sources:
@@ -36,7 +36,8 @@ def module_of(path: str) -> str:
 
 
 def includes(sources: Sources) -> Graph:
-    """Names are resolved as the compiler does it: beside the file, then in the folder that ``-I`` names."""
+    """Includes of each module, resolved as the compiler does it: beside the file, then in the folder that
+    ``-I`` names."""
     graph: Graph = {module_of(path): set() for path in sources}
     for path, text in sources.items():
         folder = (HIL / path).parent
@@ -52,9 +53,10 @@ def tables_of(path: str, text: str) -> set[str]:
 
 
 def calls(sources: Sources) -> Graph:
-    """By name, pointers to functions too. Static functions need no edge: who calls one has it by an include.
+    """Dependencies by the names of functions, pointers to functions too. A static function needs no edge: its
+    callers include it.
 
-    What the expressions of a table (``.def``) call is called by the ``.c`` that includes it; headers use its
+    Calls in the expressions of a table (``.def``) are those of the ``.c`` that includes it; headers use its
     names alone.
     """
     code = {path: NOT_CODE.sub("", text) for path, text in sources.items() if not path.endswith(".def")}
@@ -84,7 +86,7 @@ def circle(*graphs: Graph) -> list[str]:
 
 
 def strangers(sources: Sources) -> list[str]:
-    """What headers declare that their own module does not define."""
+    """Functions that headers declare and their own module does not define."""
     code = {path: NOT_CODE.sub("", text) for path, text in sources.items()}
     found = []
     for path, text in code.items():

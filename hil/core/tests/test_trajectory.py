@@ -340,7 +340,8 @@ def test_lengths_that_differ_are_refused():
 
 
 def test_the_bits_are_the_same_on_every_machine():
-    """Only + - * / and sqrt, nothing contracted: another compiler, level or processor changes none."""
+    """Plans use + - * / and sqrt only, nothing contracted: another compiler, level or processor changes no
+    bit."""
     digest = hashlib.sha256()
     for k in range(1, 60):
         limits = [AxisLimits(10 + 7 * k, 100 + 31 * k * axis, 1000 + 997 * k / axis) for axis in (1, 2, 3)]

@@ -29,7 +29,7 @@ def moving(rng, limits):
 
 
 def theirs_s(starts, targets, limits, is_velocity=False, trapezoid=False):
-    """None where it finds no plan."""
+    """Duration of ruckig's plan in seconds, None where it finds none."""
     axes = len(starts)
     task = ruckig.InputParameter(axes)
     task.current_position = [start.position_deg for start in starts]

@@ -44,7 +44,7 @@ def test_version_1_is_migrated(body: bytes) -> None:
 
 
 def refusal(data: bytes) -> str:
-    """Why the file is refused, or "" if it is read."""
+    """Reason why the file is refused, or "" if it is read."""
     try:
         decode(data)
     except NvmError as error:

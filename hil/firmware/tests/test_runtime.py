@@ -41,7 +41,7 @@ class Board:
         )
 
     def at(self, now_ns: int) -> int:
-        """Resume; the next time that is due."""
+        """Resume the program, and return the next time that is due."""
         self.runtime.resume(SimTimeNs(now_ns))
         return self.runtime.due_ns
 

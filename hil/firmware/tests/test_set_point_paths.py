@@ -17,12 +17,12 @@ ramps = st.floats(1.0, 6e6)
 
 
 def tolerance(*numbers: float) -> float:
-    """Of double precision along the way, and of whole nanoseconds at such speeds."""
+    """Tolerance for rounding: of double precision along the way, and of whole nanoseconds at such speeds."""
     return 1e-9 * (1 + max(map(abs, numbers)))
 
 
 def check_joined(path: tuple[PathPiece, ...], per_s2: float) -> None:
-    """Each piece begins where the one before ends, in place and in rate."""
+    """Check that each piece begins where the one before ends, in place and in rate."""
     furthest = max(abs(piece.r) for piece in path)
     for piece, after in pairwise(path):
         assert piece.duration_ns > 0

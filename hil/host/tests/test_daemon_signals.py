@@ -1,4 +1,4 @@
-"""A signal is answered also where others have filled the way to the loop."""
+"""Signals to the daemon, which are answered also where others have filled the way to the loop."""
 
 import asyncio
 import signal
@@ -8,7 +8,7 @@ import pytest
 from hil.host import signals
 
 MANY = 10_000
-"""More than the socket of an event loop has room for."""
+"""Number that the socket of an event loop has no room for."""
 
 
 @pytest.mark.parametrize("bells", [0, MANY])

@@ -22,7 +22,7 @@ OWN_WAY = {
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_keys.py": {"open"},  # exclusively
 }
-"""What has its own way to write, and by which calls."""
+"""Files that write in a way of their own, and the calls that they use."""
 WRITES = {"write_text", "write_bytes", "rename", "replace", "open", "savefig", "copyfile"}
 
 

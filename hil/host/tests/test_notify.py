@@ -1,4 +1,4 @@
-"""What the service manager is told: the test is the manager, with a socket of its own."""
+"""Messages to the service manager: the test is the manager, with a socket of its own."""
 
 import logging
 import os

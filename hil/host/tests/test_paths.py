@@ -1,4 +1,4 @@
-"""Where a bench's files are."""
+"""Folders of a bench's files."""
 
 import socket
 from pathlib import Path

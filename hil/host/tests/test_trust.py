@@ -1,4 +1,4 @@
-"""Whose folders are believed, and which of the benches in them is meant."""
+"""Trust in folders by their owners, and the choice of one of the benches in them."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Plans of how the bench becomes what a configuration says. All that has to be read is read here.
+"""Plans of how the bench becomes what a configuration says. Reads everything that has to be read.
 
 A start is planned as a reload is, from a bench without devices.
 """
@@ -36,7 +36,7 @@ class BenchPlan:
     is_start: bool = False
 
     def has_twin(self, name: str) -> bool:
-        """Whether the configuration has an emulated board of this name."""
+        """True if the configuration has a twin of this name."""
         device = self.config.devices.get(name)
         return device is not None and device.at is None
 
@@ -123,7 +123,7 @@ def _memory(old: BenchConfig, new: BenchConfig, name: str, files: NvmStore) -> L
     before, profile = old.devices.get(name), new.devices[name].profile
     if before is None or before.at is not None:
         return files.look(name, profile)
-    if before.profile != profile:  # whose board may still write it
+    if before.profile != profile:  # the old board may still write the file
         return Loaded(Content(profile, 0, {}), None, belongs_to(before.profile, profile))
     return None
 

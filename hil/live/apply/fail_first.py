@@ -57,7 +57,7 @@ class Apply:
             *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
             return_exceptions=True,
         )
-        for error in filter(None, [*closed, *opened]):  # ours: the other ports go on
+        for error in filter(None, [*closed, *opened]):  # hil's own error: the other ports go on
             log.error("a port that was exchanged", exc_info=error)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))
 

@@ -39,7 +39,7 @@ class Reloader:
     _waiting: asyncio.Task[None] | None = field(default=None, init=False)
 
     def open(self, wanted: asyncio.Event, service: Service) -> None:
-        """Serve reloads. ``wanted`` is set, maybe already, where nobody waits for an answer: SIGHUP."""
+        """Serve reloads. ``wanted`` is set for a reload without an answer (SIGHUP), maybe already."""
         self._service = service
         self._waiting = asyncio.get_running_loop().create_task(self._wait(wanted))
 
@@ -75,7 +75,7 @@ class Reloader:
                 trouble = problems_of(error)
                 log.error("reload refused, nothing has changed:\n%s", error)
                 raise
-            except Exception:  # ours: who asked may not be there to see it
+            except Exception:  # hil's own error: the asker may not be there to see it
                 log.exception("the reload failed")
                 raise
             finally:

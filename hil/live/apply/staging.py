@@ -43,7 +43,7 @@ class Stage:
     _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
     async def prepare(self, plan: BenchPlan, staged: Staged) -> None:
-        """Make everything that begins; what is made already is in ``staged``, whatever happens.
+        """Make everything that begins; ``staged`` has what is made already, whatever happens.
 
         Raises:
             Refused: something cannot be made; all problems.
@@ -84,7 +84,7 @@ class Stage:
         self._seeds = {name: seed for name, seed in seeds.items() if plan.has_twin(name)}
 
     def keeps_port(self, plan: BenchPlan, name: str, uart: str) -> bool:
-        """Whether a changed device's port stays as it is, with its clients. ``uart``: empty for the first."""
+        """True if a changed device's port stays as it is, with its clients. ``uart``: empty for the first."""
         old, new = self.configured.config.devices.get(name), plan.config.devices.get(name)
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False

@@ -22,7 +22,7 @@ TELL_S = 0.1
 
 
 class NotBegun(Exception):
-    """A run that was accepted cannot begin: ``str(error)`` says why."""
+    """Error of an accepted run that cannot begin: ``str(error)`` says why."""
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Entry:
     ends_deg: Mapping[str, float]
     progress: Progress
     is_shared: bool = False
-    """Whether this bench leads others."""
+    """True if this bench leads others."""
     execution: Execution | None = None
     """Execution, once the run has begun."""
     task: asyncio.Task[None] | None = None

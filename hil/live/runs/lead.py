@@ -33,8 +33,8 @@ from hil.vocab.verbs import VerbRefused
 log = logging.getLogger("hil")
 
 LEAD_WALL_NS = 500_000_000
-"""Time between the telling of a start and the start. Who has not answered after ``ANSWER_S`` ends the run,
-and 0.2 s are left to stop those who have."""
+"""Time from the message of a start to the start. A bench that has not answered after ``ANSWER_S`` ends the
+run, and 0.2 s are left to stop those that have."""
 BEAT_S = 0.1
 CLOCK_ERROR_NS = 20_000_000
 """Maximum error of a clock with which a run starts: 40 ms there and back."""
@@ -102,7 +102,7 @@ class Together:
         axes = {name: axis_told(plan.axes[name]) for name in plan.run.axes}
         given = {"do": "join", "leader": self._config.bench, "document": text, "digest": plan.digest()}
         for member in self._members:
-            member.joined = True  # it may be, even if it does not say so
+            member.joined = True  # it may have joined, even if it does not say so
             await self._ask(member, given | {"axes": axes}, JOIN_S)
             if member.clock.error_ns > CLOCK_ERROR_NS:
                 error_ms, most_ms = member.clock.error_ns / 1e6, CLOCK_ERROR_NS / 1e6

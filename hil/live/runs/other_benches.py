@@ -35,7 +35,7 @@ def axis_told(axis: AxisNow) -> dict[str, Any]:
 
 
 def axis_heard(told: Mapping[str, Any]) -> AxisNow:
-    """Axis that another bench told. Raises KeyError, TypeError: it is none."""
+    """Axis that another bench told. Raises KeyError, TypeError: it told something else."""
     return AxisNow(
         told["position_deg"],
         told["kind"] == "servo",

@@ -109,7 +109,7 @@ class Parts:
         if plan.digest() != digest:
             raise VerbRefused("cannot", f"it plans this run otherwise; hil is {__version__} here")
         self._refuse_name(name)
-        self._mine(names, told)  # they may have been taken meanwhile
+        self._mine(names, told)  # the axes may have been taken meanwhile
         baton = Told()
         execution = Execution(plan, self._axes, baton, names)
         now_s = asyncio.get_running_loop().time()
@@ -147,7 +147,7 @@ class Parts:
     def _go(self, part: _Part, phrase: int, start_wall_ns: int) -> dict[str, Any]:
         execution = part.execution
         if execution.ended or execution.progress.is_over:
-            return self._report(part)  # which tells the leader why
+            return self._report(part)  # the report tells the leader why
         if phrase != execution.reached or phrase in part.baton.starts_ns:
             raise VerbRefused("not_now", f"phrase {phrase} does not begin now")
         late_ns = self._wall.times_ns()[1] - start_wall_ns

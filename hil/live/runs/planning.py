@@ -28,7 +28,7 @@ class Planning:
         self._others = others
 
     def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
-        """Read a run's text. Raises ConfigError: it is none, or has an axis twice."""
+        """Read a run's text. Raises ConfigError: the text is no run, or has an axis twice."""
         run, document = parse_run(text, file)
         if findings := taken_twice(run, self._configured.config.bench):
             raise document.error(findings)
@@ -39,7 +39,7 @@ class Planning:
         return device_names(run, self._configured.config.bench)
 
     def is_shared(self, run: RunDocument) -> bool:
-        """Whether other benches take part."""
+        """True if other benches take part."""
         return bool(other_benches(run, self._configured.config.bench))
 
     def plan(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
@@ -81,5 +81,5 @@ class Planning:
         return Together(self._configured, self._wall, self._others, source, run)
 
     def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
-        """Rename the axes as the run does; those it names wrongly are looked for among all."""
+        """Rename the axes as the run does; axes that it names wrongly are looked for among all."""
         return dict(axes) | {name: axes[device] for name, device in self.names(run).items() if device in axes}

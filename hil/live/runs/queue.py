@@ -59,7 +59,7 @@ class RunQueue:
         self.progress: dict[str, Progress] = {}
         """Progress of all runs that are remembered, by name, in the order of their submission."""
         self._digests: dict[str, bytes] = {}
-        """Digests of their texts."""
+        """Digests of the runs' texts, by name."""
         self.listeners: list[Callable[[Progress], None]] = []
         """Called when a run's state or step changes, and ten times a second while it moves."""
 
@@ -119,7 +119,7 @@ class RunQueue:
     # ---- for parts of runs that another bench leads ----
 
     def is_under_way(self, name: str) -> bool:
-        """Whether it waits, moves, or is just ending: nothing else can have its name."""
+        """True while the run waits, moves, or is just ending: no other run can have its name."""
         return name in self._entries
 
     def hold(
@@ -200,7 +200,7 @@ class RunQueue:
             await doing(entry)
         except NotBegun as error:
             self._end(entry, "failed", str(error))
-        except Exception:  # ours: this run has failed and says so, all else goes on
+        except Exception:  # hil's own error: this run has failed and says so, all else goes on
             log.exception("run %s", entry.name)
             self._end(entry, "failed", ERROR_OF_OURS)
         else:

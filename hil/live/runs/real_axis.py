@@ -66,7 +66,7 @@ class RealAxis:
         return self._terminal.taken_by
 
     async def take(self) -> None:
-        """Take it in hand. Raises DialogueError: it is away, or does not answer as it should."""
+        """Take the board in hand. Raises DialogueError: it is away, or does not answer as it should."""
         self._known_as = None
         await self.through.talk(self._terminal.take())
         self._known_as = self._line()
@@ -151,7 +151,7 @@ class RealAxis:
             await self.through.talk(dialogue)
         except DialogueError as error:
             self._failure = self._failure or str(error)
-        except Exception as error:  # ours: that axis stops its run, the others live on
+        except Exception as error:  # hil's own error: that axis stops its run, the others go on
             self._failure = f"an error of hil, see its log: {error!r}"
             log.exception("%s: a dialogue of a run", self.through.name)
 

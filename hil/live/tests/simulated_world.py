@@ -25,7 +25,7 @@ UP_S = 4.2
 
 
 class Programs:
-    """Port at which programs would be; none is."""
+    """Port of a real board without a program at it."""
 
     address = "nowhere"
 
@@ -33,10 +33,10 @@ class Programs:
         return 0
 
     def write(self, data: bytes) -> None:
-        """Nobody reads it."""
+        """Ignored: nobody reads it."""
 
     def resume_reading(self) -> None:
-        """Nothing was held up."""
+        """Ignored: nothing was held up."""
 
 
 class Line(Programs):

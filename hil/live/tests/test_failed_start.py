@@ -1,4 +1,4 @@
-"""A start that fails leaves everything as it was."""
+"""Start that fails: everything is left as it was."""
 
 import asyncio
 import json
@@ -16,7 +16,7 @@ from hil.live.refusals import StartError
 
 
 def refusal(folder: Path, devices: dict[str, Any]) -> str:
-    """What a start says that cannot be."""
+    """Try a start that cannot be, and return the message of its refusal."""
     config = parse(json.dumps({"bench": "b", "devices": devices}), "b.yaml", find_catalogue())
     daemon = Daemon(config, config_folder=folder, runtime_base=folder / "run", state_base=folder / "state")
     with pytest.raises(StartError) as refused:

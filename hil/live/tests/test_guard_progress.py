@@ -1,4 +1,4 @@
-"""Which of many short steps are a runaway's: what the guard makes of its bells of CPU time."""
+"""Runaways of many short steps: how the guard tells them by its bells of CPU time."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +12,8 @@ BELL_NS = STEP_LIMIT_NS // PARTS
 
 
 def condemned_after(tmp_path: Path, advance_ns: int, is_inside: bool, bells: int = 100) -> int | None:
-    """How many bells it takes, when the board comes so far in simulated time between two of them."""
+    """Number of bells until the guard condemns a board that advances ``advance_ns`` between two of them; None
+    if it does not."""
     guard: Any = StepGuard(tmp_path / "hung")
     try:
         board: Any = SimpleNamespace(name="m1", now_ns=0)

@@ -1,4 +1,4 @@
-"""Which steps that do not come back are a runaway's: those that sleep, not those that are kept waiting."""
+"""Steps that do not come back: those that sleep are a runaway's, those that are kept waiting are not."""
 
 import ctypes
 import gc
@@ -37,7 +37,7 @@ def test_a_step_that_sleeps_is_stopped(guard: StepGuard, sleep_s: float) -> None
 
 
 def test_a_guard_that_is_closed_leaves_the_next_ones_signal_alone(tmp_path: Path) -> None:
-    """Whenever it is freed."""
+    """The next guard keeps its signal, whenever the closed one is freed."""
     before = StepGuard(tmp_path / "before")
     before.close()
     guard = StepGuard(tmp_path / "hung")
@@ -51,7 +51,7 @@ def test_a_guard_that_is_closed_leaves_the_next_ones_signal_alone(tmp_path: Path
 
 
 def test_a_step_that_waits_for_the_interpreter_is_not_blamed(guard: StepGuard) -> None:
-    """Another thread keeps it, as C code may, for longer than a step may sleep."""
+    """Another thread keeps the interpreter, as C code may, for longer than a step may sleep."""
     kept = threading.Event()
 
     def keep() -> None:

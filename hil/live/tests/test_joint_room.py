@@ -1,4 +1,4 @@
-"""A port that is held up reads on when there is room again, whoever was the first to see it."""
+"""Port that is held up: it reads on when there is room again, whoever was the first to see it."""
 
 from typing import cast
 
@@ -21,7 +21,7 @@ class OnePort:
 
 
 class OneEnd:
-    """``room_bytes`` can be taken now; ``comes`` is the room that comes just as the port is held up."""
+    """End that can take ``room_bytes`` now; ``comes`` is the room that comes just as the port is held up."""
 
     def __init__(self, joint: "Joint[OneEnd]") -> None:
         self.joint = joint

@@ -92,7 +92,7 @@ def load(directory: Path) -> Loaded:
 
 
 def loaded_from(store: NvmStore, device: str) -> Loaded:
-    """As a start does: what is of no use is kept aside."""
+    """Load a memory as a start does: a file that is of no use is kept aside."""
     found = store.look(device, "mechaduino")
     kept = store.keep_aside(device, found.unfit) if found.unfit else None
     return replace(found, note=kept.note) if kept else found

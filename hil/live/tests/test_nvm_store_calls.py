@@ -1,4 +1,4 @@
-"""Every system call that a store makes fails, one by one and from one on: nothing is torn, no failure
+"""Failures of every system call that a store makes, one by one and from one on: nothing is torn, no failure
 is called a success. ``failing_calls.c`` stands between Python and libc, so that no call is left out."""
 
 import ctypes
@@ -53,7 +53,7 @@ class Failing:
         self._shim.fail_calls(bytes(directory), ctypes.c_long(first), ctypes.c_long(last), code)
 
     def end(self) -> int:
-        """How many calls there were."""
+        """Let calls succeed again, and return how many there were."""
         seen = int(self._shim.seen_calls())
         self._shim.fail_calls(b"", ctypes.c_long(0), ctypes.c_long(0), 0)
         return seen
@@ -76,7 +76,7 @@ def stored(directory: Path) -> Content:
 
 
 def check_commit(failing: Failing, folder: Path, had_old: bool, first: int, last: int, code: int) -> bool:
-    """One commit of which some calls fail; whether a call failed at all."""
+    """Check one commit of which some calls fail; return whether a call failed at all."""
     folder.mkdir()
     if had_old:
         assert commit(NvmStore(folder), OLD) == (True, "")
@@ -101,7 +101,7 @@ def check_commit(failing: Failing, folder: Path, had_old: bool, first: int, last
 
 
 def check_load(failing: Failing, folder: Path, first: int, last: int, code: int) -> bool:
-    """A load of which some calls fail: the content, or a refusal; the file stays as it is."""
+    """Check a load of which some calls fail: the content, or a refusal; the file stays as it is."""
     folder.mkdir()
     assert commit(NvmStore(folder), OLD) == (True, "")
     whole = (folder / "m1.nvm").read_bytes()

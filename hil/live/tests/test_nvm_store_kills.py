@@ -12,18 +12,18 @@ from hil.firmware.nvm import Content, decode
 from hil.live.store import NvmStore
 
 KILLS = int(os.environ.get("HIL_KILLS", "100"))
-"""`make kills` does more."""
+"""Number of kills; `make kills` does more."""
 PROFILE = "mechaduino"
 
 
 def content(counter: int) -> Content:
-    """From 1 B to 1 MB, and different for each counter in every place and in length."""
+    """Content of 1 B to 1 MB, different for each counter in every place and in length."""
     size = random.Random(counter).choice([1, 4_000, 65_536, 1_000_000])
     return Content(PROFILE, counter, {"table": counter.to_bytes(8, "little") * (size // 8 + counter % 7)})
 
 
 def write_for_ever(directory: Path) -> None:
-    """Two commits are always under way; each durable counter is printed."""
+    """Write commits, of which two are always under way, and print each durable counter."""
     store = NvmStore(directory)
     counter = store.look("m1", PROFILE).content.counter
     answers: Queue[int] = Queue()

@@ -31,7 +31,7 @@ class BoardPort:
         self.written += data
 
     def resume_reading(self) -> None:
-        """Nothing was held."""
+        """Ignored: nothing was held."""
 
 
 def at_board(board: BoardPort) -> BoardEnd:
@@ -49,7 +49,7 @@ def chatter() -> Dialogue[None]:
 
 @pytest.mark.parametrize("turns", range(6))
 def test_a_dialogue_that_is_broken_off_while_the_board_answers_ends(turns: int) -> None:
-    """At each turn of the event loop between the answer and what the dialogue makes of it."""
+    """Break the dialogue off at each turn of the event loop between the answer and its handling."""
 
     async def said_after() -> bytes:
         board = BoardPort()
@@ -71,7 +71,7 @@ def test_a_dialogue_that_is_broken_off_while_the_board_answers_ends(turns: int) 
 
 
 def test_a_look_that_waits_for_nothing_answers_the_time_now() -> None:
-    """What came before was not asked for: it would tell an older time."""
+    """Bytes that came before are not the answer: they would tell an older time."""
 
     def dialogue() -> Dialogue[list[Heard]]:
         yield Send(b"x")

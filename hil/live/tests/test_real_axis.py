@@ -128,7 +128,7 @@ def test_a_run_that_is_cancelled_stops_them(how: Any) -> None:
 @pytest.mark.parametrize("name", ["m2", "s2"])
 @pytest.mark.parametrize("back_s", [None, 0.005])
 def test_a_board_that_goes_away_ends_the_run_and_then_the_daemon(name: str, back_s: float | None) -> None:
-    """At the daemon's end nobody waits for what was broken off."""
+    """Nobody waits at the daemon's end for what was broken off."""
 
     async def doing(world: World) -> None:
         await world.taken()

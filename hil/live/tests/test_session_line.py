@@ -21,7 +21,7 @@ from hil.wire.serial_line import character_ns, resample
 
 @pytest.fixture(autouse=True)
 def loop() -> Iterator[asyncio.AbstractEventLoop]:
-    """One that never runs: the tests say when what is due soon is due."""
+    """Event loop that never runs: the tests say when what is due soon is due."""
     loop = asyncio.new_event_loop()
     asyncio.set_event_loop(loop)
     yield loop
@@ -135,7 +135,7 @@ def test_a_held_port_reads_on_before_the_line_is_empty() -> None:
 
 
 class Counted(UartEnd):
-    """How often it is looked at."""
+    """End that counts how often it is looked at."""
 
     released = 0
     refreshed = 0
@@ -185,7 +185,7 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
 
 
 class Greeter(Echo):
-    """Says so when it starts."""
+    """Firmware that says so when it starts."""
 
     def main(self) -> Main:
         self.uart.write(b"up")
@@ -218,7 +218,7 @@ def test_the_touch_resets_a_board_with_native_usb(
 
 
 class Broken(Echo):
-    """Echoes until ``!`` comes, then breaks in its own way."""
+    """Firmware that echoes until ``!`` comes, then breaks in its own way."""
 
     how: Callable[[], Any]
 

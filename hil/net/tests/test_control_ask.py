@@ -1,4 +1,4 @@
-"""A request at the control socket can be interrupted anywhere."""
+"""Interruption of a request at the control socket, at any point."""
 
 import gc
 import socket

@@ -4,7 +4,7 @@ from hil.net.limits import AGAIN_S, Limit
 
 
 class Clock:
-    """Stands where an event loop's timers would: ``run`` lets time pass."""
+    """Stand-in for an event loop's timers: ``run`` lets time pass."""
 
     def __init__(self) -> None:
         self.now_s = 0.0

@@ -1,4 +1,4 @@
-"""Who is let in, who gives way, and what is said of it."""
+"""Admission of clients: who is let in, who gives way, and what is logged of it."""
 
 from collections.abc import Callable, Coroutine
 from typing import Any
@@ -26,7 +26,7 @@ class FakeTask:
 
 
 class FakeLoop:
-    """``now_s`` is set by hand; ``tasks`` run when they are told to."""
+    """Event loop whose ``now_s`` is set by hand, and whose ``tasks`` run when they are told to."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -52,7 +52,7 @@ class FakeLoop:
         return self
 
     def cancel(self) -> None:
-        """Of a timer."""
+        """Ignored: a timer's ``cancel``."""
 
 
 class FakeConnection:
@@ -63,7 +63,7 @@ class FakeConnection:
 
 
 class FakeListener(FakeConnection):
-    """Has no file left for whoever comes."""
+    """Listener that has no file descriptor left for a client."""
 
     def accept(self) -> tuple[FakeConnection, Any]:
         raise OSError(24, "Too many open files")

@@ -1,4 +1,4 @@
-"""Who comes in at the control socket, and who is let go."""
+"""Clients at the control socket: who comes in, and who is let go."""
 
 import asyncio
 import socket

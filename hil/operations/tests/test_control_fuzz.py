@@ -1,4 +1,4 @@
-"""Any request at the control socket gets an answer, and no traceback in the log.
+"""Random requests at the control socket: each gets an answer, and none a traceback in the log.
 
 ``HIL_FUZZ`` sets how many are tried (3,000; ``make fuzz``: 100,000), ``HIL_FUZZ_SEED`` where they start.
 """

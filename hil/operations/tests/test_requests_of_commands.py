@@ -1,4 +1,4 @@
-"""What the commands ask, and the client's methods, are in the tables."""
+"""Agreement of the requests of commands, and of the client's methods, with the tables."""
 
 import ast
 import inspect
@@ -24,7 +24,8 @@ METHODS = [
 
 
 def requests() -> Iterator[tuple[str, str, set[str], bool]]:
-    """Where, the verb, the names of its arguments, and whether there are others that only the run knows."""
+    """Requests of commands: where, the verb, the names of its arguments, and whether others are known only as
+    it runs."""
     for folder in ("cli", "arduino"):
         for path in sorted((Path(hil.__path__[0]) / folder).glob("*.py")):
             for node in ast.walk(ast.parse(path.read_text())):

@@ -1,4 +1,4 @@
-"""What the axes of twins tell a run of what it has given them."""
+"""Answers of twins' axes to a run about the motions that it has given them."""
 
 from itertools import pairwise
 
@@ -48,7 +48,7 @@ def test_a_motion_that_could_not_be_done_at_its_time_is_told() -> None:
 
 @pytest.mark.parametrize("due_ms", [NOW_MS + SOON_MS, NOW_MS], ids=["now", "late"])
 def test_a_motion_that_is_due_at_once_is_refused_at_once(due_ms: int) -> None:
-    """Also one that comes when its time is over."""
+    """A motion that comes when its time is over is refused at once, too."""
     bench, axis = stepper()
     bench.port("s1").write(b"xm2000v60\r")
     bench.run(ms=SOON_MS)

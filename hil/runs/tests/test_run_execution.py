@@ -30,7 +30,7 @@ def run(*steps: dict[str, Any], axes: dict[str, Any], **top: Any) -> dict[str, A
 
 
 def until(made: Bench, execution: Execution, condition: Any) -> Any:
-    """Drive a run until something is so; the rest of its driver."""
+    """Drive a run until something is so, and return the rest of its driver."""
     driver = execution.run()
     for until_ns in driver:
         made.run_until(until_ns / 1e6)
@@ -273,7 +273,7 @@ def test_a_verb_that_is_refused_when_its_time_has_come_fails_the_run() -> None:
     made = bench(servos=0, steppers=1)
     wanted = run({"dwell_s": 0.5}, {"move": {"s1": 90.0}}, axes={"s1": {}})
     execution = made.execute(wanted)
-    TwinAxes(made._runtime, made._sampler)["s1"]  # as another run's
+    TwinAxes(made._runtime, made._sampler)["s1"]  # stands for the axis in another run
     driver = until(made, execution, lambda: made.now_ns >= 4_300_000_000)
     made.port("s1").write(b"xm2000v60\r")
     to_end(made, driver)

@@ -17,7 +17,7 @@ MOST_YIELDS = 50_000
 WRONG = ("fails", "refuses", "refuses later", "is moved", "stays behind")
 ANGLES = st.integers(-90, 90).map(float)
 AXIS = st.tuples(st.booleans(), st.booleans(), st.sampled_from([0, LEAD_NS]))
-"""Whether it follows paths, whether it tells its position, and its lead."""
+"""Random axis: whether it follows paths, whether it tells its position, and its lead."""
 WRONGS = st.none() | st.builds(Wrong, st.integers(1, 3 * NS_PER_S), st.sampled_from(WRONG))
 
 
@@ -98,7 +98,7 @@ class Bench:
 
 
 def at_end(bench: Bench, axis: ModelAxis) -> str:
-    """What a report says of an axis; at the very time of its end it still moves."""
+    """End of an axis as its report has to tell it; at the very time of its end it still moves."""
     if axis.failure:
         return "failed"
     return "moves" if axis.is_under_way and axis.ends_ns == bench.progress.ended_at_ns else "stands"
@@ -147,7 +147,7 @@ def test_the_same_run_is_the_same_again(made: Any, wrong: tuple[Wrong | None, ..
 
 @given(runs())
 def test_axes_that_tell_no_position_are_moved_alike(made: Any) -> None:
-    """What a run knows of an axis changes nothing of what it gives it."""
+    """A run gives the same motions to an axis whether or not it knows the position."""
     kinds, run = made
     run = run | {"axes": {name: {"velocity_rpm": 60.0} for name in kinds}}
     run["steps"] = [step for step in run["steps"] if "pins" not in step] or [{"dwell_s": 0.0}]
@@ -162,7 +162,7 @@ def test_axes_that_tell_no_position_are_moved_alike(made: Any) -> None:
 
 @pytest.mark.parametrize("what", WRONG)
 def test_each_thing_that_goes_wrong_is_said(what: str) -> None:
-    """So that the properties above are not those of runs that all succeed."""
+    """Make sure that the properties above are not those of runs that all succeed."""
     axes, steps = {"a": {"following_error_deg": 20.0}}, [{"move": {"a": 90.0}}]
     run = {"run": "r", "start_in_s": 0.1, "axes": axes, "steps": steps}
     said = Bench({"a": (True, True, 0)}, run, {"a": Wrong(1, what)}).progress.why

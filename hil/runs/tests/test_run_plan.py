@@ -1,4 +1,4 @@
-"""What a run's document may say, and what is planned from it."""
+"""Documents of runs: what one may say, and what is planned from it."""
 
 from typing import Any
 

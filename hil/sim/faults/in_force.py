@@ -145,7 +145,7 @@ class Faults:
             for way in _ways(fault, place):
                 del way[number]
         elif place.segment and kind.target in (SEGMENT, STATION):
-            if fault.kind != "node_babble":  # which hears of it when it wants to speak again
+            if fault.kind != "node_babble":  # a babbling node notices it when it wants to speak again
                 place.segment.clear(number, fault, place.station)
         elif place.device:
             self._renew(place, kind.layer, now_ns)

@@ -49,7 +49,7 @@ def babble(
         count = int(fault.number("bytes"))
         data = bytes(chance.bits() & 0xFF for _ in range(count))
         _send(place.segment, place.station, data, now_ns)
-        # What came before this burst is out would be lost, and its bytes drawn for nothing.
+        # A burst that came before this one is out would be lost, and its bytes drawn for nothing.
         period_ns = max(period_ns, character_ns(count, place.segment.baud_of(place.station)))
     place.group.at(now_ns + period_ns, partial(babble, fault, place, is_in_force, chance))
 

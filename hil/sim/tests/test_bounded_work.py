@@ -1,4 +1,5 @@
-"""However far simulated time has to go, and whatever is asked of it, the process goes on hearing signals."""
+"""Signals during long work: the process hears them however far simulated time has to go, and whatever is
+asked of it."""
 
 import gc
 import signal
@@ -16,16 +17,16 @@ from hil.wire.step_dir import Edges
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 CENTURY_S = 100 * 365 * 86_400.0
 TRAIN = (Edges(0, steps=1_000_000_000, duration_ns=5_000_000_000_000),)
-"""As the core takes it; what comes from outside is limited before."""
+"""Train as the core takes it; one that comes from outside is limited before."""
 
 
 class Heard(Exception):
-    """A signal was heard."""
+    """Exception by which a test hears a signal."""
 
 
 @contextmanager
 def signal_soon() -> Iterator[Callable[[], float]]:
-    """Raises ``Heard`` in half a second; answers how long ago that was due.
+    """Raise ``Heard`` in half a second; return how long ago that was due.
 
     The garbage collector has no callbacks meanwhile: what is raised in one is lost, and pytest reports it as
     an error. Hypothesis leaves one behind in the process that this test may share with its tests. The signal

@@ -13,7 +13,7 @@ T0 = 123_456_789
 
 
 def character_end_ns(n: int, baud: int, t0: int = T0) -> int:
-    """Character n (from 1) ends here: ten bits each, the product divided once."""
+    """Time at which character n (from 1) ends: ten bits each, the product divided once."""
     return t0 + n * 10 * 10**9 // baud
 
 
@@ -25,7 +25,7 @@ def uart(baud: int | None, sent: list[tuple[int, bytes]] | None = None) -> Devic
 
 
 def arrivals(line: DeviceUart) -> list[tuple[int, int]]:
-    """Everything on the line: when each character is complete, and the byte."""
+    """Characters on the line: when each is complete, and its byte."""
     found = []
     while line.incoming.next_ns < FOREVER:
         line.now_ns = line.incoming.next_ns

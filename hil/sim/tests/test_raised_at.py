@@ -1,4 +1,4 @@
-"""Where a board's program raised, as its stop says it."""
+"""Place at which a board's program raised, as its stop says it."""
 
 import pytest
 

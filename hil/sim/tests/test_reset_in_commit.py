@@ -70,7 +70,7 @@ class Bench:
         self.heard += data
 
     def give(self, given: Bytes | CommitDone | Reset) -> bytes:
-        """What is sent within 5 ms after an input."""
+        """Give an input, and return what is sent within 5 ms after it."""
         self.heard = b""
         self.runtime.give(self.device, given)
         self.runtime.advance(SimTimeNs(self.runtime.now_ns + 5 * MS))

@@ -1,4 +1,5 @@
-"""In real time: what a firmware sends in a group's turn goes on its line, whatever the turn was for."""
+"""Output in real time: what a firmware sends in a group's turn goes on its line, whatever the turn was
+for."""
 
 import asyncio
 import select
@@ -64,7 +65,7 @@ class RealTime:
         self.loop.close()
 
     def heard(self) -> bytes:
-        """What a client has when all that is to come soon has come."""
+        """Bytes that a client has once all that is due soon has come."""
         self.loop.run_until_complete(asyncio.sleep(0))
         self.lines.release(FOREVER)
         return bytes(self.port.got)

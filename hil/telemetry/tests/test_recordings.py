@@ -15,7 +15,7 @@ CONFIG = {"bench": "t", "devices": {"m1": {"profile": "mechaduino", "flash": {"t
 
 
 def holding() -> Bench:
-    """In position mode, its loop on, still."""
+    """Bench with its board in position mode, loop on, still."""
     bench = Bench(CONFIG)
     bench.run(ms=4500)
     bench.port("m1").write(b"xy")

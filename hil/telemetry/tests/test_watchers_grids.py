@@ -38,7 +38,7 @@ def times_of(sampler: Sampler, subscription: Subscription) -> list[float]:
 
 
 def grid(interval_ns: int | Fraction, after_ns: int, until_ns: int) -> list[int]:
-    """By the definition: floor(k * interval)."""
+    """Grid of an interval by the definition: floor(k * interval)."""
     first, last = int(after_ns / Fraction(interval_ns)), int((until_ns + 1) / Fraction(interval_ns))
     every = [int(k * interval_ns) for k in range(first, last + 1)]
     return [at_ns for at_ns in every if after_ns < at_ns <= until_ns]

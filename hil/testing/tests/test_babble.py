@@ -24,7 +24,7 @@ def seeded(seed: int, count: int) -> bytes:
 
 @pytest.mark.parametrize(("every_ms", "size"), [(40.0, 20), (5.0, 50), (0.1, 1)])
 def test_when_it_speaks_and_what(every_ms: float, size: int) -> None:
-    """Each time after its period, or when its last burst is out if that takes longer."""
+    """A burst begins a period after the one before, or when that is out if it takes longer."""
     bench = Bench(CONFIG)
     bench.fault("node_babble", "bus0.a", bytes=size, every_ms=every_ms, seed=3)
     bench.run(ms=500)

@@ -1,4 +1,4 @@
-"""What the check of bridges lets pass, and what it says of those that are broken."""
+"""Check of bridges: what it lets pass, and what it says of those that are broken."""
 
 import asyncio
 import gc
@@ -46,7 +46,7 @@ class Lines:
                 writer.write(self.answer(line).encode() + b"\n")
                 await writer.drain()
         except (OSError, ValueError):
-            """It left, or says too much."""
+            """Client that left, or says too much."""
         finally:
             self.writers.discard(writer)
             writer.transport.abort()
@@ -68,7 +68,7 @@ class Lines:
         await self.server.wait_closed()
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        """Each line asks what there is."""
+        """Ignored: each line asks what there is."""
 
     def status(self) -> Mapping[str, Any]:
         return {
@@ -81,21 +81,21 @@ class Lines:
 
 
 class Untold(Lines):
-    """Does not say whether it is insecure."""
+    """Bridge whose status does not say whether it is insecure."""
 
     def status(self) -> Mapping[str, Any]:
         return {name: value for name, value in super().status().items() if name != "insecure"}
 
 
 class Unwritable(Lines):
-    """Has something in its status that is no JSON."""
+    """Bridge with something in its status that is no JSON."""
 
     def status(self) -> Mapping[str, Any]:
         return {**super().status(), "clients": self.writers}
 
 
 class Mute(Lines):
-    """Answers nobody."""
+    """Bridge that answers nobody."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.read()
@@ -103,7 +103,7 @@ class Mute(Lines):
 
 
 class Whole(Lines):
-    """Believes that each read is a line."""
+    """Bridge that takes each read for a line."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         while piece := await reader.read(LINE_BYTES):
@@ -112,7 +112,7 @@ class Whole(Lines):
 
 
 class Eager(Lines):
-    """Waves by itself."""
+    """Bridge that waves by itself."""
 
     async def open(self) -> None:
         await super().open()
@@ -120,14 +120,14 @@ class Eager(Lines):
 
 
 class Guessing(Lines):
-    """Takes whatever it does not know for the usual."""
+    """Bridge that takes whatever it does not know for the usual."""
 
     def answer(self, line: bytes) -> str:
         return super().answer(line if line.startswith(b"m") else REQUEST)
 
 
 class Ascii(Lines):
-    """Expects nothing but ASCII."""
+    """Bridge that expects nothing but ASCII."""
 
     def answer(self, line: bytes) -> str:
         line.decode("ascii")
@@ -140,7 +140,7 @@ class Ascii(Lines):
 
 
 class Sulking(Lines):
-    """Answers nobody any more when it was refused something."""
+    """Bridge that answers nobody any more when it was refused something."""
 
     is_offended = False
 
@@ -153,7 +153,7 @@ class Sulking(Lines):
 
 
 class Surprised(Lines):
-    """Does not expect that boards go."""
+    """Bridge that fails when a board is removed."""
 
     async def devices_changed(self, names: Collection[str]) -> None:
         for name in names:
@@ -161,7 +161,7 @@ class Surprised(Lines):
 
 
 class Counting(Lines):
-    """Counts on where another bridge ended."""
+    """Bridge that counts on where another bridge ended."""
 
     number = itertools.count()
 
@@ -174,7 +174,7 @@ class Counting(Lines):
 
 
 class Numbering(Lines):
-    """Never gives the same answer twice."""
+    """Bridge that never gives the same answer twice."""
 
     number = 0
 
@@ -184,7 +184,7 @@ class Numbering(Lines):
 
 
 class Blocking(Lines):
-    """Thinks for long."""
+    """Bridge that blocks the event loop for 1.5 s."""
 
     has_thought = False
 
@@ -196,7 +196,7 @@ class Blocking(Lines):
 
 
 class Hospitable(Lines):
-    """Lets everybody stay."""
+    """Bridge that lets everybody stay."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         kept, self.writers = self.writers, set()
@@ -207,7 +207,7 @@ class Hospitable(Lines):
 
 
 class Patient(Lines):
-    """Waits for a line's end, however long it is."""
+    """Bridge that waits for a line's end, however long it is."""
 
     async def served(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.writers.add(writer)
@@ -222,7 +222,7 @@ class Patient(Lines):
 
 
 class Watching(Lines):
-    """Leaves its watch open."""
+    """Bridge that leaves its watch open."""
 
     async def close(self) -> None:
         self.watch = self.desk.watch(SOURCE, Watched.RUNS, "", lambda progress: None)
@@ -230,7 +230,7 @@ class Watching(Lines):
 
 
 class Busy(Lines):
-    """Leaves a task behind."""
+    """Bridge that leaves a task behind."""
 
     async def open(self) -> None:
         await super().open()
@@ -238,7 +238,7 @@ class Busy(Lines):
 
 
 class Threaded(Lines):
-    """Leaves a thread behind."""
+    """Bridge that leaves a thread behind."""
 
     async def open(self) -> None:
         await super().open()
@@ -247,7 +247,7 @@ class Threaded(Lines):
 
 
 class Open(Lines):
-    """Leaves a socket open."""
+    """Bridge that leaves a socket open."""
 
     async def open(self) -> None:
         await super().open()

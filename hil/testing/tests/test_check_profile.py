@@ -1,4 +1,4 @@
-"""Each board of the project passes the checks of all boards, and a broken specimen of each kind does not."""
+"""Checks of all boards: each board of the project passes, and a broken specimen of each kind does not."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the check of codecs lets pass, and what it says of those that are broken."""
+"""Check of codecs: what it lets pass, and what it says of those that are broken."""
 
 import random
 import time
@@ -61,7 +61,7 @@ MESSAGES = {encode(texts): texts for texts in TEXTS}
 
 
 class Forgets(Lengths):
-    """Forgets what it has begun when a piece ends."""
+    """Codec that forgets what it has begun when a piece ends."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         found = super().__call__(data, at_ns)
@@ -70,7 +70,7 @@ class Forgets(Lengths):
 
 
 class Blames(Lengths):
-    """Raises an error where a length is none."""
+    """Codec that raises an error where a length is none."""
 
     def found(self) -> list[object]:
         if self.held and not 0 < self.held[0] <= MOST_BYTES:
@@ -79,7 +79,7 @@ class Blames(Lengths):
 
 
 class Shares(Lengths):
-    """Has one memory for all."""
+    """Codec with one buffer for all its instances."""
 
     ours: ClassVar[bytearray] = bytearray()
 
@@ -89,7 +89,7 @@ class Shares(Lengths):
 
 
 class Hoards(Lengths):
-    """Keeps all that it ever got."""
+    """Codec that keeps all that it ever got."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -101,35 +101,35 @@ class Hoards(Lengths):
 
 
 class Looks(Lengths):
-    """Takes the computer's time for the line's."""
+    """Codec that takes the computer's time for the line's."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         return super().__call__(data, time.monotonic_ns())
 
 
 class Begins(Lengths):
-    """Believes that all lines begin at 0."""
+    """Codec that takes each line's time to begin at 0."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         return super().__call__(data, at_ns) if at_ns < 1_000 * PAUSE_NS else []
 
 
 class Gambles(Lengths):
-    """Loses a byte now and then."""
+    """Codec that loses a byte now and then."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         return super().__call__(data if random.random() < 0.8 else data[1:], at_ns)
 
 
 class Invents(Lengths):
-    """Finds something in silence."""
+    """Codec that finds something in silence."""
 
     def __call__(self, data: bytes, at_ns: int) -> list[object]:
         return super().__call__(data, at_ns) or ([] if data else ["still nothing"])
 
 
 class Sulks(Lengths):
-    """Reads nothing more after the first error."""
+    """Codec that reads nothing more after the first error."""
 
     is_offended = False
 
@@ -141,7 +141,7 @@ class Sulks(Lengths):
 
 
 class Unchecked(Lengths):
-    """Finds the checksum in its texts."""
+    """Codec that finds the checksum in its texts."""
 
     def found(self) -> list[object]:
         return [bytes(text) + b"!" for text in super().found() if isinstance(text, bytes)]

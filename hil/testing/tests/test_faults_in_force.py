@@ -86,7 +86,7 @@ def test_a_board_that_hangs_hangs_after_a_reset(bench: Bench) -> None:
 
 
 def test_a_station_that_was_taken_off_stays_off(bench: Bench) -> None:
-    """By a real node with its address; the wire's fault is another matter."""
+    """A real node with its address took the station off; the wire's fault is another matter."""
     wire = bench._runtime.segments["bus0"]
     fault = bench.fault("wire_cut", "s1.network")
     wire.set_cut("s1.network", True)
@@ -112,7 +112,7 @@ def test_what_happens_once_is_listed_until_it_happens(bench: Bench, kind: str, t
 
 @pytest.mark.parametrize("kind", [None, "node_reset", "node_brown_out"])
 def test_motions_that_were_to_come_end_with_the_power(bench: Bench, kind: str | None) -> None:
-    """As with a reset: what was asked of the board before is not done after it."""
+    """The power cut drops, like a reset, what was asked of the board before."""
     at_ns = bench.now_ns + 4_000_000_000
     verb = bench._runtime.devices["m1"].verbs["enable"]
     do = Do(verb.name, tuple(verb.filled({}).items()), SimTimeNs(at_ns))

@@ -1,4 +1,4 @@
-"""What is in force is what is listed: faults of all kinds at once, in any order of beginnings and ends.
+"""Faults of all kinds at once, in any order of beginnings and ends: those in force are those listed.
 
 The model is the list. The checks look at what the faults act on: axes, boards, stations, ways of bytes.
 """
@@ -63,7 +63,7 @@ MODEST = {
     "supply_V": st.sampled_from([0.0, 6.0, 10.0]),
     "counts": st.integers(0, 300).map(float),
 }
-"""Of parameters that are numbers; words are drawn from the table."""
+"""Values of parameters that are numbers; words are drawn from the table."""
 MS = 1_000_000
 STRONG_NM = 0.3
 NOMINAL_V = 24.0
@@ -71,7 +71,7 @@ NOMINAL_V = 24.0
 
 @st.composite
 def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
-    """A kind, where, and all its parameters."""
+    """Random fault: its kind, where it is, and all its parameters."""
     kind = FAULT_KINDS[draw(st.sampled_from(sorted(FAULT_KINDS)))]
     parameters: dict[str, float | str] = {
         each.name: draw(st.sampled_from(each.choices) if each.choices else MODEST[each.name])
@@ -84,7 +84,7 @@ def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
 
 @dataclass
 class Entry:
-    """One of the list."""
+    """Entry of the model's list."""
 
     number: int
     kind: str
@@ -134,7 +134,7 @@ class Rig:
         return float(getattr(self.bench.axis(name).snapshot(), what))
 
     def answers(self) -> list[bytes]:
-        """What an untouched bench can be told by."""
+        """Answers of boards and nodes by which an untouched bench can be told."""
         for name in CONFIG["devices"]:
             self.bench.port(name).read()
         self.master.read()
@@ -148,7 +148,7 @@ class Rig:
         return [*said, *(item.raw for item in PacketDecoder().feed(self.master.read()))]
 
     def pushed_deg(self, name: str) -> float:
-        """How far a load beside the one that is there moves the shaft in 5 ms."""
+        """Angle by which a load beside the one that is there moves the shaft in 5 ms."""
         axis = self.bench.axis(name)
         set_Nm = self.runtime.devices[name].axis.set_load_Nm  # without that of faults
         before_deg = self.field(name, "position_deg")
@@ -213,7 +213,7 @@ class Overlaps(RuleBasedStateMachine):
     # ---- what is to be ----
 
     def on(self, target: str, *kinds: str) -> list[Entry]:
-        """Those in force on a device, or on exactly this target, in the order that they began."""
+        """Faults in force on a device, or on exactly this target, in the order in which they began."""
         now_ns = self.bench.now_ns
         in_force = [each for each in self.entries.values() if each.begin_ns <= now_ns < each.end_ns]
         here = [

@@ -54,7 +54,7 @@ def drive(bench: Bench, script: Sequence[tuple[float, bytes]] = SCRIPT, end_ms: 
 
 
 def outcome(bench: Bench) -> str:
-    """Everything that can be seen of a run, as a hash."""
+    """Hash of everything that can be seen of a run."""
     port, axis = bench.port("m1"), bench.axis("m1")
     seen = f"{port.read_timed()}{axis.snapshot()}{bench.device('m1').failed}"
     return hashlib.sha256(seen.encode()).hexdigest()
@@ -181,7 +181,8 @@ class LateStore:
 
 
 def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
-    """A run with every kind of input, its log in ``path``; the device, and what it sent."""
+    """Run a bench with every kind of input and its log in ``path``, and return the device and what it
+    sent."""
     store = LateStore()
     with Bench(CONFIG) as bench:
         memories = {"m1": dict(bench.device("m1").nvm)}
@@ -239,7 +240,7 @@ def test_a_run_is_replayed_from_its_log(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stop_ms", [4600, 5500, 20_000])
 def test_a_run_that_was_ended_in_a_long_answer_replays_identically(tmp_path: Path, stop_ms: int) -> None:
-    """At 57600 baud q takes 22 s on the line, and the board then does what was typed behind it."""
+    """``q`` takes 22 s on the line at 57600 baud, and the board then does what was typed behind it."""
     config: dict[str, Any] = {
         "bench": "t",
         "devices": {

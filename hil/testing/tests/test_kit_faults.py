@@ -35,7 +35,7 @@ class Rig:
             self.bench.port(name).read()
 
     def ask(self, data=b"y", address=85, ms=30.0):
-        """What a packet is answered with: data of good packets, or what is wrong with others."""
+        """Send a packet, and return the answers: data of good packets, or what is wrong with others."""
         self.master.write(encode(address, 1, data))
         self.bench.run(ms=ms)
         decoder = PacketDecoder()
@@ -118,7 +118,7 @@ def _pushed(rig):
 
 
 def _currents(rig, name="m1"):
-    """After a step, which energises both coils."""
+    """Currents of both coils after a step, which energises them."""
     rig.type("s", 300, name)
     shot = rig.bench.axis(name).snapshot()
     return shot.current_a_A, shot.current_b_A

@@ -51,7 +51,7 @@ REFUSED = 2
 
 
 def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
-    """The run's devices, and how many verbs were refused."""
+    """Run a bench with a log, and return its devices and how many verbs were refused."""
     catalogue = find_catalogue({"memory": MemoryOptions})
     config = from_dict(CONFIG, catalogue)
     memories = start_memories(config, catalogue)

@@ -1,4 +1,4 @@
-"""What the check of ports lets pass, and what it says of those that are broken."""
+"""Check of ports: what it lets pass, and what it says of those that are broken."""
 
 import asyncio
 import socket
@@ -123,27 +123,27 @@ class Small:
 
 
 class Nameless(Small):
-    """Does not say where it is."""
+    """Port without an address."""
 
     address = ""
 
 
 class SevenBits(Small):
-    """Strips the parity bit that nobody sent."""
+    """Port that strips the parity bit that nobody sent."""
 
     def write(self, data: bytes) -> None:
         super().write(bytes(byte & 0x7F for byte in data))
 
 
 class Lines(Small):
-    """Loses what is not a whole burst."""
+    """Port that loses what is not a whole burst."""
 
     def write(self, data: bytes) -> None:
         super().write(data if len(data) > 1 else b"")
 
 
 class Greedy(Small):
-    """Reads on where there is no room."""
+    """Port that reads on where there is no room."""
 
     def readable(self) -> None:
         assert self.client
@@ -155,14 +155,14 @@ class Greedy(Small):
 
 
 class Deaf(Small):
-    """Never reads on."""
+    """Port that never reads on."""
 
     def resume_reading(self) -> None:
-        """Forgotten."""
+        """Ignored: this is the fault."""
 
 
 class Endless(Small):
-    """Keeps everything for a client that does not read."""
+    """Port that keeps everything for a client that does not read."""
 
     def write(self, data: bytes) -> None:
         if self.client is None:
@@ -173,7 +173,7 @@ class Endless(Small):
 
 
 class Forgetful(Small):
-    """Does not count what it drops."""
+    """Port that does not count what it drops."""
 
     def leave(self) -> None:
         self.out.clear()
@@ -181,7 +181,7 @@ class Forgetful(Small):
 
 
 class Blocking(Small):
-    """Waits until its client has read."""
+    """Port that waits until its client has read."""
 
     has_waited = False
 
@@ -193,7 +193,7 @@ class Blocking(Small):
 
 
 class Answering(Small):
-    """Keeps what was for nobody, for whoever comes."""
+    """Port that keeps what was for nobody, for whoever comes."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
@@ -211,7 +211,7 @@ class Answering(Small):
 
 
 class Uncounting(Small):
-    """Does not count what was for nobody."""
+    """Port that does not count what was for nobody."""
 
     def write(self, data: bytes) -> None:
         if self.client is not None:
@@ -219,7 +219,7 @@ class Uncounting(Small):
 
 
 class Delicate(Small):
-    """Gives up when much comes that it does not know."""
+    """Port that gives up when much comes that it does not know."""
 
     def readable(self) -> None:
         super().readable()
@@ -228,7 +228,7 @@ class Delicate(Small):
 
 
 class Once(Small):
-    """Serves one client, and no other."""
+    """Port that serves one client, and no other."""
 
     def accept(self) -> None:
         if self.connects:
@@ -239,7 +239,7 @@ class Once(Small):
 
 
 class Counting(Small):
-    """Counts on where another port ended."""
+    """Port that counts on where another port ended."""
 
     before: ClassVar[list[int]] = [0]
 
@@ -250,7 +250,7 @@ class Counting(Small):
 
 
 class Open(Small):
-    """Leaves its socket open."""
+    """Port that leaves its socket open."""
 
     kept: socket.socket | None = None
 
@@ -260,7 +260,7 @@ class Open(Small):
 
 
 class Busy(Small):
-    """Leaves a task behind."""
+    """Port that leaves a task behind."""
 
     async def open(self, host: PortHost) -> None:
         await super().open(host)
@@ -268,7 +268,7 @@ class Busy(Small):
 
 
 class Littering(Small):
-    """Leaves a file behind."""
+    """Port that leaves a file behind."""
 
     async def open(self, host: PortHost) -> None:
         await super().open(host)
@@ -276,7 +276,7 @@ class Littering(Small):
 
 
 class Final(Small):
-    """Cannot be closed twice."""
+    """Port that fails if it is closed twice."""
 
     async def close(self) -> None:
         assert self.listener, "it is closed"
@@ -284,7 +284,7 @@ class Final(Small):
 
 
 class Raising(Small):
-    """Does not expect that a client leaves."""
+    """Port that raises when a client leaves."""
 
     def leave(self) -> None:
         super().leave()

@@ -1,4 +1,5 @@
-"""What may be set on an axis from outside: by the motor's own torque, and what the board has."""
+"""Fields of an axis that may be set from outside: limits by the motor's own torque, and by what the board
+has."""
 
 import re
 

@@ -16,11 +16,12 @@ from hil.testing import Bench
 from hil.vocab.firmware import Delay
 
 MACHINE: dict[str, Any] = {"is_slow": False}
-"""What a run in real time depends on, and its replay does not."""
+"""State of the machine, on which a run in real time depends, and its replay does not."""
 
 
 def query(board: Any) -> Iterator[Delay]:
-    """Instead of the Mechaduino's: much of what a board can do in one turn, and an endless loop."""
+    """Replacement of the Mechaduino's ``query``: much of what a board can do in one turn, and an endless
+    loop."""
     board.serial.print("before ")
     yield Delay(0)
     board.axis.output(30.0, 200)
@@ -58,7 +59,7 @@ def logged_bench(config: dict[str, Any]) -> tuple[Bench, io.StringIO]:
 
 
 def logged_run(device: dict[str, Any], act: Any) -> io.StringIO:
-    """A run in which ``act`` gets the firmware stopped, and somebody uses it afterwards."""
+    """Log of a run in which ``act`` gets the firmware stopped, and somebody uses it afterwards."""
     config = {
         "bench": "f",
         "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}} | device},

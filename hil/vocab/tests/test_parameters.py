@@ -1,4 +1,4 @@
-"""What was given is checked against a table, and every problem is told."""
+"""Check of given values against a table, with every problem told."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a board may say of itself."""
+"""Profiles: what a board may say of itself."""
 
 from hil.vocab.firmware import Board, CoreEvent, Delay, Main
 from hil.vocab.profile import Profile

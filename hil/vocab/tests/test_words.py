@@ -1,4 +1,4 @@
-"""The vocabulary has words and no behaviour."""
+"""Vocabulary: it has words and no behaviour."""
 
 import ast
 from pathlib import Path

@@ -73,7 +73,8 @@ class Frame:
     raw: bytes
     is_packet = True
     origin = None
-    """Nobody: an answer has the address of the node that gives it, as the question had."""
+    """Sender of the frame, which it does not tell: an answer has the address of the node that gives it, as
+    the question had."""
 
     @property
     def address(self) -> int:

@@ -31,9 +31,9 @@ class RtuSplitter:
         self._over_ns: int = FOREVER
         """Time at which what is held is over, if nothing follows."""
         self._is_broken = False
-        """Whether a silence within it was too long."""
+        """True if a silence within what is held was too long."""
         self._is_long = False
-        """Whether a first piece of it was given as too long."""
+        """True if a first piece of what is held was given as too long."""
         self._address = TO_ALL
 
     def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:

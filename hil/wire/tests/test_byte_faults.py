@@ -1,4 +1,4 @@
-"""What a bad line does, seeded: the same fate for the same byte, however the bytes are cut."""
+"""Byte faults of a bad line, seeded: the same fate for the same byte, however the bytes are cut."""
 
 import time
 import zlib

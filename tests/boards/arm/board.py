@@ -1,4 +1,4 @@
-"""Arm as hil asks for it."""
+"""Profile of the arm."""
 
 from hil.vocab.profile import AxisSpec, Profile, UartSpec
 

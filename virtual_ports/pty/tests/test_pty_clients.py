@@ -270,7 +270,7 @@ def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
 
 
 def test_opens_that_the_kernel_merges_are_put_right(tmp_path: Path) -> None:
-    """Two processes that open and close without pause on two processors: some events are merged."""
+    """Open and close in two processes without pause, on two processors: the kernel merges some events."""
 
     async def scenario(port: Port, board: RecordingHost) -> None:
         code = (
@@ -295,7 +295,7 @@ def test_opens_that_the_kernel_merges_are_put_right(tmp_path: Path) -> None:
 
 
 def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
-    """More than the kernel gives inotify instances to a user."""
+    """Open more ports than the kernel gives inotify instances to a user."""
 
     async def main() -> None:
         before = open_fds()
@@ -321,7 +321,7 @@ def test_a_hundred_and_fifty_ports_live_in_one_process(tmp_path: Path) -> None:
 
 
 def test_a_terminal_that_is_hung_up_when_there_is_no_other_is_reported_once(tmp_path: Path) -> None:
-    """What agetty does when it is started on one; a new one needs file descriptors."""
+    """Hang up as agetty does when it is started on a terminal; a new one needs file descriptors."""
     if os.geteuid() != 0:
         pytest.skip("needs CAP_SYS_ADMIN")
 

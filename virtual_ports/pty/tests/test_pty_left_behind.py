@@ -1,4 +1,4 @@
-"""Whatever a client leaves behind on the terminal, the next one finds a port that works."""
+"""Terminals after a client: whatever it leaves behind, the next one finds a port that works."""
 
 import asyncio
 import fcntl

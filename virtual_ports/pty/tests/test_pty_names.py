@@ -46,7 +46,7 @@ def open_and_close(options: Options, directory: Path, while_open: Callable[[str]
 
 
 def refused(options: Options, directory: Path) -> str:
-    """The error's text; nothing may be left open."""
+    """Open a port that is refused, and return the error's text; nothing may be left open."""
     fds = open_fds()
     with pytest.raises(PortError) as error:
         open_and_close(options, directory, lambda address: None)
@@ -170,7 +170,7 @@ def test_a_directory_that_cannot_be_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_directory_without_write_permission_is_refused_with_the_remedy() -> None:
-    """In a child of another user: root may write anywhere."""
+    """Open the port in a child of another user: root may write anywhere."""
     code = (
         "import os,sys\n"
         "import asyncio\n"

@@ -1,4 +1,4 @@
-"""Against pyserial's own client over a real socket, and the codec byte by byte."""
+"""RFC 2217 port, against pyserial's own client over a real socket, and its codec byte by byte."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""The Telnet codec passes the shipped check of codecs."""
+"""Shipped check of codecs, passed by the Telnet codec."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from virtual_ports.rfc2217.telnet import Telnet
 
 
 class Reader:
-    """What one client sends, read: bytes of the line one by one, and whole answers."""
+    """Reader of what one client sends: bytes of the line one by one, and whole answers."""
 
     def __init__(self) -> None:
         self._telnet = Telnet("hil")
@@ -22,7 +22,7 @@ def of(line: bytes, reply: str) -> list[object]:
 
 
 def test_it_keeps_to_what_codecs_keep_to() -> None:
-    """An escaped 255, the question for RFC 2217, and 38400 baud, with their answers."""
+    """Check an escaped 255, the question for RFC 2217, and 38400 baud, with their answers."""
     messages = {
         b"a\xff\xffb": of(b"a\xffb", ""),
         b"\xff\xfd\x2c": of(b"", "fffb2c fffa2c6bb0fff0"),

@@ -170,7 +170,7 @@ def test_a_socket_is_a_serial_port_too() -> None:
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
 def test_rfc2217_passes_bytes_with_its_own_in_them() -> None:
-    """Against the smallest server that pyserial's client talks to: it agrees to everything, and echoes."""
+    """Talk to the smallest server that pyserial's client talks to: it agrees to everything, and echoes."""
     iac, sb, se, will, do = 255, 250, 240, 251, 253
 
     def serve(listener: socket.socket) -> None:

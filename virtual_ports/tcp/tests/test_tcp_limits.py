@@ -34,7 +34,7 @@ async def read(connection: socket.socket) -> bytes:
 
 @contextmanager
 def files(most: int) -> Iterator[None]:
-    """No file descriptor of this number or above."""
+    """Limit file descriptors to numbers below this one."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
     try:

@@ -19,7 +19,7 @@ FRAMES = st.builds(encode, st.integers(0, 255), st.integers(0, 255), st.binary(m
 LATER = SimTimeNs(10**15)
 
 Burst = tuple[int, bytes]
-"""When its first start bit begins, and its bytes, back to back."""
+"""Time at which the first start bit begins, and the bytes, back to back."""
 
 
 def split(bursts: list[Burst], baud: int) -> list[Frame | Malformed]:
@@ -29,7 +29,7 @@ def split(bursts: list[Burst], baud: int) -> list[Frame | Malformed]:
 
 
 def one_by_one(bursts: list[Burst], baud: int) -> list[Frame | Malformed]:
-    """The same, character by character, as a disturbed line is read."""
+    """Split bursts character by character, as a disturbed line is read."""
     splitter = RtuSplitter()
     items = []
     for at_ns, data in bursts:

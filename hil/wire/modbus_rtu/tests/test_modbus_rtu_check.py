@@ -1,4 +1,4 @@
-"""The framing of Modbus RTU passes the shipped check of codecs, at each side of its fixed silences."""
+"""Shipped check of codecs, passed by the framing of Modbus RTU at each side of its fixed silences."""
 
 import pytest
 
