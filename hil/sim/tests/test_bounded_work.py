@@ -27,9 +27,9 @@ class Heard(Exception):
 def signal_soon() -> Iterator[Callable[[], float]]:
     """Raises ``Heard`` in half a second; answers how long ago that was due.
 
-    The garbage collector has no callbacks meanwhile: what is raised in one is lost, and pytest reports it as an
-    error. Hypothesis leaves one behind in the process that this test may share with its tests. The signal comes
-    again each second, so that one that is lost elsewhere costs a second.
+    The garbage collector has no callbacks meanwhile: what is raised in one is lost, and pytest reports it as
+    an error. Hypothesis leaves one behind in the process that this test may share with its tests. The signal
+    comes again each second, so that one that is lost elsewhere costs a second.
     """
 
     def hear(number: int, frame: FrameType | None) -> None:
