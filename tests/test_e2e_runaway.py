@@ -67,12 +67,12 @@ class Runaway:
 def started(serving):
     sim = serving.live.sim
     sim.devices["m1"]._sketch._make = Runaway
-    home = sim.devices["m1"]._home
-    before = home.failed
-    def failed(device):
+    power = sim.devices["m1"].power
+    before = power._on_failed
+    def failed():
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
-        before(device)
-    object.__setattr__(home, "failed", failed)
+        before()
+    power._on_failed = failed
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)
@@ -126,7 +126,7 @@ def run(place: Place, **devices: object) -> Server:
 
 
 def times(place: Place, name: str) -> list[float]:
-    """Of an event in the daemon: seconds of the wall and of its main thread's CPU time."""
+    """Times of an event in the daemon: seconds of the wall and of its main thread's CPU time."""
     return [float(word) for word in until((place.runtime / name).read_text, f"its {name}").split()]
 
 
@@ -228,7 +228,7 @@ def test_a_board_that_comes_behind_for_ever_leaves_the_others_alone(place: Place
 
 
 def test_a_client_that_asks_for_much_is_no_runaway(place: Place) -> None:
-    """As many queries of the look-up table as a device takes, at one instant; each takes 20 ms."""
+    """Queries of the look-up table, as many as a device takes at one instant; each takes 20 ms."""
     server = place.serve(config(speed=1, devices={"m1": {}})).ready()
     with server.client() as client:
         client.write(b"q" * 48)

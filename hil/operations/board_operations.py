@@ -94,7 +94,8 @@ class BoardOperations:
             return Done(self._sim.now_ns, {})
         device = self._twin(name)
         if device.failed:
-            raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
+            remedy = "reset it" if device.power.is_there else "end it"
+            raise VerbRefused("failed", f"{device.failed}; {remedy}")
         if place := self._places.uarts.get(device.uarts.label(name, uart)):
             return Done(place.end.type(data), {})
         return Done(self._sim.give(device, Bytes(data, port=device.uarts.short(uart))), {})
@@ -172,7 +173,7 @@ class BoardOperations:
         return {"interrupted": is_short}
 
     def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
-        """Whether what a verb began goes on, as the axis's state tells. Of a path its verb told the end;
+        """Return whether what a verb began goes on, as the axis's state tells. A path's end its verb told;
         ramps of the board's own end when they do."""
         if device.failed:
             return False

@@ -68,7 +68,7 @@ class Health:
     is_service: bool
 
     def problems(self) -> list[HealthProblem]:
-        """All present problems, the bench's own first."""
+        """Present problems, the bench's own first."""
         return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
 
     def as_dict(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class Health:
         for name, device in self.sim.devices.items():
             if device.failed:
                 again = f"`hil reset {name}` restarts it"
-                remedy = again if device.has_power else "`hil fault clear` ends the fault"
+                remedy = again if device.power.is_there else "`hil fault clear` ends the fault"
                 yield HealthProblem("device", name, f"stopped: {device.failed}", remedy)
         for name, why in self.commits.failures.items():
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"

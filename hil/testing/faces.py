@@ -35,7 +35,7 @@ class PortFace:
         self._uart = device.uarts.short(uart)
         self._unread: list[tuple[SimTimeNs, bytes]] = []
         self.timeline: list[tuple[SimTimeNs, bytes]] = []
-        """All that the device has sent: (simulated time, bytes); with a baud, the time at which the
+        """Everything that the device has sent: (simulated time, bytes); with a baud, the time at which the
         first bit is on the line."""
         device.uarts[uart].listeners.append(self.sent)
 
@@ -71,7 +71,7 @@ class PortFace:
     @property
     def line_free_ns(self) -> SimTimeNs:
         """Time at which the last byte that the device has sent so far is on the line; without a baud 0."""
-        return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
+        return SimTimeNs(self._device.uarts[self._uart].tx.free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
         self._unread.append((at_ns, data))
@@ -109,7 +109,7 @@ class FaultFace:
 
     @property
     def is_active(self) -> bool:
-        """Whether it has not ended yet; also true before it begins."""
+        """True if it has not ended yet; also before it begins."""
         return self.number in self._runtime.faults.active
 
     def clear(self) -> None:
@@ -222,7 +222,7 @@ class Outputs:
                 uart.listeners.append(partial(self._sends, uart))
 
     def edges(self, output: str) -> list[tuple[SimTimeNs, int]]:
-        """All edges so far: (simulated time, level)."""
+        """Edges so far: (simulated time, level)."""
         if output == TX_ENABLE:
             return self._transmissions()
         if self._motion:
@@ -265,7 +265,7 @@ class PinFace:
         self._runtime.give(self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
-        """All edges of an output so far: (simulated time, level)."""
+        """Edges of an output so far: (simulated time, level)."""
         return self._outputs.edges(self._name)
 
 

@@ -1,4 +1,4 @@
-"""What is in force is what is listed: faults of all kinds at once, in any order of beginnings and ends.
+"""Faults in force are those that are listed: all kinds at once, in any order of beginnings and ends.
 
 The model is the list. The checks look at what the faults act on: axes, boards, stations, ways of bytes.
 """
@@ -63,7 +63,7 @@ MODEST = {
     "supply_V": st.sampled_from([0.0, 6.0, 10.0]),
     "counts": st.integers(0, 300).map(float),
 }
-"""Of parameters that are numbers; words are drawn from the table."""
+"""Values of parameters that are numbers; words are drawn from the table."""
 MS = 1_000_000
 STRONG_NM = 0.3
 NOMINAL_V = 24.0
@@ -134,7 +134,7 @@ class Rig:
         return float(getattr(self.bench.axis(name).snapshot(), what))
 
     def answers(self) -> list[bytes]:
-        """What an untouched bench can be told by."""
+        """Answers by which an untouched bench can be told."""
         for name in CONFIG["devices"]:
             self.bench.port(name).read()
         self.master.read()
@@ -252,7 +252,7 @@ class Overlaps(RuleBasedStateMachine):
                 rx += [e.number for e in here if e.kind == "host_close"]
                 tx = [e.number for e in here if e.parameters.get("towards") != "board"]
                 assert list(uart.rx_faults) == sorted(rx, key=[e.number for e in here].index)
-                assert list(uart.tx_faults) == tx
+                assert list(uart.tx.faults) == tx
 
     @invariant()
     def wire(self) -> None:
