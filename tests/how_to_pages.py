@@ -1,19 +1,26 @@
 """Files of a how-to page: below a heading that is a path stands the file's content."""
 
+import asyncio
+import os
 import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 from markdown_blocks import ROOT, blocks
 
+from hil.compose import find_catalogue
+from hil.config import parse
+from hil.daemon import Daemon, Serving
 from hil.discovery.installed import installed
 
 _PATH = re.compile(r"[\w/]+\.(py|yaml)")
+Answer = TypeVar("Answer")
 HEAD = '"""Written from a page."""\n'
 
 
@@ -47,7 +54,7 @@ def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> It
             packages += points.values()
     monkeypatch.syspath_prepend(str(root))
     installed.cache_clear()
-    yield
+    yield written
     installed.cache_clear()
     for top in {package.partition(".")[0] for package in packages}:
         for name in [name for name in sys.modules if name == top or name.startswith(f"{top}.")]:
@@ -61,3 +68,40 @@ def style_problems(files: list[Path]) -> str:
         command = [sys.executable, "-m", "ruff", *what, "-q", "--config", ROOT / "pyproject.toml", *files]
         said += subprocess.run(command, capture_output=True, text=True, check=False).stdout
     return said
+
+
+def run_tests(
+    path: Path, folder: Path, *options: str, environment: Mapping[str, str] = os.environ
+) -> subprocess.CompletedProcess[str]:
+    """Run tests as their author does, from a folder, in a process of their own."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options, str(path)]
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def only_test(files: list[Path]) -> Path:
+    """Path of a page's only file of tests."""
+    (test,) = (path for path in files if path.name.startswith("test_"))
+    return test
+
+
+def answer_of_daemon(text: str, folder: Path, ask: Callable[[Serving], Awaitable[Answer]]) -> Answer:
+    """Run a daemon of a configuration, with its folders below one, until ``ask`` has its answer."""
+
+    async def main() -> Answer:
+        config = parse(text, "page.yaml", find_catalogue())
+        daemon = Daemon(config, config_folder=folder, runtime_base=folder, state_base=folder / "state")
+
+        async def asked(serving: Serving) -> Answer:
+            try:
+                async with asyncio.timeout(30):
+                    return await ask(serving)
+            finally:
+                daemon.stop()
+
+        tasks: list[asyncio.Task[Answer]] = []
+        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(asked(serving))))
+        return await tasks[0]
+
+    return asyncio.run(main())

@@ -67,12 +67,12 @@ class Runaway:
 def started(serving):
     sim = serving.live.sim
     sim.devices["m1"]._sketch._make = Runaway
-    home = sim.devices["m1"]._home
-    before = home.failed
-    def failed(device):
+    power = sim.devices["m1"].power
+    before = power._on_failed
+    def failed():
         (Path(sys.argv[2]) / "ended").write_text(f"{time.monotonic()} {time.thread_time()}")
-        before(device)
-    object.__setattr__(home, "failed", failed)
+        before()
+    power._on_failed = failed
     say_started(serving, LogWriter(2))
 
 logging.basicConfig(level=logging.INFO)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from how_to_pages import run_tests
 from typer.testing import CliRunner
 
 from hil.cli.cli import app
@@ -30,8 +31,7 @@ def said(*command: str, code: int = 0) -> list[str]:
 
 def pass_tests(board: Path) -> None:
     """Run a board's tests as its author does."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(board)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=board.parents[1], timeout=120)
+    done = run_tests(board, board.parents[1])
     assert done.returncode == 0, done.stdout
 
 

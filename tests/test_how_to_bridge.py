@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from how_to_pages import installed_from, style_problems, write_files
+from how_to_pages import answer_of_daemon, installed_from, style_problems
 
 from hil.compose import find_catalogue
 from hil.compose.find import bridge_reference
 from hil.config import ConfigError, parse
-from hil.daemon import Daemon, Serving
+from hil.daemon import Serving
 
 PAGE = "add-a-bridge"
 CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{port: {port}}}}}\n"
@@ -19,8 +19,7 @@ CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{p
 
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
-    written = write_files(PAGE, tmp_path / "page")
-    with installed_from(PAGE, tmp_path / "page", monkeypatch):
+    with installed_from(PAGE, tmp_path / "page", monkeypatch) as written:
         yield written
 
 
@@ -30,30 +29,17 @@ async def said(serving: Serving, text: str) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
         client.setblocking(False)
         await loop.sock_sendto(client, text.encode(), ("127.0.0.1", port))
-        async with asyncio.timeout(30):
-            return (await loop.sock_recv(client, 4096)).decode()
+        return (await loop.sock_recv(client, 4096)).decode()
 
 
 def test_it_carries_out_and_refuses(tmp_path: Path) -> None:
-    async def main() -> None:
-        config = parse(CONFIG.format(port=0), "h.yaml", find_catalogue())
-        daemon = Daemon(config, config_folder=tmp_path, runtime_base=tmp_path, state_base=tmp_path / "state")
-        answers: list[str] = []
+    async def answers(serving: Serving) -> list[str]:
+        asked = ("s1 pin pin=sync level=1", "s1 jump", "s9 reset", "", "s1 pin pin=9 level=x")
+        return [await said(serving, text) for text in asked]
 
-        async def ask(serving: Serving) -> None:
-            try:
-                for text in ("s1 pin pin=sync level=1", "s1 jump", "s9 reset", "", "s1 pin pin=9 level=x"):
-                    answers.append(await said(serving, text))
-            finally:
-                daemon.stop()
-
-        tasks: list[asyncio.Task[None]] = []
-        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(ask(serving))))
-        await tasks[0]
-        codes = [answer.partition(":")[0] for answer in answers]
-        assert codes == ["ok", "no_verb", "no_device", "no_device", "bad_parameter"], answers
-
-    asyncio.run(main())
+    heard = answer_of_daemon(CONFIG.format(port=0), tmp_path, answers)
+    codes = [answer.partition(":")[0] for answer in heard]
+    assert codes == ["ok", "no_verb", "no_device", "no_device", "bad_parameter"], heard
 
 
 def test_its_options_are_checked_and_its_reference_is_found() -> None:

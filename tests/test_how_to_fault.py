@@ -3,10 +3,9 @@
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
-from how_to_pages import style_problems, write_files
+from how_to_pages import run_tests, style_problems, write_files
 from markdown_blocks import ROOT, blocks
 
 PAGE = "add-a-fault"
@@ -18,14 +17,10 @@ def test_its_test_passes_with_its_changes_and_fails_without(tmp_path: Path) -> N
     shutil.copytree(ROOT / "hil", tmp_path / "hil", ignore=LEFT_OUT)
     (test,) = write_files(PAGE, tmp_path)
     assert style_problems([test]) == ""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", tmp_path, test]
 
     def run() -> str:
         environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-        done = subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=False
-        )
-        return done.stdout
+        return run_tests(test, tmp_path, "--rootdir", str(tmp_path), environment=environment).stdout
 
     said = run()
     assert "1 failed" in said, said

@@ -6,20 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from how_to_pages import installed_from, style_problems, write_files
+from how_to_pages import answer_of_daemon, installed_from, style_problems
 from markdown_blocks import block
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, parse
-from hil.daemon import Daemon, Serving
+from hil.daemon import Serving
 
 PAGE = "add-a-port"
 
 
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
-    written = write_files(PAGE, tmp_path / "page")
-    with installed_from(PAGE, tmp_path / "page", monkeypatch):
+    with installed_from(PAGE, tmp_path / "page", monkeypatch) as written:
         yield written
 
 
@@ -34,32 +33,17 @@ def test_its_style_is_the_projects(files: list[Path]) -> None:
 
 
 def test_a_board_answers_through_it(tmp_path: Path) -> None:
-    text = block(f"docs/how-to/{PAGE}.md", "Use it")
-
-    async def main() -> bytes:
-        config = parse(text, "try.yaml", find_catalogue())
-        daemon = Daemon(config, config_folder=tmp_path, runtime_base=tmp_path, state_base=tmp_path / "state")
-        heard = b""
-
-        async def ask(serving: Serving) -> None:
-            nonlocal heard
-            loop = asyncio.get_running_loop()
-            try:
-                with socket.socket(socket.AF_UNIX) as client:
-                    client.setblocking(False)
-                    await loop.sock_connect(client, serving.live.places["m1"].port.address)
-                    async with asyncio.timeout(30):
-                        while b"Mechaduino" not in heard:
-                            heard += await loop.sock_recv(client, 4096)
-            finally:
-                daemon.stop()
-
-        tasks: list[asyncio.Task[None]] = []
-        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(ask(serving))))
-        await tasks[0]
+    async def hear(serving: Serving) -> bytes:
+        loop, heard = asyncio.get_running_loop(), b""
+        with socket.socket(socket.AF_UNIX) as client:
+            client.setblocking(False)
+            await loop.sock_connect(client, serving.live.places["m1"].port.address)
+            while b"Mechaduino" not in heard:
+                heard += await loop.sock_recv(client, 4096)
         return heard
 
-    assert b"Mechaduino 0.X" in asyncio.run(main())
+    text = block(f"docs/how-to/{PAGE}.md", "Use it")
+    assert b"Mechaduino 0.X" in answer_of_daemon(text, tmp_path, hear)
 
 
 def test_its_options_are_checked() -> None:

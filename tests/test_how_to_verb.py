@@ -1,12 +1,9 @@
 """The board and the verbs of ``docs/how-to/add-a-verb.md``, as they stand there."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from how_to_pages import style_problems, write_files
+from how_to_pages import only_test, run_tests, style_problems, write_files
 from markdown_blocks import block
 
 from hil.testing import Bench, check_profile
@@ -20,12 +17,8 @@ def files(tmp_path: Path) -> list[Path]:
 
 
 def test_its_tests_pass(files: list[Path], tmp_path: Path) -> None:
-    (test,) = (path for path in files if path.name.startswith("test_"))
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
-    done = subprocess.run(
-        command, cwd=tmp_path, env=os.environ, capture_output=True, text=True, timeout=60, check=False
-    )
-    assert "2 passed" in done.stdout, done.stdout
+    said = run_tests(only_test(files), tmp_path).stdout
+    assert "2 passed" in said, said
 
 
 def test_the_board_passes_the_shipped_checks_and_the_style(files: list[Path], tmp_path: Path) -> None:

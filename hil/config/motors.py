@@ -113,6 +113,43 @@ _DAMPING = (
     "chosen: the damping of nema17-2A, by the root of holding torque times inertia; full: bearings alone"
 )
 
+
+def _as_sold(
+    motor: str,
+    size: str,
+    *,
+    holding: str,
+    rated: str,
+    torque_constant_Nm_per_A: float,
+    inertia_kg_m2: float,
+    viscous_Nm_s_per_rad: tuple[float, float],
+    phase_resistance_ohm: float,
+    phase_inductance_H: float,
+    detent_torque_Nm: float,
+    coulomb_torque_Nm: float,
+) -> Motor:
+    """Motor of which there are only the figures that sellers quote. ``viscous_Nm_s_per_rad``: of the simple
+    plant and the full one."""
+    quoted = f"{motor} as sellers quote it"
+    return Motor(
+        f"{motor}: {size}, {holding} at {rated}",
+        _AROUND
+        | {
+            "inertia_kg_m2": Figure(inertia_kg_m2, f"{quoted}, rotor {inertia_kg_m2 * 1e7:g} g cm2"),
+            "viscous_Nm_s_per_rad": Figure(viscous_Nm_s_per_rad[0], _DAMPING, viscous_Nm_s_per_rad[1]),
+            "torque_constant_Nm_per_A": Figure(
+                torque_constant_Nm_per_A, f"{quoted}, {holding} holding torque with two coils at {rated}"
+            ),
+            "rotor_teeth": Figure(50, f"{motor}, 200 steps a turn"),
+            "phase_resistance_ohm": Figure(phase_resistance_ohm, quoted),
+            "phase_inductance_H": Figure(phase_inductance_H, quoted),
+            "detent_torque_Nm": Figure(detent_torque_Nm, _DETENT),
+            "coulomb_torque_Nm": Figure(coulomb_torque_Nm, _BEARINGS),
+            "full_step_error_pct": Figure(5.0, f"{quoted}, step angle accuracy +-5 %"),
+        },
+    )
+
+
 MOTORS: Mapping[str, Motor] = {
     "nema17-2A": Motor(
         "17HS16-2004S1: 42 x 40 mm, 0.45 Nm at 2 A",
@@ -136,41 +173,31 @@ MOTORS: Mapping[str, Motor] = {
             "full_step_error_pct": Figure(5.0, "17HS16-2004S1 data sheet, step angle accuracy +-5 %"),
         },
     ),
-    "nema17-2A-long": Motor(
-        "17HS19-2004S1: 42 x 48 mm, 0.59 Nm at 2 A",
-        _AROUND
-        | {
-            "inertia_kg_m2": Figure(8.2e-6, "17HS19-2004S1 as sellers quote it, rotor 82 g cm2"),
-            "viscous_Nm_s_per_rad": Figure(0.0021, _DAMPING, 4.0e-5),
-            "torque_constant_Nm_per_A": Figure(
-                0.209, "17HS19-2004S1 as sellers quote it, 0.59 Nm holding torque with two coils at 2 A"
-            ),
-            "rotor_teeth": Figure(50, "17HS19-2004S1, 200 steps a turn"),
-            "phase_resistance_ohm": Figure(1.4, "17HS19-2004S1 as sellers quote it"),
-            "phase_inductance_H": Figure(3.0e-3, "17HS19-2004S1 as sellers quote it"),
-            "detent_torque_Nm": Figure(0.02, _DETENT),
-            "coulomb_torque_Nm": Figure(0.008, _BEARINGS),
-            "full_step_error_pct": Figure(
-                5.0, "17HS19-2004S1 as sellers quote it, step angle accuracy +-5 %"
-            ),
-        },
+    "nema17-2A-long": _as_sold(
+        "17HS19-2004S1",
+        "42 x 48 mm",
+        holding="0.59 Nm",
+        rated="2 A",
+        torque_constant_Nm_per_A=0.209,
+        inertia_kg_m2=8.2e-6,
+        viscous_Nm_s_per_rad=(0.0021, 4.0e-5),
+        phase_resistance_ohm=1.4,
+        phase_inductance_H=3.0e-3,
+        detent_torque_Nm=0.02,
+        coulomb_torque_Nm=0.008,
     ),
-    "nema23-2.8A": Motor(
-        "23HS22-2804S: 57 x 56 mm, 1.26 Nm at 2.8 A",
-        _AROUND
-        | {
-            "inertia_kg_m2": Figure(3.0e-5, "23HS22-2804S as sellers quote it, rotor 300 g cm2"),
-            "viscous_Nm_s_per_rad": Figure(0.0059, _DAMPING, 1.0e-4),
-            "torque_constant_Nm_per_A": Figure(
-                0.318, "23HS22-2804S as sellers quote it, 1.26 Nm holding torque with two coils at 2.8 A"
-            ),
-            "rotor_teeth": Figure(50, "23HS22-2804S, 200 steps a turn"),
-            "phase_resistance_ohm": Figure(0.9, "23HS22-2804S as sellers quote it"),
-            "phase_inductance_H": Figure(2.5e-3, "23HS22-2804S as sellers quote it"),
-            "detent_torque_Nm": Figure(0.042, _DETENT),
-            "coulomb_torque_Nm": Figure(0.02, _BEARINGS),
-            "full_step_error_pct": Figure(5.0, "23HS22-2804S as sellers quote it, step angle accuracy +-5 %"),
-        },
+    "nema23-2.8A": _as_sold(
+        "23HS22-2804S",
+        "57 x 56 mm",
+        holding="1.26 Nm",
+        rated="2.8 A",
+        torque_constant_Nm_per_A=0.318,
+        inertia_kg_m2=3.0e-5,
+        viscous_Nm_s_per_rad=(0.0059, 1.0e-4),
+        phase_resistance_ohm=0.9,
+        phase_inductance_H=2.5e-3,
+        detent_torque_Nm=0.042,
+        coulomb_torque_Nm=0.02,
     ),
 }
 

@@ -94,7 +94,8 @@ class BoardOperations:
             return Done(self._sim.now_ns, {})
         device = self._twin(name)
         if device.failed:
-            raise VerbRefused("failed", f"{device.failed}; {'reset it' if device.has_power else 'end it'}")
+            remedy = "reset it" if device.power.is_there else "end it"
+            raise VerbRefused("failed", f"{device.failed}; {remedy}")
         if place := self._places.uarts.get(device.uarts.label(name, uart)):
             return Done(place.end.type(data), {})
         return Done(self._sim.give(device, Bytes(data, port=device.uarts.short(uart))), {})

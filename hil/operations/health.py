@@ -97,7 +97,7 @@ class Health:
         for name, device in self.sim.devices.items():
             if device.failed:
                 again = f"`hil reset {name}` restarts it"
-                remedy = again if device.has_power else "`hil fault clear` ends the fault"
+                remedy = again if device.power.is_there else "`hil fault clear` ends the fault"
                 yield HealthProblem("device", name, f"stopped: {device.failed}", remedy)
         for name, why in self.commits.failures.items():
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"

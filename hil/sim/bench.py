@@ -96,7 +96,7 @@ class LaterVerbs:
         group.at(at_ns, due)
 
     def _epoch(self, device: Device, part: str) -> tuple[int, int]:
-        return self._ends[device.name, part or device.axes.first], device.power_ups
+        return self._ends[device.name, part or device.axes.first], device.power.ups
 
 
 class BenchRuntime:
@@ -165,7 +165,7 @@ class BenchRuntime:
         device, group = self.roster.remove_device(name)
         with self.drive.owning(group):
             self.faults.forget(name, device.axes.values())
-            device.close()
+            device.power.close()
         self.discard(group)
 
     def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:

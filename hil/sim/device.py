@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from hil.core import CoreAxis
-from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged
+from hil.sim.firmware_guard import Guard
 from hil.sim.flight import Flight
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
@@ -22,10 +22,10 @@ from hil.sim.inputs import (
     SetField,
     Stopped,
 )
-from hil.sim.raised_at import place_of
-from hil.sim.sketch import Sketch
+from hil.sim.power import Power
+from hil.sim.setpoints import Setpoints
 from hil.sim.uart import DeviceUart
-from hil.sim.verb_calls import Answer, VerbCalls
+from hil.sim.verb_calls import Answer, VerbCalls, axis_arguments
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Commit, CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -49,7 +49,7 @@ class Home:
 
 
 class Device:
-    """A board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
+    """Board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
     raises, loops or takes too long stops this device alone: ``failed`` says why."""
 
     def __init__(self, spec: DeviceSpec, axes: Mapping[str, CoreAxis], home: Home) -> None:
@@ -57,14 +57,10 @@ class Device:
         self.profile = spec.profile
         self.verbs = spec.verbs
         self.framing = spec.framing
-        self.failed: str | None = None
-        self.power_ups = 1
-        """Number of power-ups, the start included."""
         self.is_hung = False
-        """Whether its main program stands still (a fault), whatever resets it."""
-        self._no_power: str | None = None
+        """True if its main program stands still (a fault), whatever resets it."""
         self.interrupting = False
-        """Whether an interrupt is sending, at a time before the group's."""
+        """True while an interrupt is sending, at a time before the group's."""
         self._home = home
         commit, due_changed = partial(home.commit, self), partial(home.due_changed, self)
         self._hardware = Hardware(spec, axes, home.guard, commit, due_changed)
@@ -76,9 +72,23 @@ class Device:
         self.uarts: DeviceParts[DeviceUart] = self._interfaces.by_name
         """UARTs by name; each has a port or a segment of its own."""
         self._lines = self._interfaces.all
-        self._sketch = Sketch(spec, self._hardware, home.guard, self._commit, self._raised)
-        self._calls = VerbCalls(spec, self._hardware, self._sketch)
-        self.setpoints = self._calls.setpoints
+        self.setpoints = Setpoints(spec.time_out, axis_arguments(self.axes))
+        self.power = Power(
+            spec,
+            self._hardware,
+            self.setpoints,
+            home.guard,
+            commit=self._commit,
+            on_stopped=partial(home.stopped, self),
+            on_failed=partial(home.failed, self),
+        )
+        self._sketch = self.power.sketch
+        self._calls = VerbCalls(spec, self._hardware, self._sketch, self.setpoints)
+
+    @property
+    def failed(self) -> str | None:
+        """Reason for which it has stopped, or None."""
+        return self.power.failed
 
     @property
     def axis(self) -> CoreAxis:
@@ -89,7 +99,7 @@ class Device:
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
         # As ``_stands``, which is asked three times for each packet to everybody: a call less each time.
-        if self.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
+        if self.power.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
         for uart in self._lines:
@@ -99,7 +109,7 @@ class Device:
 
     def step(self, now_ns: SimTimeNs) -> None:
         """Let the firmware run at ``now_ns``, as far as it gets."""
-        if self.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
+        if self.power.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
             return
         sketch, interfaces = self._sketch, self._interfaces
         runtime = sketch.runtime
@@ -115,7 +125,7 @@ class Device:
         interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
 
     def _offer(self, now_ns: SimTimeNs, uart: DeviceUart, flight: Flight) -> bool:
-        """Offer packets to what takes them beside the main program, which else gets their bytes. Answers
+        """Offer packets to what takes them beside the main program, which else gets their bytes. Return
         whether that is all of the turn: nothing that the firmware has is other than before it."""
         runtime = self._sketch.runtime
         if runtime.takes and runtime.takes(flight.packets or ()):
@@ -163,8 +173,7 @@ class Device:
             case Follow(start_ns, path):
                 return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
             case Reset():
-                if not self._no_power:
-                    self._restart()
+                self.power.reset()
         return {}
 
     def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs, part: str) -> Answer:
@@ -181,18 +190,13 @@ class Device:
 
     @property
     def follows_paths(self) -> bool:
-        """Whether its set-point goes along paths (``Follow``)."""
+        """True if its set-point goes along paths (``Follow``)."""
         return self._calls.follows_paths
 
     @property
     def is_busy(self) -> bool:
-        """Whether its main program is in a routine of its own, and takes no commands."""
+        """True if its main program is in a routine of its own, and takes no commands."""
         return self._sketch.is_busy
-
-    @property
-    def has_power(self) -> bool:
-        """Whether no fault takes its power; without it no reset starts it."""
-        return self._no_power is None
 
     @property
     def is_committing(self) -> bool:
@@ -200,7 +204,7 @@ class Device:
 
     @property
     def _stands(self) -> bool:
-        """Whether its firmware is stopped. When a commit from before a reset is under way, the memory's
+        """True if its firmware is stopped. When a commit from before a reset is under way, the memory's
         content is known only when it has ended, and only then does the firmware start."""
         is_writing_at_start = not self._sketch.is_on and self._memory.is_committing
         return self.failed is not None or self.is_hung or is_writing_at_start
@@ -214,62 +218,3 @@ class Device:
     def _commit_done(self, durable: bool) -> None:
         if self._memory.answered(durable) and self._sketch.is_on:
             self._sketch.runtime.commit_done(durable)
-
-    # ---- power, and what takes it ----
-
-    def power(self, why_not: str | None, now_ns: SimTimeNs) -> None:
-        """Take its power away, with the reason, or give it back (None). Without power it does nothing,
-        nothing is heard of it, and no reset starts it; ``step`` comes next."""
-        was_off, self._no_power = self._no_power, why_not
-        if why_not:
-            self.failed = why_not
-            if not was_off:
-                self._sketch.runtime.close()
-                self._hardware.cut_axes()
-        elif was_off:
-            self._interfaces.set_time(now_ns)
-            self._restart()
-
-    def _restart(self) -> None:
-        self._sketch.runtime.close()
-        self.failed = None
-        self.power_ups += 1
-        self.setpoints.end()
-        self._hardware.power_up()
-        self._sketch.power_up()
-
-    def close(self) -> None:
-        """Stop its firmware for ever; the axis goes with its group."""
-        self.failed = "it was taken out"
-        self._sketch.close()
-
-    def _raised(self, error: BaseException) -> None:
-        """Stop the device because its firmware did not come through its turn."""
-        reason = f"{type(error).__name__}: {error}"
-        if isinstance(error, StopLogged):
-            self._stop(error.stopped)
-        elif isinstance(error, FirmwareHung | MemoryError | RecursionError):
-            self._stop(Stopped(self._sketch.turns, reason, self._interfaces.cut()))
-        else:
-            self.fail(f"{reason}{place_of(error)}")
-
-    def fail(self, reason: str) -> None:
-        """Stop the device for good; only a reset brings it back."""
-        self._interfaces.cut()
-        self._interfaces.end()
-        self.failed = reason
-        self._sketch.runtime.close()
-        self._hardware.stop_axes()
-        self._home.failed(self)
-
-    def _stop(self, stopped: Stopped) -> None:
-        """Stop as ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn
-        but what it has sent, and board and axis stand as after power-up."""
-        self._home.stopped(self, self._interfaces.now_ns, stopped)
-        self._sketch.runtime.close()
-        self.setpoints.end()
-        self._hardware.power_up_axes()
-        self._interfaces.halt(stopped.words)
-        self._interfaces.end()
-        self.failed = stopped.reason
-        self._home.failed(self)

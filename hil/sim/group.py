@@ -145,4 +145,4 @@ class Group:
         if self._native.failed(self.id):
             for device in self.devices:
                 if not device.failed:
-                    device.fail("the ring of its interrupts' events overflowed")
+                    device.power.fail("the ring of its interrupts' events overflowed")

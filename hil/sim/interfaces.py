@@ -99,13 +99,14 @@ class Interfaces:
                 with self._guard.aside():
                     self._put_written()
             for uart in self.all:
-                now_ns = uart.print_returns(now_ns)
+                now_ns = uart.tx.print_returns(now_ns, uart.baud)
         return now_ns
 
     def end(self) -> None:
         """Tell addresses, and hand on all that was written to the listeners, after a turn."""
         for uart in self.all:
-            uart.tell_address()
+            if uart.station:
+                uart.station.tell_address(uart.address)
         if self.written or self._sent:
             with self._guard.aside():
                 self._put_written()
@@ -121,8 +122,8 @@ class Interfaces:
                     uart.incoming.loosen()
             elif uart.incoming.wakes.is_loose and self.print_returns(now_ns) <= now_ns:
                 uart.incoming.wakes.tighten()
-            if uart.segment:
-                uart.tell_polling(is_polling)
+            if uart.station:
+                uart.station.tell_polling(is_polling)
 
     def note_interrupt(self) -> None:
         """Note that an interrupt's turn is over: the next thing that wakes the main program lets it wait
@@ -133,7 +134,7 @@ class Interfaces:
 
     def _put_written(self) -> None:
         for uart, baud, data in self.written[self._put :]:
-            uart.put(data, baud)
+            uart.tx.put(uart.now_ns, baud, data)
         self._put = len(self.written)
 
     def _hand_on(self) -> None:

@@ -1,6 +1,6 @@
 """Names of a bench: devices, taps and segments, and the group in whose time each lives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hil.core import CoreAxis
 from hil.sim.device import Device
@@ -99,7 +99,8 @@ class Roster:
             return Place(self._groups[name], device, axis=axis) if axis else None
         if len(device.axes) == 1:  # a target of a board with one axis has that axis's shaft
             axis = device.axes[""]
-        return Place(self._groups[name], device, uart, axis, uart.segment, uart.station)
+        place = Place(self._groups[name], device, uart, axis)
+        return replace(place, segment=link.segment, station=link.name) if (link := uart.station) else place
 
     def targets(self) -> list[str]:
         labels = [

@@ -4,11 +4,13 @@ Without a baud (USB CDC) bytes take no time and the host is held up while the de
 baud each character has its time, there is no flow control, and what finds no room is an overrun.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from hil.firmware.rx_buffer import RxBuffer
 from hil.sim.flight import Flight, flight_of, heard
+from hil.sim.station_link import StationLink
 from hil.sim.uart_rx_line import DueChanged, Incoming
+from hil.sim.uart_tx import Sent, Transmitter
 from hil.vocab.framing import Framing, Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -21,17 +23,12 @@ Each may be a command that answers 126 kB (q) at one instant: all of it stays be
 UART_BUFFER_BYTES = 64
 """Size of each buffer, both ways: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
 
-Sent = Callable[[SimTimeNs, bytes], None]
-"""Called with what is sent: the time of its first bit on the line, and the bytes."""
-
 
 class DeviceUart:
     """UART: ``hil.vocab.firmware.Uart`` for the sketch, ``arrive`` and ``take_arrivals`` for the line.
 
-    ``sent(start_ns, data)`` is called for everything the sketch sends: without a baud all of it is on the
-    line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
-    ``tx_buffer_bytes`` is 0 for a UART made in software, whose print waits for the last bit. ``later``: where
-    written bytes wait for ``put``; None: they do not. ``due_changed``: as ``Incoming`` takes it.
+    ``sent`` and ``tx_buffer_bytes``: as ``Transmitter`` takes them. ``later``: list in which written bytes
+    wait for ``tx.put``; None: they do not. ``due_changed``: as ``Incoming`` takes it.
     """
 
     def __init__(
@@ -48,20 +45,15 @@ class DeviceUart:
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
         self.rx_faults: dict[int, ByteFaults] = {}
-        self.tx_faults: dict[int, ByteFaults] = {}
-        """Faults of what it sends, by their numbers."""
+        """Faults of what it is sent, by their numbers."""
+        self.tx = Transmitter(sent, tx_buffer_bytes)
         self.polls_from_ns = FOREVER
         """Time from which the sketch reads at once what comes: such bytes need no room in the buffer."""
-        self._tx_buffer_bytes = tx_buffer_bytes
         self.address: int | None = None
         self.listeners: list[Sent] = []
         """Called with all that the device has sent, when its turn is over: one piece for each time."""
-        self.segment: Segment | None = None
-        self.station = ""
-        """Name of its station on the segment."""
-        self._told_address: int | None = None
-        self._told_polling = True
-        self._sent = sent
+        self.station: StationLink | None = None
+        """Link to its segment, if it is on one."""
         self._later = later
         self.incoming = Incoming(due_changed)
         self._framing: Framing | None = None
@@ -69,43 +61,28 @@ class DeviceUart:
         self._line_framing: Framing | None = None
         self._is_woken = False
         self._rx_free_ns = 0
-        self.tx_free_ns = 0
-        """Time at which the last byte written so far has gone out; without a baud 0."""
         self.clear()
 
     def join(self, segment: Segment, station: str) -> None:
-        self.segment, self.station, self._line_framing = segment, station, segment.framing
-        segment.join(station, self)
+        self.station = StationLink(segment, station, self)
+        self._line_framing = segment.framing
         self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))
 
     def clear(self) -> None:
         """Clear what was received, as after power-up. What is on the line stays there."""
-        self.address = None
-        self.tell_address()
+        if self.station:
+            self.station.tell_address(None)
         self.halt()
 
     def halt(self) -> None:
-        """Undo what a sketch that was stopped did here since ``tell_address``."""
+        """Undo what a sketch that was stopped did here since its segment was told of it."""
         self.baud = self._power_up_baud
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
-        self.address = self._told_address
+        self.address = self.station.told_address if self.station else None
         self.wake_on(None)
 
     def listen_for(self, address: int | None) -> None:
         self.address = address
-
-    def tell_address(self) -> None:
-        """Let the segment know which packets concern the sketch now."""
-        if self.address != self._told_address:
-            self._told_address = self.address
-            if self.segment:
-                self.segment.set_address(self.station, self.address)
-
-    def tell_polling(self, is_polling: bool) -> None:
-        """Let the segment know whether the sketch reads at once what comes."""
-        if is_polling != self._told_polling and self.segment:
-            self._told_polling = is_polling
-            self.segment.set_polling(self.station, is_polling)
 
     def wake_on(self, framing: Framing | None) -> None:
         if framing is not None and not framing.has_ends:
@@ -117,7 +94,7 @@ class DeviceUart:
 
     @property
     def has_input(self) -> bool:
-        """Whether a byte has come that the sketch is woken for."""
+        """True if a byte has come that the sketch is woken for."""
         return self._rx.available() > 0 if self._framing is None else self._is_woken
 
     def set_baud(self, baud: int | None) -> None:
@@ -142,32 +119,13 @@ class DeviceUart:
         if not data:
             return
         if self._later is None:
-            self.put(data, self.baud)
+            self.tx.put(self.now_ns, self.baud, data)
         else:
             self._later.append((self, self.baud, data))
 
-    def put(self, data: bytes, baud: int | None) -> None:
-        """Send what was written, through the faults."""
-        for delay_ns, piece in apply_all(self.tx_faults.values(), data) if self.tx_faults else ((0, data),):
-            self._send(piece, baud, delay_ns)
-
-    def _send(self, data: bytes, baud: int | None, delay_ns: int) -> None:
-        if baud is None:
-            self._sent(self.now_ns, data)
-            return
-        start_ns = max(self.now_ns + delay_ns, self.tx_free_ns)
-        self.tx_free_ns = start_ns + character_ns(len(data), baud)
-        self._sent(SimTimeNs(start_ns), data)
-
-    def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """Time at which all but a transmit buffer of what was written has gone out."""
-        if self.baud is None or self.tx_free_ns <= now_ns:
-            return now_ns
-        return SimTimeNs(max(now_ns, self.tx_free_ns - character_ns(self._tx_buffer_bytes, self.baud)))
-
     def room(self, now_ns: SimTimeNs) -> int:
         """Number of bytes that may be taken from a client now. On a line those count that are not out yet: a
-        sketch that is not woken for what has come leaves it there. None if nothing of it is ever taken."""
+        sketch that is not woken for what has come leaves it there. 0: its buffer is full of it."""
         if self.baud is not None and self.incoming.waiting > UART_BUFFER_BYTES:
             return 0
         waiting = self._rx.available() if self.baud is None else len(self.incoming.under_way(now_ns))
@@ -222,7 +180,7 @@ class DeviceUart:
 
     @property
     def is_ready_for_packets(self) -> bool:
-        """Whether nothing waits to be read, and the sketch takes bytes as they come."""
+        """True if nothing waits to be read, and the sketch takes bytes as they come."""
         return not (self._rx.unread or self._is_woken or self.incoming.wakes.is_loose)
 
     def take_arrivals(self) -> None:

@@ -31,15 +31,19 @@ def axes_of(axes: DeviceParts[CoreAxis], verb: Verb, part: str) -> Collection[st
     return [part or axes.first] if part or verb.is_of_axis else axes
 
 
-class VerbCalls:
-    """Calls of one device's verbs. A board with several axes is told which is meant: ``axis=``."""
+def axis_arguments(axes: DeviceParts[CoreAxis]) -> dict[str, dict[str, str]]:
+    """Arguments that tell a function of the profile which axis is meant, by the axis's name: a board with
+    several axes is told, ``axis=``."""
+    return {name: {"axis": name} if len(axes) > 1 else {} for name in axes}
 
-    def __init__(self, spec: DeviceSpec, hardware: Hardware, sketch: Sketch) -> None:
+
+class VerbCalls:
+    """Calls of one device's verbs."""
+
+    def __init__(self, spec: DeviceSpec, hardware: Hardware, sketch: Sketch, setpoints: Setpoints) -> None:
         self._device, self._profile = spec.name, spec.profile
-        self._hardware, self._sketch = hardware, sketch
-        axes = hardware.axes
-        self._named = {name: {"axis": name} if len(axes) > 1 else {} for name in axes}
-        self.setpoints = Setpoints(spec.time_out, self._named)
+        self._hardware, self._sketch, self._setpoints = hardware, sketch, setpoints
+        self._named = axis_arguments(hardware.axes)
         self._follow = (
             Verb("follow", "", run=spec.follow, effect=Effect.ENDS, is_of_axis=True) if spec.follow else None
         )
@@ -68,7 +72,7 @@ class VerbCalls:
         if verb.types:
             self._hardware.interfaces.by_name[""].arrive(verb.types, None)
         for axis in axes_of(axes, verb, part):
-            self.setpoints.note(axis, verb.effect, now_ns, self._hardware.note)
+            self._setpoints.note(axis, verb.effect, now_ns, self._hardware.note)
         return answer or {}
 
     def _call(self, verb: Verb, axis: str, parameters: Mapping[str, Any]) -> Callable[[], Answer | None]:

@@ -71,7 +71,7 @@ class PortFace:
     @property
     def line_free_ns(self) -> SimTimeNs:
         """Time at which the last byte that the device has sent so far is on the line; without a baud 0."""
-        return SimTimeNs(self._device.uarts[self._uart].tx_free_ns)
+        return SimTimeNs(self._device.uarts[self._uart].tx.free_ns)
 
     def sent(self, at_ns: SimTimeNs, data: bytes) -> None:
         self._unread.append((at_ns, data))

@@ -16,7 +16,7 @@ def renew(place: Place, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
     """Set a board's state from all the faults that are in force on it, by their numbers."""
     assert place.device
     off = [number for number, fault in faults.items() if fault.kind == "node_brown_out"]
-    place.device.power(f"no power (fault {off[0]})" if off else None, now_ns)
+    place.device.power.switch(f"no power (fault {off[0]})" if off else None, now_ns)
     place.device.is_hung = any(fault.kind == "node_hang" for fault in faults.values())
 
 

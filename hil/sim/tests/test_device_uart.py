@@ -82,10 +82,10 @@ def test_what_the_sketch_sends_follows_itself_without_a_gap(
 def test_print_returns_when_the_rest_fits_the_transmit_buffer() -> None:
     line = uart(9600)
     line.write(bytes(64))
-    assert line.print_returns(line.now_ns) == T0
+    assert line.tx.print_returns(line.now_ns, line.baud) == T0
     line.write(bytes(36))
     end_ns = character_end_ns(36, 9600, character_end_ns(64, 9600))
-    assert line.print_returns(line.now_ns) == end_ns - 64 * 10 * 10**9 // 9600
+    assert line.tx.print_returns(line.now_ns, line.baud) == end_ns - 64 * 10 * 10**9 // 9600
 
 
 def test_without_a_baud_bytes_take_no_time() -> None:
@@ -95,7 +95,7 @@ def test_without_a_baud_bytes_take_no_time() -> None:
     assert (line.available(), line.incoming.next_ns) == (3, FOREVER)
     line.write(bytes(100_000))
     assert sent == [(T0, bytes(100_000))]
-    assert line.print_returns(line.now_ns) == T0
+    assert line.tx.print_returns(line.now_ns, line.baud) == T0
 
 
 def test_a_usb_host_is_held_up_and_loses_nothing() -> None:
@@ -165,7 +165,7 @@ def test_another_baud_holds_from_now_on_and_until_the_power_goes() -> None:
         character_end_ns(2, 9600),
         character_end_ns(1, 300, character_end_ns(2, 9600)),
     ]
-    assert line.tx_free_ns == character_end_ns(1, 300, sent[-1][0])
+    assert line.tx.free_ns == character_end_ns(1, 300, sent[-1][0])
     line.set_baud(None)
     assert line.baud == 9600
     line.set_baud(300)

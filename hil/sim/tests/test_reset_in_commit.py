@@ -103,11 +103,11 @@ def test_a_write_that_is_answered_late_is_not_taken_for_a_later_one() -> None:
 def test_a_write_goes_on_when_the_power_is_lost() -> None:
     bench = Bench()
     bench.give(Bytes(b"a"))
-    bench.device.power("unplugged", bench.runtime.now_ns)
+    bench.device.power.switch("unplugged", bench.runtime.now_ns)
     assert bench.give(CommitDone(True)) == b""
     assert bench.device.nvm == {"a": b"a"}
     assert bench.give(Reset()) == b"", "there is still no power"
-    bench.device.power(None, bench.runtime.now_ns)
+    bench.device.power.switch(None, bench.runtime.now_ns)
     bench.runtime.advance(SimTimeNs(bench.runtime.now_ns + MS))
     assert bench.heard == b"boot:a\n"
 

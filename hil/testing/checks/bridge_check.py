@@ -1,37 +1,25 @@
 """Check of a bridge: ``hil.vocab.bridge_protocol.Bridge``."""
 
 import asyncio
-import gc
 import json
-import threading
-import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from random import Random
-from typing import Any
 
+from hil.testing.checks.bridge_client import ENDLESS_BYTES, STILL_S, Ask, BridgeClient, Status, connected
 from hil.testing.checks.findings import CheckFailed, descriptors, raised, shown
 from hil.testing.checks.recording_desk import RecordingDesk
+from hil.testing.checks.running_checks import Before, LoopWatch, Wrong, findings_of, until, until_nothing_is
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.verbs import VerbRefused
 
 PATIENCE_S = 5.0
-STILL_S = 0.1
-BEAT_S = 0.01
-STALLED_S = 0.25
-"""A beat that took this long was held up by the computer: a busy one keeps a thread waiting some 0.1 s."""
-FIRST_S = 0.5
-"""Silence after which the first answer is whole."""
 HELD_UP_S = 1.0
 """Most time for which a bridge may hold up the event loop that serves the ports; its own limit is some ms."""
 CLIENTS, CLIENTS_KEPT = 150, 100
-ENDLESS_BYTES = 4 << 20
 STATUS = ("root", "listen", "connect", "links", "insecure")
-
-Ask = Callable[[Mapping[str, Any]], Awaitable[object]]
-"""Asks a bridge for something as a client, by its ``status()``; answers what came."""
 
 
 def check_bridge(
@@ -63,13 +51,9 @@ def check_bridge(
     Raises:
         CheckFailed: with all that is wrong.
     """
-    found = asyncio.run(_BridgeCheck(make, request, ask, desk, patience_s).all())
+    found = asyncio.run(_BridgeCheck(make, request, ask, desk, patience_s).findings())
     if found:
         raise CheckFailed("the bridge", found)
-
-
-class _Wrong(Exception):
-    """What is wrong, if something is."""
 
 
 class _BridgeCheck:
@@ -82,14 +66,11 @@ class _BridgeCheck:
         patience_s: float,
     ) -> None:
         self._make, self._desk = make, desk
-        self._request, self._ask_it = request, ask or self._ask_by_tcp
+        self._has_request = request is not None
+        self._client = BridgeClient(request, ask, patience_s)
         self._patience_s = patience_s
-        self._held_up_s = 0.0
-        self._answer_bytes = 0
-        """Length of the first answer."""
-        self._errors: list[str] = []
 
-    async def all(self) -> list[str]:
+    async def findings(self) -> list[str]:
         checks: dict[str, Callable[[], Awaitable[None]]] = {
             "opened": self._opened,
             "answer": self._answer,
@@ -103,41 +84,13 @@ class _BridgeCheck:
             "limits": self._limits,
             "left": self._left,
         }
-        if self._request is None:
+        if not self._has_request:
             del checks["chunking"], checks["limits"]
-        asyncio.get_running_loop().set_exception_handler(self._note)
-        beside = _Beside()
-        beat = asyncio.create_task(self._beat(beside))
-        found = [(word, await self._of(check)) for word, check in checks.items()]
-        beat.cancel()
-        beside.stop()
-        if self._held_up_s > HELD_UP_S:
-            found.append(("time", f"it held up the event loop for {self._held_up_s:.1f} s"))
-        return [f"{word}: {wrong}" for word, wrong in found if wrong is not None]
-
-    async def _of(self, check: Callable[[], Awaitable[None]]) -> str | None:
-        self._errors.clear()
-        try:
-            await check()
-        except _Wrong as wrong:
-            return str(wrong)
-        except Exception as error:  # theirs: it is what the check is for
-            return f"it raised {raised(error)}"
-        gc.collect()  # a task that failed unseen says so
-        return self._errors[0] if self._errors else None
-
-    def _note(self, _: object, about: dict[str, Any]) -> None:
-        """Note an error that a callback or a task of theirs raised."""
-        error = about.get("exception")
-        self._errors.append(f"it raised {raised(error)}" if error else str(about["message"]))
-
-    async def _beat(self, beside: "_Beside") -> None:
-        while True:
-            begin_s = beside.ran_s
-            await asyncio.sleep(BEAT_S)
-            self._held_up_s = max(self._held_up_s, beside.ran_s - begin_s - BEAT_S)
-
-    # ---- what each check is made of ----
+        with LoopWatch() as watch:
+            found = await findings_of(checks)
+        if watch.held_up_s > HELD_UP_S:
+            found.append(f"time: it held up the event loop for {watch.held_up_s:.1f} s")
+        return found
 
     @asynccontextmanager
     async def _open(self) -> AsyncIterator[tuple[Bridge, RecordingDesk]]:
@@ -148,39 +101,6 @@ class _BridgeCheck:
             yield bridge, desk
         finally:
             await bridge.close()
-
-    async def _asked(self, bridge: Bridge) -> object:
-        try:
-            async with asyncio.timeout(self._patience_s):
-                answer = await self._ask_it(bridge.status())
-        except (OSError, EOFError, TimeoutError) as error:
-            raise _Wrong(f"a request was not answered: {raised(error)}") from None
-        if not answer:
-            raise _Wrong("a request was answered with nothing")
-        return answer
-
-    async def _ask_by_tcp(self, status: Mapping[str, Any], *, one_by_one: bool = False) -> bytes:
-        assert self._request is not None, "give check_bridge a request, or ask"
-        reader, writer = await asyncio.open_connection(*_address(status))
-        try:
-            for piece in [bytes([byte]) for byte in self._request] if one_by_one else [self._request]:
-                writer.write(piece)
-                await writer.drain()
-                if one_by_one:
-                    await asyncio.sleep(0.002)
-            answer = await reader.read(1 << 16)
-            while answer and len(answer) < self._answer_bytes and (more := await reader.read(1 << 16)):
-                answer += more
-            with suppress(TimeoutError):
-                async with asyncio.timeout(STILL_S if self._answer_bytes else FIRST_S):
-                    while more := await reader.read(1 << 16):
-                        answer += more
-            self._answer_bytes = self._answer_bytes or len(answer)
-            return answer
-        finally:
-            writer.transport.abort()
-
-    # ---- the checks ----
 
     async def _opened(self) -> None:
         desk = self._desk()
@@ -194,60 +114,37 @@ class _BridgeCheck:
 
     async def _answer(self) -> None:
         async with self._open() as (bridge, _):
-            await self._asked(bridge)
+            await self._client.asked(bridge.status())
 
     async def _chunking(self) -> None:
         async with self._open() as (bridge, _):
-            whole = await self._asked(bridge)
-            try:
-                async with asyncio.timeout(self._patience_s):
-                    pieces = await self._ask_by_tcp(bridge.status(), one_by_one=True)
-            except (OSError, TimeoutError) as error:
-                raise _Wrong(f"a request that comes byte by byte is not answered: {raised(error)}") from None
+            whole = await self._client.asked(bridge.status())
+            pieces = await self._client.asked_byte_by_byte(bridge.status())
             if pieces != whole:
-                raise _Wrong(f"byte by byte the answer is {shown(pieces)} instead of {shown(whole)}")
+                raise Wrong(f"byte by byte the answer is {shown(pieces)} instead of {shown(whole)}")
 
     async def _silence(self) -> None:
         async with self._open() as (_, desk):
             await asyncio.sleep(STILL_S)
             if desk.done:
-                raise _Wrong(f"nobody asked, and it carried out {shown(desk.done)}")
+                raise Wrong(f"nobody asked, and it carried out {shown(desk.done)}")
 
     async def _garbage(self) -> None:
         random = Random(0)
         async with self._open() as (bridge, desk):
             for size in (1, 10, 1000, 100_000):
-                await self._thrown(bridge.status(), random.randbytes(size))
+                await self._client.throw(bridge.status(), random.randbytes(size))
             if desk.done:
-                raise _Wrong(f"it carried out {shown(desk.done)}")
-            await self._asked(bridge)
-
-    async def _thrown(self, status: Mapping[str, Any], data: bytes) -> None:
-        """Throw bytes at an address, and leave."""
-        if not status["listen"]:
-            return
-        loop, address = asyncio.get_running_loop(), _address(status)
-        with suppress(OSError, TimeoutError):
-            transport, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, remote_addr=address)
-            transport.sendto(data[:1000])
-            await asyncio.sleep(0)
-            transport.close()
-        with suppress(OSError, TimeoutError):
-            _, writer = await asyncio.open_connection(*address)
-            writer.write(data)
-            with suppress(OSError, TimeoutError):
-                async with asyncio.timeout(STILL_S):
-                    await writer.drain()
-            writer.transport.abort()
-        await asyncio.sleep(STILL_S)
+                raise Wrong(f"it carried out {shown(desk.done)}")
+            await self._client.asked(bridge.status())
 
     async def _refusal(self) -> None:
         async with self._open() as (bridge, desk):
             desk.refusal = VerbRefused("not_now", "the check refuses everything now")
-            with suppress(_Wrong):  # an answer need not be one
-                await self._asked(bridge)
+            with suppress(Wrong):  # an answer need not be one
+                await self._client.asked(bridge.status())
             desk.refusal = None
-            await self._asked(bridge)
+            await self._client.asked(bridge.status())
 
     async def _devices(self) -> None:
         async with self._open() as (bridge, desk):
@@ -256,119 +153,64 @@ class _BridgeCheck:
             desk.devices |= {"m1": gone, "m3": replace(gone, name="m3")}
             await bridge.devices_changed(["m1", "m3"])
             await bridge.devices_changed(["m1"])
-            await self._asked(bridge)
+            await self._client.asked(bridge.status())
 
     async def _reset(self) -> None:
         answers = []
         for _ in range(2):
             async with self._open() as (bridge, _):
-                answers.append(await self._asked(bridge))
+                answers.append(await self._client.asked(bridge.status()))
         if answers[0] != answers[1]:
-            raise _Wrong(f"made anew it answers {shown(answers[1])} instead of {shown(answers[0])}")
+            raise Wrong(f"made anew it answers {shown(answers[1])} instead of {shown(answers[0])}")
 
     async def _replay(self) -> None:
         async with self._open() as (bridge, _):
-            first, again = await self._asked(bridge), await self._asked(bridge)
+            first, again = (
+                await self._client.asked(bridge.status()),
+                await self._client.asked(bridge.status()),
+            )
         if first != again:
-            raise _Wrong(f"asked again it answers {shown(again)} instead of {shown(first)}")
+            raise Wrong(f"asked again it answers {shown(again)} instead of {shown(first)}")
 
     async def _limits(self) -> None:
         async with self._open() as (bridge, _):
-            before, writers = descriptors(), []
-            for _ in range(CLIENTS):
-                with suppress(OSError):
-                    writers.append((await asyncio.open_connection(*_address(bridge.status())))[1])
-            end_s = time.monotonic() + self._patience_s
-            while (kept := descriptors() - before - len(writers)) > CLIENTS_KEPT and time.monotonic() < end_s:
-                await asyncio.sleep(STILL_S)
+            await self._many_come(bridge.status())
+            await asyncio.sleep(STILL_S)
+            if await self._client.is_heard_for_ever(bridge.status()):
+                raise Wrong(f"it takes {ENDLESS_BYTES} bytes of a request that has no end")
+            await self._client.asked(bridge.status())
+
+    async def _many_come(self, status: Status) -> None:
+        before, writers = descriptors(), []
+        for _ in range(CLIENTS):
+            with suppress(OSError):
+                writers.append((await connected(status))[1])
+
+        def kept() -> int:
+            return descriptors() - before - len(writers)
+
+        try:
+            if not await until(lambda: kept() <= CLIENTS_KEPT, self._patience_s, STILL_S):
+                raise Wrong(f"of {CLIENTS} silent clients at a time it keeps {kept()}")
+        finally:
             for writer in writers:
                 writer.transport.abort()
-            if kept > CLIENTS_KEPT:
-                raise _Wrong(f"of {CLIENTS} silent clients at a time it keeps {kept}")
-            await asyncio.sleep(STILL_S)
-            if await self._takes_all(bridge.status()):
-                raise _Wrong(f"it takes {ENDLESS_BYTES} bytes of a request that has no end")
-            await self._asked(bridge)
-
-    async def _takes_all(self, status: Mapping[str, Any]) -> bool:
-        """Whether a client is read, and kept, that sends one letter for ever."""
-        reader, writer = await asyncio.open_connection(*_address(status))
-        is_taken = False
-        try:
-            async with asyncio.timeout(self._patience_s):
-                for _ in range(ENDLESS_BYTES // 65536):
-                    writer.write(b"a" * 65536)
-                    await writer.drain()
-                is_taken = True
-                await reader.read(1)
-                return False  # it says why not, or leaves
-        except ConnectionError:
-            return False
-        except TimeoutError:
-            return is_taken
-        finally:
-            writer.transport.abort()
 
     async def _left(self) -> None:
-        before, tasks, threads = descriptors(), asyncio.all_tasks(), set(threading.enumerate())
+        before = Before()
         async with self._open() as (bridge, desk):
-            await self._asked(bridge)
-        end_s = time.monotonic() + self._patience_s
-        while (wrong := self._rest(desk, before, tasks, threads)) and time.monotonic() < end_s:
-            await asyncio.sleep(0.01)
-        if wrong:
-            raise _Wrong(wrong)
+            await self._client.asked(bridge.status())
 
-    @staticmethod
-    def _rest(
-        desk: RecordingDesk, before: int, tasks: set[asyncio.Task[Any]], threads: set[threading.Thread]
-    ) -> str | None:
-        """What a closed bridge has left."""
-        if desk.watches:
-            return f"{len(desk.watches)} watches are left open"
-        if left := asyncio.all_tasks() - tasks:
-            return f"tasks are left: {shown([task.get_name() for task in left])}"
-        running = [thread.name for thread in set(threading.enumerate()) - threads]
-        if left_running := [name for name in running if not name.startswith("asyncio_")]:  # the loop's own
-            return f"threads are left: {shown(left_running)}"
-        if (more := descriptors() - before) > 0:
-            return f"{more} file descriptors are left open"
-        return None
+        def left() -> str | None:
+            return f"{len(desk.watches)} watches are left open" if desk.watches else before.left()
+
+        await until_nothing_is(left, self._patience_s)
 
 
-class _Beside:
-    """Thread that does nothing either: what holds it up too is the computer, and no bridge. ``ran_s``: time
-    for which it ran, without what it was held up for."""
-
-    def __init__(self) -> None:
-        self._is_over = threading.Event()
-        self.ran_s = 0.0
-        self._thread = threading.Thread(target=self._beat, name="beside")
-        self._thread.start()
-
-    def _beat(self) -> None:
-        begin_s = time.monotonic()
-        while not self._is_over.wait(BEAT_S):
-            now_s = time.monotonic()
-            if now_s - begin_s < STALLED_S:
-                self.ran_s += now_s - begin_s
-            begin_s = now_s
-
-    def stop(self) -> None:
-        self._is_over.set()
-        self._thread.join()
-
-
-def _check_status(status: Mapping[str, Any], when: str) -> None:
+def _check_status(status: Status, when: str) -> None:
     if missing := [field for field in STATUS if field not in status]:
-        raise _Wrong(f"{when} its status has no {', '.join(missing)}")
+        raise Wrong(f"{when} its status has no {', '.join(missing)}")
     try:
         json.dumps(dict(status), allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise _Wrong(f"{when} its status cannot be written: {raised(error)}") from None
-
-
-def _address(status: Mapping[str, Any]) -> tuple[str, int]:
-    """Host and port of the first address, as in ``127.0.0.1:80`` or ``tcp/[::1]:7447``."""
-    host, _, number = str(status["listen"][0]).rpartition("/")[2].rpartition(":")
-    return host.strip("[]"), int(number)
+        raise Wrong(f"{when} its status cannot be written: {raised(error)}") from None

@@ -252,7 +252,7 @@ class Overlaps(RuleBasedStateMachine):
                 rx += [e.number for e in here if e.kind == "host_close"]
                 tx = [e.number for e in here if e.parameters.get("towards") != "board"]
                 assert list(uart.rx_faults) == sorted(rx, key=[e.number for e in here].index)
-                assert list(uart.tx_faults) == tx
+                assert list(uart.tx.faults) == tx
 
     @invariant()
     def wire(self) -> None:

@@ -1,7 +1,7 @@
 """Ports of the kind ``rfc2217`` pass the shipped check of ports."""
 
 from hil.testing import check_port
-from hil.testing.checks.port_check import FileClient
+from hil.testing.checks.port_ends import FileClient
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.rfc2217.port import Options, make
 

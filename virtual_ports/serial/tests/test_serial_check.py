@@ -5,7 +5,7 @@ import tty
 from pathlib import Path
 
 from hil.testing import check_port
-from hil.testing.checks.port_check import FileClient
+from hil.testing.checks.port_ends import FileClient
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.serial.port import Options, make
 
