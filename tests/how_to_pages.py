@@ -26,7 +26,7 @@ HEAD = '"""Written from a page."""\n'
 
 def write_files(page: str, root: Path) -> list[Path]:
     """Write the files of ``docs/how-to/<page>.md`` below a folder, each folder of a package with its
-    ``__init__.py``, and return their paths."""
+    ``__init__.py``; answers their paths, without those."""
     written = []
     for block in blocks(f"docs/how-to/{page}.md"):
         if _PATH.fullmatch(block.heading) and block.language in ("python", "yaml"):
@@ -41,8 +41,10 @@ def write_files(page: str, root: Path) -> list[Path]:
 
 
 @contextmanager
-def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Install the packages below a folder, with the entry points that a page's TOML has."""
+def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
+    """Write a page's files below a folder, and have its packages installed, with the entry points that the
+    page's TOML has; with the files' paths."""
+    written = write_files(page, root)
     (text,) = (block.text for block in blocks(f"docs/how-to/{page}.md") if block.language == "toml")
     info = root / "lab-1.dist-info"
     info.mkdir()
@@ -62,7 +64,7 @@ def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> It
 
 
 def style_problems(files: list[Path]) -> str:
-    """Findings of ruff in files, by the project's rules, but for the order of imports."""
+    """Let ruff look at files, by the project's rules, but for the order of imports; answers its findings."""
     said = ""
     for what in (("check", "--ignore", "I001"), ("format", "--diff")):
         command = [sys.executable, "-m", "ruff", *what, "-q", "--config", ROOT / "pyproject.toml", *files]
