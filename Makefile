@@ -11,7 +11,7 @@ demo: $(VENV)/.base
 
 test: $(VENV)/.dev
 	@$(MAKE) --no-print-directory test-native
-	$(BIN)/python -m pytest -q -n 4 --dist loadfile
+	$(BIN)/python -m pytest -q -n 4 --dist loadfile --no-loadscope-reorder
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:

@@ -1,7 +1,25 @@
-"""Settings of all tests."""
+"""Settings of hypothesis for all tests, and the order of their files."""
 
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
-# The time of an example depends on what else this machine does.
+# How long an example takes says what else this machine does.
 settings.register_profile("hil", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("hil")
+
+END_TO_END = "test_e2e_"
+END_TO_END_SHARE = 0.75
+"""Share of a test run within which all end-to-end files begin: the last minutes have short files only."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Spread the end-to-end files, which wait, among the files that compute, so that both cores have work."""
+    files = list(dict.fromkeys(item.path for item in items))
+    waiting = [file for file in files if file.name.startswith(END_TO_END)]
+    computing = [file for file in files if not file.name.startswith(END_TO_END)]
+    begins: dict[Path, float] = {}
+    for share, some in ((END_TO_END_SHARE, waiting), (1.0, computing)):
+        begins.update({file: share * number / len(some) for number, file in enumerate(some)})
+    items.sort(key=lambda item: begins[item.path])
