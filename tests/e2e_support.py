@@ -30,7 +30,7 @@ PATIENCE_S = 30.0
 READY_NS = 4_000_000_000
 """Simulated time at which the board answers."""
 SAC_READY_NS = 1_150_000_000
-"""The same of a SAC."""
+"""Simulated time at which a SAC answers."""
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
@@ -47,6 +47,13 @@ def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) 
         assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
         select.select([], [], [], 0.01)
     return value
+
+
+def free_port() -> int:
+    """Number of a port at which nobody listens now."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
 
 
 AS_STRANGER = (
@@ -85,10 +92,10 @@ class Client:
             assert isinstance(address, str)
             self.fd = os.open(address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self.got = bytearray()
-        """What came and was not taken by ``read_until`` or ``read_exactly``."""
+        """Bytes that came and were not taken by ``read_until`` or ``read_exactly``."""
 
     def write(self, data: bytes, timeout_s: float = PATIENCE_S) -> None:
-        """All of ``data``; what comes meanwhile is kept."""
+        """Write all of ``data``; what comes meanwhile is kept."""
         deadline = time.monotonic() + timeout_s
         while data:
             left_s = deadline - time.monotonic()
@@ -101,7 +108,7 @@ class Client:
                     data = data[os.write(self.fd, data) :]
 
     def write_until_full(self, data: bytes) -> int:
-        """As much of ``data`` as goes without waiting; how much that was."""
+        """Write as much of ``data`` as goes without waiting; answers how much that was."""
         sent = 0
         with suppress(BlockingIOError):
             while sent < len(data):
@@ -311,7 +318,7 @@ class Place:
         return done.output
 
     def hil(self, *arguments: str, code: int = 0, input: bytes = b"", timeout_s: float = PATIENCE_S) -> str:
-        """As ``cli``, but as a process of its own with a standard input."""
+        """Run as ``cli``, but as a process of its own with a standard input."""
         done = subprocess.run(
             [HIL, *self._command(arguments)],
             input=input,
@@ -349,6 +356,17 @@ def refused(place: Place, server: Server, devices: Devices, **top: Any) -> str:
 
 
 def folder(place: Place) -> dict[str, str]:
-    """What is in the bench's runtime directory, and where it leads."""
+    """Entries of the bench's runtime directory, and where each leads."""
     paths = (place.runtime / "t").iterdir()
     return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}
+
+
+def ended(server: Server, name: str) -> dict[str, Any]:
+    """Progress of a run that has ended, waited for."""
+
+    def end() -> Any:
+        (progress,) = server.ask("runs", name=name)
+        return progress if progress["state"] not in ("queued", "running") else None
+
+    result: dict[str, Any] = until(end, f"the end of {name}")
+    return result

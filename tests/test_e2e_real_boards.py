@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import socket
 import subprocess
 import tty
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import pytest
 import serial
-from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, Server, config, until
+from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, Server, config, free_port, until
 from service_manager import Manager
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -194,13 +193,8 @@ def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> No
                 twins = place.serve(text)
 
 
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return int(server.getsockname()[1])
-
-
 def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:
-    """What is wrong with a real board there, and the remedy."""
+    """Problem of a real board there, and the remedy."""
     server = place.serve(real_config(r1={"profile": "sac", "at": at}), bench="r", **launch)
     (problem,) = [each for each in server.ask("status")["health"]["problems"] if each["about"] == "r1"]
     server.stop()

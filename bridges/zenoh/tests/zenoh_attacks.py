@@ -1,4 +1,4 @@
-"""What runs in the network namespaces of ``test_zenoh_namespaces.py``: a daemon's session with
+"""Programs in the network namespaces of ``zenoh_computers.py``: a daemon's session with
 stand-ins behind it that note what reaches them, and attackers. A program: zenoh_attacks.py WHAT GIVEN (JSON).
 """
 
@@ -39,7 +39,7 @@ FAULTS = ("axis/m1/fault", "segment/s/fault")
 NEVER = ("axis/m1/state", "sim/clock", "segment/s/packets", "port/p/tx", "verbs/m1", "layout", "other")
 TOLD = ("axis/m1/state", "segment/s/packets", "port/p/rx", "sim/clock")
 UNTOLD = "axis/m1/cmd/echo"
-"""What the daemon's side puts, but clients do not get: it stands for a command of another client."""
+"""Key that the daemon's side puts, but clients do not get: it stands for a command of another client."""
 USERS = {"vic": Role.VIEWER, "opa": Role.OPERATOR, "ada": Role.ADMIN}
 
 
@@ -86,7 +86,7 @@ class StandIn:
         query.drop()
 
     def settled(self) -> list[list[str]]:
-        """What was heard, once nothing more comes: callbacks have threads of their own."""
+        """Messages heard, once nothing more comes: callbacks have threads of their own."""
         heard: list[list[str]] | None = None
         while heard is None or heard != self.heard:
             heard = list(self.heard)
@@ -94,7 +94,7 @@ class StandIn:
         return heard
 
     def report(self) -> dict[str, Any]:
-        """What was heard since the last one, and what this side sees of others."""
+        """Messages heard since the last report, and others as this side sees them."""
         heard = self.settled()
         live = [str(each.ok.key_expr) for each in self.session.liveliness().get("**/@live/**") if each.ok]
         answers = self.session.get(ours("axis/m1/state"), consolidation=zenoh.ConsolidationMode.NONE)
@@ -243,7 +243,7 @@ def forge(query: zenoh.Query) -> None:
 
 
 def listen_wide(config: Mapping[str, Any] | str) -> list[str]:
-    """What somebody gets who asks for more than the bench's keys. In a session of its own, for what one
+    """Try as somebody who asks for more than the bench's keys. In a session of its own, for what one
     subscriber of a session may have, its others see too."""
     heard: set[str] = set()
     clocks = threading.Semaphore(0)
