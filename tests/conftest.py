@@ -1,4 +1,5 @@
-"""Fixtures of the tests that run the whole program. Their helpers are in ``e2e_support.py``."""
+"""Fixtures of the tests that run the whole program. Their helpers are in ``e2e_support.py`` and
+``bench_sites.py``."""
 
 import os
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out
 
+from bench_sites import Site, on_hosts, side_by_side
 from e2e_support import STRANGER_UID, Place
 
 
@@ -27,3 +29,17 @@ def open_place(place: Place) -> Place:
         if os.getuid() == 0:
             os.chown(folder, STRANGER_UID, STRANGER_UID)
     return place
+
+
+@pytest.fixture
+def site(place: Place) -> Iterator[Site]:
+    """Benches and a router side by side."""
+    with side_by_side(place) as made:
+        yield made
+
+
+@pytest.fixture
+def hosts(place: Place) -> Iterator[Site]:
+    """A router and benches, each on a computer of its own."""
+    with on_hosts(place) as made:
+        yield made

@@ -30,7 +30,7 @@ PATIENCE_S = 30.0
 READY_NS = 4_000_000_000
 """Simulated time at which the board answers."""
 SAC_READY_NS = 1_150_000_000
-"""The same of a SAC."""
+"""Simulated time at which a SAC answers."""
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
@@ -47,6 +47,13 @@ def until(condition: Callable[[], T], what: str, timeout_s: float = PATIENCE_S) 
         assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
         select.select([], [], [], 0.01)
     return value
+
+
+def free_port() -> int:
+    """Number of a port at which nobody listens now."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
 
 
 AS_STRANGER = (
@@ -352,3 +359,14 @@ def folder(place: Place) -> dict[str, str]:
     """Names in the bench's runtime directory, each with the target of its symlink, if it is one."""
     paths = (place.runtime / "t").iterdir()
     return {path.name: str(path.readlink()) if path.is_symlink() else "" for path in paths}
+
+
+def ended(server: Server, name: str) -> dict[str, Any]:
+    """Progress of a run that has ended, waited for."""
+
+    def end() -> Any:
+        (progress,) = server.ask("runs", name=name)
+        return progress if progress["state"] not in ("queued", "running") else None
+
+    result: dict[str, Any] = until(end, f"the end of {name}")
+    return result

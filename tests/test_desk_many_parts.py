@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_desk import ADMIN, Asking, refusal
+from desk_support import ADMIN, Asking, refusal
 
 from hil.compose.find import find_catalogue
 from hil.compose.replay import replay

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, reload, until
-from test_e2e_zenoh import Plain, free_port
+from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, free_port, reload, until
+from plain_zenoh import Plain
 
 from hil.net.control_client import ControlError
 

@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import socket
 import subprocess
 import tty
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import pytest
 import serial
-from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, Server, config, until
+from e2e_support import HIL, PATIENCE_S, SAC_READY_NS, Client, Place, Server, config, free_port, until
 from service_manager import Manager
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -192,11 +191,6 @@ def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> No
                 twins.stop()
                 until(lambda: "is away" in (real.status("s2")["note"] or ""), "the loss")
                 twins = place.serve(text)
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return int(server.getsockname()[1])
 
 
 def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:

@@ -5,8 +5,8 @@ from itertools import pairwise
 from typing import Any
 
 import zenoh
-from e2e_support import Place, Server, config, until
-from test_e2e_zenoh import Plain, free_port
+from e2e_support import Place, Server, config, free_port, until
+from plain_zenoh import Plain
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
 

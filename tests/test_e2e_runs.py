@@ -1,7 +1,6 @@
 """Multi-axis runs as their users submit them: from files, by the client, many at once."""
 
 import json
-import socket
 import threading
 import time
 from itertools import pairwise
@@ -9,18 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from e2e_support import PATIENCE_S, Place, Server, config, until
+from e2e_support import PATIENCE_S, Place, Server, config, ended, free_port, until
 
 from hil.client import ClientError, CommandError, connect_sync
 
 SAC = {"profile": "sac", "flash": {}}
 EXAMPLES = Path(__file__).parents[1] / "examples" / "runs"
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
 
 
 def serve(place: Place, servos: int = 2, speed: float = 5, *options: str, **top: Any) -> tuple[Server, str]:
@@ -38,15 +31,6 @@ def serve(place: Place, servos: int = 2, speed: float = 5, *options: str, **top:
 def run(name: str, *steps: dict[str, Any], axes: tuple[str, ...] = ("m1",), **top: Any) -> str:
     rules = {"velocity_rpm": 240.0, "acceleration_rpm_per_s": 3000.0, "jerk_rpm_per_s2": 1e5}
     return json.dumps({"run": name, "axes": dict.fromkeys(axes, rules), "steps": list(steps)} | top)
-
-
-def ended(server: Server, name: str) -> dict[str, Any]:
-    def end() -> Any:
-        (progress,) = server.ask("runs", name=name)
-        return progress if progress["state"] not in ("queued", "running") else None
-
-    result: dict[str, Any] = until(end, f"the end of {name}")
-    return result
 
 
 def test_a_file_is_checked_carried_out_and_replayed(place: Place) -> None:

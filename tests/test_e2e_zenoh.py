@@ -1,99 +1,28 @@
-"""The zenoh bridge as its users have it: plain zenoh, the client, and what goes wrong between them."""
+"""The zenoh bridge as its users have it: plain zenoh and the client."""
 
 import asyncio
 import json
-import os
-import socket
 import struct
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
-import zenoh
-from e2e_support import PATIENCE_S, Place, Server, config, until
+from e2e_support import PATIENCE_S, Place, free_port, until
+from plain_zenoh import Bench, zenoh_bench
 
 from hil.client import ClientError, CommandError, connect, connect_sync
 from hil.core.fields import CODES, OFFSETS, PACKED_BYTES
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "zenoh"
-SAC = {"profile": "sac", "flash": {}}
-QUIET: dict[str, Any] = {"scouting/multicast/enabled": False, "scouting/gossip/enabled": False}
-NONE = zenoh.ConsolidationMode.NONE
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
-
-
-def session(**values: Any) -> zenoh.Session:
-    made = zenoh.Config()
-    for path, value in (QUIET | {name.replace("__", "/"): v for name, v in values.items()}).items():
-        made.insert_json5(path, json.dumps(value))
-    return zenoh.open(made)
-
-
-class Plain:
-    """A program that knows zenoh and nothing else of ours."""
-
-    def __init__(self, port: int) -> None:
-        self.session = session(mode="client", connect__endpoints=[f"tcp/127.0.0.1:{port}"])
-
-    def get(
-        self, key: str, payload: str | bytes | None = None, timeout_s: float = PATIENCE_S
-    ) -> list[dict[str, Any]]:
-        """Replies as objects; of an error too, which has a code."""
-        replies = self.session.get(f"hil/t/{key}", payload=payload, timeout=PATIENCE_S, consolidation=NONE)
-        texts = [(reply.ok or reply.err).payload.to_string() for reply in replies]  # type: ignore[union-attr]
-        return [json.loads(text) for text in texts]
-
-    def one(self, key: str, payload: str | bytes | None = None) -> dict[str, Any]:
-        (answer,) = self.get(key, payload)
-        return answer
-
-    def listen(self, key: str) -> tuple[list[zenoh.Sample], Any]:
-        heard: list[zenoh.Sample] = []
-        return heard, self.session.declare_subscriber(f"hil/t/{key}", heard.append)
-
-
-class Bench:
-    """A running daemon with a door, a servo and two steppers on a segment."""
-
-    def __init__(self, place: Place, speed: float = 1, **bridge: Any) -> None:
-        self.port = free_port()
-        options = {"listen": [f"tcp/127.0.0.1:{self.port}"], "packed_hz": 1000, "state_hz": 50} | bridge
-        stream = {"timeout_ms": 200, "policy": "decelerate"}
-        text = config(
-            speed=speed,
-            devices={"m1": {"setpoints": stream}, "s1": SAC, "s2": SAC},
-            segments={"bus0": {"stations": ["s1", "s2"], "taps": {"m": {"port": "pty"}}}},
-            bridges={"zenoh": options},
-        )
-        self.server: Server = place.serve(text).ready()
-        self.plain = Plain(self.port)
-
-    @property
-    def endpoint(self) -> str:
-        return f"tcp/127.0.0.1:{self.port}"
-
-    def bridge(self) -> dict[str, Any]:
-        status: dict[str, Any] = self.server.ask("status")["bridges"]["zenoh"]
-        return status
 
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Bench]:
-    with Place() as place:
-        made = Bench(place)
+    with zenoh_bench() as made:
         yield made
-        made.plain.session.close()  # type: ignore[no-untyped-call]
 
 
 def test_a_command_is_acknowledged_then_applied_then_done(bench: Bench) -> None:
@@ -279,105 +208,10 @@ def test_the_client_for_asyncio(bench: Bench) -> None:
     assert all(abs(position - 45) < 1 for position in asyncio.run(script()))
 
 
-def test_nobody_there_says_so() -> None:
-    with pytest.raises(ClientError, match="is the bench running there"):
-        connect_sync("t", f"tcp/127.0.0.1:{free_port()}", timeout_s=0.5)
-
-
-def test_queries_that_are_abandoned_leave_nothing(bench: Bench) -> None:
-    threads = len(os.listdir(f"/proc/{bench.server.pid}/task"))
-    for _ in range(5):
-        hasty = Plain(bench.port)
-        for _ in range(20):
-            hasty.session.get(
-                "hil/t/axis/s1/cmd/move_rel?done=true", payload='{"angle_deg": 1.8}', timeout=10
-            )
-        hasty.session.close()
-    until(lambda: bench.bridge()["links"] <= 1, "the links to be gone")
-    assert bench.plain.one("axis/m1/state")["at_ns"] > 0
-    assert len(os.listdir(f"/proc/{bench.server.pid}/task")) <= threads + 2
-
-
-def test_a_subscriber_that_never_reads_costs_nobody_else(bench: Bench) -> None:
-    stuck = Plain(bench.port)
-    gate = threading.Event()
-    subscriber = stuck.session.declare_subscriber("hil/t/**", lambda sample: gate.wait())
-    try:
-        times: list[int] = []
-        heard, mine = bench.plain.listen("axis/m1/state/packed")
-        with mine:
-            until(lambda: len(heard) > 2000, "states while another one does not read")
-        times = [struct.unpack_from("<q", sample.payload.to_bytes())[0] for sample in heard]
-        assert {b - a for a, b in pairwise(times)} == {1_000_000}
-        assert bench.plain.one("axis/m1/state")["at_ns"] > 0
-    finally:
-        gate.set()
-        subscriber.undeclare()
-        stuck.session.close()
-
-
-def test_who_does_not_read_answers_holds_nobody_up(bench: Bench) -> None:
-    lazy = Plain(bench.port)
-    unread = [lazy.session.get("hil/t/**", timeout=60, consolidation=NONE) for _ in range(60)]
-    longest_s = 0.0
-    with bench.server.client("m1") as terminal:
-        for _ in range(20):
-            began_s = time.monotonic()
-            terminal.ask(b"p")
-            assert bench.plain.one("sim/clock")["sim_ns"] > 0
-            longest_s = max(longest_s, time.monotonic() - began_s)
-    assert longest_s < 5  # it was 12 where the event loop answered
-    assert len(unread) == 60
-    lazy.session.close()  # type: ignore[no-untyped-call]
-
-
-def test_of_too_many_that_wait_the_oldest_gives_way(bench: Bench) -> None:
-    bench.plain.one("axis/m1/cmd/enable")
-    asker = Plain(bench.port)
-    far = '{"position_deg": 1e6, "velocity_rpm": 0.001}'
-    asked = [
-        asker.session.get("hil/t/axis/m1/cmd/move_abs?done=true", payload=far, timeout=60, consolidation=NONE)
-        for _ in range(1050)
-    ]
-    refusals = [[reply.err for reply in replies if reply.err] for replies in asked[:50]]
-    assert [json.loads(err.payload.to_bytes())["code"] for (err,) in refusals] == ["not_now"] * 50
-    waiting = bench.server.ask("status")["bridges"]["zenoh"]["waiting"]
-    assert waiting == 1000
-    asker.session.close()  # type: ignore[no-untyped-call]
-    bench.plain.one("axis/m1/cmd/stop", '{"how": "prejudice"}')
-    replies = bench.plain.get("axis/s1/cmd/move_rel?done=true", '{"angle_deg": 1.8}')
-    assert [reply.get("done", False) for reply in replies] == [False, True]
-
-
-def test_a_flood_leaves_the_others_their_turn(bench: Bench) -> None:
-    flooder = Plain(bench.port)
-    publisher = flooder.session.declare_publisher("hil/t/axis/m1/cmd/gains")
-    for _ in range(30_000):
-        publisher.put("{}")
-    with bench.server.client("m1") as terminal:
-        assert b"Angle" in terminal.ask(b"p")
-    assert bench.plain.one("sim/clock")["sim_ns"] > 0
-    flooder.session.close()  # type: ignore[no-untyped-call]
-
-
 def test_a_packed_state_is_read_too(bench: Bench) -> None:
     (reply,) = bench.plain.session.get("hil/t/axis/m1/state/packed", timeout=PATIENCE_S)
     assert reply.ok is not None
     assert len(reply.ok.payload.to_bytes()) == PACKED_BYTES
-
-
-def test_a_router_that_dies_and_returns(place: Place) -> None:
-    port = free_port()
-    bridge = {"listen": [], "connect": [f"tcp/127.0.0.1:{port}"]}
-    place.serve(config(speed=1, bridges={"zenoh": bridge})).ready()
-    for _ in range(2):
-        router = session(mode="router", listen__endpoints=[f"tcp/127.0.0.1:{port}"])
-        try:
-            with connect_sync("t", f"tcp/127.0.0.1:{port}") as client:
-                until(lambda client=client: "daemon" in client.alive(), "the daemon behind the router")  # type: ignore[misc]
-                assert client.axis("m1").enable().effective_at_ns
-        finally:
-            router.close()  # type: ignore[no-untyped-call]
 
 
 def test_users_of_a_site_may_what_their_roles_say(place: Place) -> None:
@@ -424,11 +258,3 @@ def test_the_examples(bench: Bench) -> None:
     assert said.startswith("m1 at 90 deg\ns1 at ")
     assert run("plain.py").splitlines()[1:] == ["axis/m1/cmd/move_abs 90", "axis/m1/cmd/jump no_verb"]
     assert len((EXAMPLES / "two_axes.py").read_text().splitlines()) <= 22  # under 20 without its docstring
-
-
-def test_a_port_that_is_taken_is_said(place: Place, bench: Bench) -> None:
-    said = place.launch(
-        config(bench="u", bridges={"zenoh": {"listen": [bench.endpoint]}}), bench="u"
-    ).refused()
-    assert "bridges.zenoh" in said
-    assert "choose another address" in said

@@ -1,18 +1,11 @@
 """Rates of the zenoh bridge that do not divide each other, nor a second."""
 
 import json
-import socket
 import struct
 from itertools import pairwise
 
 import zenoh
-from e2e_support import Place, config, until
-
-
-def free_port() -> int:
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        return int(server.getsockname()[1])
+from e2e_support import Place, config, free_port, until
 
 
 def test_thirty_a_second_beside_ten(place: Place) -> None:
