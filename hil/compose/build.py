@@ -87,7 +87,7 @@ def make_device(
         name=name,
         profile=profile.name,
         firmware=board.firmware,
-        bauds=config.bauds(profile),
+        bauds=config.uart_bauds(profile),
         nvm=sections,
         power_up=config.power_up(profile),
         facts={"lookup_address": config.flash.address},

@@ -22,6 +22,8 @@ class Place:
     axis: CoreAxis | None = None
     segment: Segment | None = None
     station: str = ""
+    is_board: bool = False
+    """Whether it is the device as a whole, too."""
 
     def has(self, target: str) -> bool:
         """Whether a fault that needs this kind of target can be here."""
@@ -30,7 +32,7 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
-            DEVICE: self.uart is not None,
+            DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
             SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
             SERVO: self.axis is not None and SERVO in self.axis.kind.fault_targets,
@@ -95,11 +97,12 @@ class Roster:
         if (device := self.devices.get(name)) is None:
             return None
         uart, axis = device.uarts.get(part), device.axes.get(part)
-        if uart is None:
+        if uart is None and part:
             return Place(self._groups[name], device, axis=axis) if axis else None
         if len(device.axes) == 1:  # whatever of such a board is named, its shaft is the one
             axis = device.axes[""]
-        return Place(self._groups[name], device, uart, axis, uart.segment, uart.station)
+        line = (uart.segment, uart.station) if uart else (None, "")
+        return Place(self._groups[name], device, uart, axis, *line, is_board=True)
 
     def targets(self) -> list[str]:
         labels = [

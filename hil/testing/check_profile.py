@@ -198,7 +198,8 @@ def _flood(trial: Trial) -> str | None:
     def script(bench: Bench) -> None:
         for uart in trial.bauds:
             bench.port(DEVICE, uart).write(Random(6).randbytes(FLOOD_BYTES))
-        bench.run(ms=max(FLOOD_BYTES * 10_000 / (baud or FLOOD_BYTES) for baud in trial.bauds.values()))
+        times_ms = [FLOOD_BYTES * 10_000 / (baud or FLOOD_BYTES) for baud in trial.bauds.values()]
+        bench.run(ms=max(times_ms, default=IDLE_MS))
 
     return trial.run(script).failed
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil.vocab.dialogue import Dialogue, Task
-from hil.vocab.firmware import MAIN, Board, Firmware
+from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Firmware, Main
 from hil.vocab.framing import Framing
 from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
@@ -55,14 +55,31 @@ class MemoryFile:
     """Contents that need no file, by the names they have in a configuration."""
 
 
+class _Idle:
+    """Program that does nothing: it drops what comes."""
+
+    def __init__(self, board: Board) -> None:
+        self._uarts = board.uarts
+
+    def main(self) -> Main:
+        while True:
+            yield ByteAvailable()
+            for uart in self._uarts.values():
+                uart.read_all()
+
+    def interrupt(self, event: CoreEvent) -> None:
+        return
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
     """Kind of board."""
 
-    firmware: Callable[[Board], Firmware]
-    """Maker of its program, one for each power-up; most often the program's class."""
+    firmware: Callable[[Board], Firmware] = _Idle
+    """Maker of its program, one for each power-up; most often the program's class. Left out: it does nothing,
+    and closes no loop."""
     uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
-    """Serial interfaces by name."""
+    """Serial interfaces by name; ``{}``: it has none."""
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)
     """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
     framing: Framing | None = None
