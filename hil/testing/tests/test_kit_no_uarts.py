@@ -16,7 +16,7 @@ from hil.config import schema as json_schema
 from hil.live.log_file import as_simulated
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
-from hil.testing import Bench, check_profile
+from hil.testing import Bench, CheckFailed, check_profile
 from hil.testing.bench import read_config
 from hil.vocab.faults import FaultRefused
 from hil.vocab.verbs import VerbRefused
@@ -143,6 +143,20 @@ def test_the_configuration_in_a_log_is_read_again() -> None:
 @pytest.mark.parametrize("board", ["drive", "brick"])
 def test_it_passes_the_checks_of_all_boards(board: str) -> None:
     check_profile(BOARDS / board)
+
+
+def test_what_its_axis_does_by_chance_is_found(tmp_path: Path) -> None:
+    board = tmp_path / "drive"
+    board.mkdir()
+    (board / "profile.yaml").write_text((BOARDS / "drive" / "profile.yaml").read_text())
+    text = (BOARDS / "drive" / "board.py").read_text()
+    by_chance = text.replace(
+        "yield Delay(NS_PER_S)", 'yield Delay(NS_PER_S)\n            axis.set("r", random())'
+    )
+    (board / "board.py").write_text(f"from random import random\n{by_chance}")
+    with pytest.raises(CheckFailed) as caught:
+        check_profile(board)
+    assert "what it does does not depend on how time passes: at axis once b'" in str(caught.value)
 
 
 def test_a_board_without_a_program_of_its_own_drops_what_comes(tmp_path: Path) -> None:
