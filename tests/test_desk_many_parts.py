@@ -1,5 +1,5 @@
-"""The desk of a bench with a board of two axes and three serial interfaces, and one without axes: what is
-asked at each address is carried out there."""
+"""The desk of a bench with a board of two axes and three serial interfaces, one without axes, and two without
+serial interfaces: what is asked at each address is carried out there."""
 
 import asyncio
 import json
@@ -15,6 +15,7 @@ from hil.compose.replay import replay
 from hil.config import parse
 from hil.core.fields import PACKED_BYTES
 from hil.daemon import Daemon, Serving
+from hil.net.answers import misfit
 from hil.vocab.desk_protocol import Watched
 
 BOARDS = str(Path(__file__).with_name("boards"))
@@ -206,3 +207,94 @@ def test_a_reload_exchanges_all_parts_of_a_board(tmp_path: Path) -> None:
         assert (await refusal(ask("state", "p1")))[0] == "no_device"
 
     serve(tmp_path, CONFIG, use)
+
+
+MUTE: dict[str, Any] = {"d1": {"profile": "drive"}, "b1": {"profile": "brick"}}
+
+
+def rows(listed: Any) -> dict[str, Any]:
+    return {row["device"]: row for row in listed["devices"]}
+
+
+def test_boards_without_serial_interfaces_are_asked_and_listed(tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+
+    async def use(ask: Asking) -> None:
+        assert ask.desk.describe().ports == ["p1"]
+        listed, status = rows(await ask("list")), rows(await ask("status"))
+        for name, axes in (("d1", ["d1"]), ("b1", [])):
+            for row in (listed[name], status[name]):
+                of_port = [row[key] for key in ("port", "address", "clients", "network", "ports", "axes")]
+                assert of_port == [None, None, 0, None, {}, axes]
+            assert (status[name]["rx_bytes"], status[name]["port_failure"]) == (0, None)
+        assert misfit("list", await ask("list")) == misfit("status", await ask("status")) == ""
+        assert {each["verb"] for each in await ask("verbs", "d1")} == {"position", "stop", "reset", "pin"}
+        assert {each["verb"] for each in await ask("verbs", "b1")} == {"reset"}
+        assert (await ask.verb("d1", "position", position_deg=60.0)).answer == {"set_point": 60.0}
+        await ask("pin", "d1", pin="D3", level=1)
+        await ask("reset", "b1")
+        run = {"run": "r", "axes": {"d1": {}}, "steps": [{"move": {"d1": 20}}]}
+        await ask("run", text=json.dumps(run))
+
+        async def is_over() -> bool:
+            (progress,) = await ask("runs", "r")
+            assert progress["state"] in ("queued", "running", "done"), progress
+            return bool(progress["state"] == "done")
+
+        await until(is_over, "the run")
+        for operation, target, given, said in (
+            ("type", "d1", {"text": "x"}, ("no_device", "d1 has no serial interface")),
+            ("send", "b1", {"data": "00"}, ("no_device", "b1 has no serial interface")),
+            ("do", "d1", {"name": "type", "parameters": {"text": "x"}}, ("no_device", "d1 has no serial")),
+            ("capture", "", {"ports": ["d1"]}, ("no_place", "d1 has no serial port; ports and segments")),
+            (
+                "inject",
+                "d1",
+                {"fault": "host_close", "parameters": {}},
+                ("bad_parameter", "host_close is on"),
+            ),
+            ("state", "b1", {}, ("cannot", "b1, a brick, has no axis")),
+        ):
+            code, why = await refusal(ask(operation, target, **given))
+            assert (code, why[: len(said[1])]) == said
+        await ask("inject", "d1", fault="shaft_jam", parameters={})
+        metrics = [values for _, values in ask.serving.desk.ask(ADMIN, "metrics", "", {})]
+        assert metrics
+
+    more = {"p1": {"profile": "pinger"}}
+    serve(tmp_path, CONFIG | {"devices": MUTE | more}, use, input_log=log)
+    assert replay(log).difference() is None
+
+
+def test_a_bench_of_boards_without_serial_interfaces_alone(tmp_path: Path) -> None:
+    async def use(ask: Asking) -> None:
+        assert ask.desk.describe().ports == []
+        _, why = await refusal(ask("capture", "", ports=["b1"]))
+        assert why == "b1 has no serial port; ports and segments are none"
+
+    serve(tmp_path, CONFIG | {"devices": MUTE}, use)
+
+
+def test_a_reload_takes_and_gives_boards_their_serial_interfaces(tmp_path: Path) -> None:
+    async def use(ask: Asking) -> None:
+        async def become(devices: Any) -> Any:
+            (tmp_path / "h.yaml").write_text(json.dumps(CONFIG | {"devices": devices}))
+            return await ask("reload")
+
+        pinger = {"profile": "pinger"}
+        assert (await become({"p1": pinger} | MUTE))["added"] == ["d1", "b1"]
+        assert (await ask("state", "d1"))["position_deg"] > 30
+        # One gets a port, the other loses all of its own.
+        assert (await become({"p1": {"profile": "drive"}, "d1": ARM, "b1": MUTE["b1"]}))["kept"] == ["b1"]
+        assert ask.desk.describe().ports == ["d1", "d1.logger"]
+        assert (await become({"p1": pinger} | MUTE))["restarted"] == ["p1", "d1"]
+        assert ask.desk.describe().ports == ["p1"]
+        assert (await become({"p1": pinger}))["removed"] == ["d1", "b1"]
+        slow = {"arm": ARM | {"bauds": {"logger": 9600}}, "p1": pinger}
+        assert (await become(slow))["added"] == ["arm"]
+        address = rows(await ask("list"))["arm"]["ports"]["arm.logger"]["address"]
+        assert (await become({"arm": ARM, "p1": pinger}))["restarted"] == ["arm"]
+        assert rows(await ask("list"))["arm"]["ports"]["arm.logger"]["address"] == address
+        assert ask.serving.live.sim.devices["arm"].uarts["logger"].baud == 115200
+
+    serve(tmp_path, CONFIG | {"devices": {"p1": {"profile": "pinger"}}}, use)

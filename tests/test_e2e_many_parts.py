@@ -1,5 +1,5 @@
-"""A board outside hil with two axes and three serial interfaces, one on a wire, and one without axes: served,
-used at all doors, reloaded, and its log replayed."""
+"""A board outside hil with two axes and three serial interfaces, one on a wire, one without axes, and two
+without serial interfaces: served, used at all doors, reloaded, and their logs replayed."""
 
 import json
 import subprocess
@@ -121,4 +121,67 @@ def test_zenoh_keys_and_a_reload(place: Place) -> None:
             assert bus.ask(b"#", b";") == b"=0;"
     finally:
         plain.session.close()  # type: ignore[no-untyped-call]
+    assert "Traceback" not in server.stop()
+
+
+MUTE: dict[str, Any] = {
+    name: {"profile": profile, "flash": {}, "port": None}
+    for name, profile in (("d1", "drive"), ("b1", "brick"))
+}
+
+
+def test_boards_without_serial_interfaces_at_every_door(place: Place) -> None:
+    log = place.folder / "run.log"
+    port = free_port()
+    bridges = {
+        "zenoh": {"listen": [f"tcp/127.0.0.1:{port}"], "state_hz": 50},
+        "metrics": {"listen": "127.0.0.1:0"},
+    }
+    server = place.serve(bench(MUTE | {"p1": PINGER}, bridges=bridges), "--log", str(log))
+    listed = {line.split()[0]: line.split()[1:] for line in place.cli("list").splitlines()[1:]}
+    assert (listed["d1"], listed["b1"]) == (["drive", "1", "none"], ["brick", "1", "none"])
+    assert "d1: 1 starts" in place.cli("status")
+    assert "position: set the angle" in place.cli("axis", "d1")
+    assert "set_point: 60" in place.cli("axis", "d1", "position", "60")
+    place.cli("pin", "d1", "D3", "1")
+    place.cli("reset", "b1")
+    (place.folder / "r.yaml").write_text("run: r\naxes: {d1: {}}\nsteps:\n  - move: {d1: 20}\n")
+    done = place.cli("run", str(place.folder / "r.yaml"), "--runtime-dir", str(place.runtime))
+    assert "r: done" in done
+    for command, said in (
+        (("monitor", "d1"), "d1, a drive, has no serial port; its axis is reached by `hil axis d1`"),
+        (("monitor", "b1"), "b1, a brick, has no serial port, nor an axis"),
+        (("axis", "d1", "type", "x"), "d1 has no 'type'; it has position, stop, reset, pin"),
+        (("pin", "b1", "D0", "1"), "b1, a brick, has no axis"),
+        (("capture", "d1", "-w", "-"), "d1 has no serial port; ports and segments are p1"),
+        (("fault", "inject", "byte_drop", "d1", "rate=1"), "byte_drop is on a port of a twin"),
+    ):
+        where = ("--runtime-dir", str(place.runtime)) * (command[0] in ("capture", "fault"))
+        code = 2 if command[-2] == "type" else 1
+        assert said in place.cli(*command, *where, code=code)
+    plain = Plain(port)
+    try:
+        tokens = {str(r.ok.key_expr) for r in plain.session.liveliness().get("hil/t/@live/axis/*") if r.ok}
+        assert tokens == {f"hil/t/@live/axis/{name}" for name in ("d1", "b1", "p1")}
+        heard, _ = plain.listen("axis/d1/state")
+        until(lambda: heard, "states")
+        assert plain.one("axis/d1/cmd/position", '{"position_deg":50}')["set_point"] == 50
+        assert {each["verb"] for each in plain.one("verbs/b1")["verbs"]} == {"reset"}
+        plain.one("axis/d1/fault", '{"fault":"shaft_jam"}')
+    finally:
+        plain.session.close()  # type: ignore[no-untyped-call]
+    said = server.stop()
+    assert "Traceback" not in said
+    assert "d1: drive, without a serial port; hil axis d1" in said
+    assert "identical" in place.cli("replay", str(log))
+
+
+def test_a_reload_adds_and_removes_boards_without_serial_interfaces(place: Place) -> None:
+    server = place.serve(bench({"p1": PINGER}))
+    top: dict[str, Any] = {"speed": 2, "profile_path": [BOARDS]}
+    assert reload(place, server, {"p1": PINGER} | MUTE, **top) == {"kept": ["p1"], "added": ["d1", "b1"]}
+    assert "set_point: 60" in place.cli("axis", "d1", "position", "60")
+    assert reload(place, server, {"p1": PINGER}, **top) == {"kept": ["p1"], "removed": ["d1", "b1"]}
+    place.write(bench({"d1": MUTE["d1"] | {"port": "pty"}}), "t.yaml")
+    assert "devices.d1.port: a drive has no serial interface" in server.ask("reload")["problems"]
     assert "Traceback" not in server.stop()

@@ -1,4 +1,4 @@
-"""The board of docs/how-to/add-a-profile.md, begun and changed as the page says, passes its tests."""
+"""The board of docs/how-to/add-a-profile.md, which `hil profile new` begins, passes its tests."""
 
 import json
 import re
@@ -50,7 +50,7 @@ def test_the_page_from_its_beginning_to_its_end(lab: Path) -> None:
     (lab / "try.yaml").write_text(bench)
     assert said("check", "try.yaml") == ["try.yaml: bench try, 1 device(s), no problems"]
     for file in FILES:
-        (lab / "boards" / "pinger" / file).write_text(block(file))
+        assert block(file) == (lab / "boards" / "pinger" / file).read_text(), f"the page's {file}"
     pass_tests(lab / "boards" / "pinger")
     board = lab / "boards" / "pinger" / "board.py"
     board.write_text(board.read_text().replace("import Pinger", "import Pingr"))

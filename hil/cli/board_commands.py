@@ -57,7 +57,7 @@ def _others() -> Mapping[str, Any]:
     from hil.discovery.board_places import find_places
 
     app, found = typer.Typer(rich_markup_mode=None), find_places()
-    boards = Boards(found.places, dict.fromkeys(sorted(found.places), ()), {})
+    boards = Boards(found.places, dict.fromkeys(sorted(found.places)), {})
     for name in boards:
         if name not in found.refused:
             _mount_profile(app, name, boards)
@@ -166,6 +166,8 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
             f"bench {status['bench']} has no {profile} {name!r}; it has {', '.join(rows) or 'none'}"
         )
     row = rows[name]
+    if row["address"] is None:
+        raise Refusal(f"{name} has no serial port")
     if row["clients"] and not row["address"].startswith("socket://"):
         raise Refusal(
             f"another program has {row['address']} open, and would get some of the answers; close it"

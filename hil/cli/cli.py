@@ -237,6 +237,9 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
     if device not in rows:
         raise fail(f"hil: no device {device!r}; there are {', '.join(rows)}")
+    if rows[device]["address"] is None:
+        reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
+        raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")
     address = port_of(rows[device]["address"], bench, runtime_dir)
     try:
         with suppress(KeyboardInterrupt):

@@ -54,7 +54,8 @@ def _benches(line: TypedLine) -> Names:
 
 def _ports(line: TypedLine) -> Names:
     for row in line.ask("list")["devices"]:
-        yield row["device"], row["profile"]
+        if row["address"]:
+            yield row["device"], row["profile"]
         for name in row["ports"]:
             yield name, f"{row['profile']}, its {name.partition('.')[2]}"
 

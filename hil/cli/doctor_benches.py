@@ -77,7 +77,7 @@ def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Diag
     for problem in problems:
         found = f"{problem['about']}: {problem['what']}" if problem["about"] else problem["what"]
         yield Diagnosis(name, "problem", found, "it runs degraded", problem["remedy"])
-    paths = [row["address"] for row in status["devices"] if row["address"].startswith("/")]
+    paths = [row["address"] for row in status["devices"] if (row["address"] or "").startswith("/")]
     lost = [path for path in paths if not os.path.exists(path)]
     closed = [path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK)]
     if closed:

@@ -34,7 +34,8 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         profile = catalogue.profiles[device.profile]
         if name != twin:
             uart = address_of(name).part
-            speaks = f", {profile.baud(uart)} baud" if profile.baud(uart) else ""
+            speed = device.uart_bauds(profile)[uart]
+            speaks = f", {speed} baud" if speed else ""
             speaks += ", packets" if uart == NETWORK else ""
             lines.append(f"  {name} at {address}{speaks}")
             continue
@@ -49,6 +50,9 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         lines.append(
             f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
         )
+    for name, each in serving.live.sim.devices.items():
+        if not each.uarts:
+            lines.append(f"\n{name}: {each.profile}, without a serial port; hil axis {name}")
     for name, tap in serving.live.places.taps.items():
         lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.baud_now} baud")
     for name, real in serving.live.places.boards.items():

@@ -20,7 +20,8 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
         table.add_column(column, no_wrap=column == "address", overflow="fold")
     for row in listed["devices"]:
         profile = f"{row['profile']} {row['hardware']}"
-        table.add_row(row["device"], profile, row["port"], Text(row["address"]), str(row["clients"]))
+        clients = str(row["clients"]) if row["address"] else ""
+        table.add_row(row["device"], profile, row["port"] or "none", Text(row["address"] or ""), clients)
         for name, port in row["ports"].items():
             table.add_row(name, "", "", Text(port["address"]), str(port["clients"]))
     for row in listed["taps"]:
@@ -47,7 +48,8 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
         shot = row["snapshot"]
-        counts = [str(row[name]) for name in ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")]
+        of_port = ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")
+        counts = [str(row[name]) if row["address"] else "-" for name in of_port]
         state = "see below" if _state(row) else "ok"
         is_real = row["hardware"] == "real"
         moves = _motion(shot) if shot else ("-", "-", "real" if is_real else "-")

@@ -8,6 +8,7 @@ from hil.compose.framings import framing_of
 from hil.config import BenchConfig, Catalogue, DeviceConfig, SegmentConfig
 from hil.config.station_names import station_uart
 from hil.core import Core
+from hil.firmware.idle import Idle
 from hil.host.regular_file import read_regular
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.device import Device
@@ -86,8 +87,8 @@ def make_device(
     spec = DeviceSpec(
         name=name,
         profile=profile.name,
-        firmware=board.firmware,
-        bauds=config.bauds(profile),
+        firmware=board.firmware or Idle,
+        bauds=config.uart_bauds(profile),
         nvm=sections,
         power_up=config.power_up(profile),
         facts={"lookup_address": config.flash.address},

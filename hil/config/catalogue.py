@@ -102,9 +102,9 @@ class ProfileInfo(StrictModel):
     plant: Literal["simple", "full"] = "simple"
     usb: Literal["native"] | None = None
     """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
-    uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers()}, min_length=1)
-    """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them. The first one's port is
-    at the device's own name."""
+    uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers()})
+    """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them; empty: it has none. The
+    first one's port is at the device's own name."""
     greeting: str = ""
     """Text that the line for trying a port sends."""
     ready_after_s: float = 0.0
@@ -126,12 +126,14 @@ class ProfileInfo(StrictModel):
 
     @property
     def first_uart(self) -> str:
-        return next(iter(self.uarts))
+        """Name of its first serial interface; empty: it has none."""
+        return next(iter(self.uarts), "")
 
     def baud(self, uart: str = "") -> int | None:
         """Speed of a serial interface unless a device sets one, by default of the first; None: bytes take no
-        time."""
-        return self.uarts[uart or self.first_uart].baud
+        time, or there is no such interface."""
+        numbers = self.uarts.get(uart or self.first_uart)
+        return numbers.baud if numbers else None
 
 
 class Unusable(Exception):
@@ -254,6 +256,9 @@ def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> Profi
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
     findings += _axes_findings(info)
+    for key in ("usb", "greeting") if not info.uarts else ():
+        if getattr(info, key):
+            findings.append(Finding((key,), "this board has no UART", "leave this key out", at_key=True))
     if findings:
         raise document.error(findings)
     return info

@@ -12,9 +12,12 @@ from hil.config.flash_model import BUILT_IN_TABLES
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
 
+_AT_UARTS = ("at", "port", "network", "ports", "baud", "bauds")
+"""Keys that need a serial interface."""
 EMULATED_KEYS = (
     "network",
     "ports",
+    "bauds",
     "flash",
     "hardware",
     "plant",
@@ -58,13 +61,15 @@ class DeviceCheck:
         self.completed = self._completed(ports)
 
     def _completed(self, ports: PortsCheck) -> dict[str, Any]:
-        result = dict(self.raw)
-        self._ports(result, ports)
+        result, profile = dict(self.raw), self.profile
+        if profile and not profile.uarts:
+            self._no_uarts(profile, result)
+        else:
+            self._ports(result, ports)
         result.setdefault("hardware", "")
-        profile = self.profile
         if profile is None:
             self._load_of(result, AxisCheck(self.path, self.raw, None, self.document))
-        elif self.raw.get("at") is not None:
+        elif result.get("at") is not None:
             self._real(profile, result)
         else:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
@@ -73,7 +78,8 @@ class DeviceCheck:
             for key, why in _OF_REAL_BOARDS.items():
                 if self.raw.get(key) is not None:
                     self._add(why, "leave this key out", key, at_key=True)
-            self._uarts(profile)
+            if profile.uarts:
+                self._uarts(profile)
             self._axes(profile, result)
             self._hardware(profile, result["hardware"])
             self._table(profile)
@@ -90,23 +96,30 @@ class DeviceCheck:
                 for uart, given in others.items()
             }
 
+    def _no_uarts(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
+        """Check that a board without UARTs has no key for one."""
+        for key in _AT_UARTS:
+            if result.pop(key, None) not in (None, {}):  # as it stands in a log
+                self._add(f"a {profile.name} has no serial interface", "leave this key out", key, at_key=True)
+
     def _uarts(self, profile: ProfileInfo) -> None:
-        """Check that the board has the UARTs that ports are for, and no UART two ports."""
+        """Check that the board has the UARTs that ports and speeds are for, and no UART two of them."""
         if NETWORK not in profile.uarts and self.raw.get(NETWORK) is not None:
             message = f"a {profile.name} has no second serial interface"
             if len(profile.uarts) > 1:
                 message = f"a {profile.name} has no serial interface {NETWORK!r}"
             self._add(message, "leave this key out", NETWORK, at_key=True)
-        others = self.raw.get("ports")
-        for uart in others if isinstance(others, dict) else ():
-            has_other = {profile.first_uart: "port"} | ({NETWORK: NETWORK} if self.raw.get(NETWORK) else {})
-            if uart not in profile.uarts:
-                known = [name for name in profile.uarts if name != profile.first_uart]
-                what = f"serial interface of a {profile.name}"
-                self.findings.append(no_such((*self.path, "ports", uart), what, str(uart), known))
-            elif uart in has_other:
-                message = f"the port of {uart} is the key {has_other[uart]}"
-                self._add(message, "leave one of them out", "ports", uart, at_key=True)
+        known = [name for name in profile.uarts if name != profile.first_uart]
+        network = {NETWORK: NETWORK} if self.raw.get(NETWORK) else {}
+        for key, others in (("port", network), ("baud", {})):
+            has_other, given = {profile.first_uart: key, **others}, self.raw.get(f"{key}s")
+            for uart in given if isinstance(given, dict) else ():
+                if uart not in profile.uarts:
+                    what = f"serial interface of a {profile.name}"
+                    self.findings.append(no_such((*self.path, f"{key}s", uart), what, str(uart), known))
+                elif uart in has_other:
+                    message = f"the {key} of {uart} is the key {has_other[uart]}"
+                    self._add(message, "leave one of them out", f"{key}s", uart, at_key=True)
 
     def _axes(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
         """Check the axes: the first one's keys are the device's own, and may be under its name as well."""

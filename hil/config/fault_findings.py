@@ -80,12 +80,12 @@ def _places(
 
 def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str, set[str]]:
     """Targets that a twin is: itself, its UARTs and its axes."""
-    ports, axes = {faults.DEVICE, faults.PORT, faults.TWIN_PORT}, DeviceParts(profile.axes)
+    ports, axes = {faults.PORT, faults.TWIN_PORT}, DeviceParts(profile.axes)
     shafts = {each: _of_axis(axes.label(name, each), info.law, full) for each, info in axes.items()}
     places = {f"{name}.{each}": kinds for each, kinds in shafts.items()}
     only: set[str] = set(*shafts.values()) if len(shafts) == 1 else set()
-    places |= {f"{name}.{uart}": ports | only for uart in profile.uarts}
-    places[name] = ports | shafts.get(axes.first, set())
+    places |= {f"{name}.{uart}": {faults.DEVICE} | ports | only for uart in profile.uarts}
+    places[name] = {faults.DEVICE} | (ports if profile.uarts else set()) | shafts.get(axes.first, set())
     return {name: places.pop(name)} | places
 
 

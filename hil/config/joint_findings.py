@@ -3,6 +3,7 @@ form. ``devices``: those whose profile is known; ``real``: those that are no twi
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
+from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
@@ -19,7 +20,7 @@ Devices = Mapping[str, ProfileInfo]
 def joint_findings(value: Mapping[str, object], devices: Devices, real: Collection[str]) -> Iterator[Finding]:
     """Findings about the wires and segments of a configuration."""
     yield from _wire_findings(value.get("wires"), devices, real)
-    yield from _segment_findings(value.get("segments"), devices, real)
+    yield from _segment_findings(value, devices, real)
 
 
 def _no_twin(path: KeyPath, device: str, devices: Devices, real: Collection[str], why: str) -> Finding | None:
@@ -94,8 +95,11 @@ def _choice(device: str, names: list[str]) -> str:
     return f"write one of {', '.join(names)}" if names else f"{device} has no pin that a wire can begin at"
 
 
-def _segment_findings(segments: object, devices: Devices, real: Collection[str]) -> Iterator[Finding]:
+def _segment_findings(
+    value: Mapping[str, object], devices: Devices, real: Collection[str]
+) -> Iterator[Finding]:
     taken: dict[tuple[str, str], str] = {}
+    segments = value.get("segments")
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if name in devices:
             message = f"a device has the name {shown(name)} already"
@@ -114,6 +118,8 @@ def _segment_findings(segments: object, devices: Devices, real: Collection[str])
             is_usb = uart in profile.uarts and profile.baud(uart) is None
             if (is_usb and not part) or uart == NETWORK not in profile.uarts:
                 yield Finding(path, f"a {profile.name} has no network", "leave it out")
+            elif not profile.uarts:
+                yield Finding(path, f"{device} has no serial interface", "leave it out")
             elif not uart:
                 remedy = f"write {device}.UART, with one of {', '.join(profile.uarts)}"
                 yield Finding(path, f"{device} has several serial interfaces", remedy)
@@ -129,3 +135,13 @@ def _segment_findings(segments: object, devices: Devices, real: Collection[str])
                 yield Finding(path, f"{device}.{uart} is on segment {where} already", "take one of them out")
             else:
                 taken[device, uart] = name
+                yield from _no_speed(value.get("devices"), device, uart, profile)
+
+
+def _no_speed(raws: Any, device: str, uart: str, profile: ProfileInfo) -> Iterator[Finding]:
+    """Finding of a station whose bytes would take no time."""
+    raw, is_first = raws[device], uart == profile.first_uart
+    given = {uart: raw["baud"]} if is_first else raw.get("bauds")
+    if isinstance(given, dict) and given.get(uart, 0) is None:
+        path = ("devices", device, *(("baud",) if is_first else ("bauds", uart)))
+        yield Finding(path, "a station of a segment needs a speed", "write it, or leave this key out")

@@ -32,6 +32,7 @@ def _serial_url(value: Any) -> Any:
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
+_Baud = Annotated[int, Field(ge=50, le=4_000_000)]
 _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
 
 
@@ -88,9 +89,10 @@ class DeviceConfig(StrictModel):
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
         " `baud` is the adapter's speed; keys that describe an emulated board cannot be there.",
     )
-    port: PortConfig = Field(
+    port: PortConfig | None = Field(
+        default=None,
         description="Where clients reach the board: the name of a kind of port, or a mapping of `kind` and"
-        " that kind's own options."
+        " that kind's own options. A board without a serial interface has none.",
     )
     network: PortConfig | None = Field(
         default=None,
@@ -102,12 +104,16 @@ class DeviceConfig(StrictModel):
         description="Where clients reach the board's other serial interfaces, by their names in the profile,"
         " each as `port`. The name of such a port is `device.interface`, as in `arm.logger`.",
     )
-    baud: int | None = Field(
+    baud: _Baud | None = Field(
         default=None,
-        ge=50,
-        le=4_000_000,
         description="Character timing of the serial line, in baud (10 bit times a character), as of a UART;"
-        " null: bytes take no time, as over USB CDC.",
+        " null: bytes take no time, as over USB CDC. Of a board with several serial interfaces it is the"
+        " first one's.",
+    )
+    bauds: Mapping[Name, _Baud | None] = Field(
+        default={},
+        description="The same of the board's other serial interfaces, by their names in the profile, at a"
+        " port or on a segment, as in `{logger: 9600}`.",
     )
     flash: FlashConfig = Field(
         default=FlashConfig(), description="What the board's non-volatile memory starts with."
@@ -171,13 +177,13 @@ class DeviceConfig(StrictModel):
 
     def ports_by_uart(self) -> dict[str, PortConfig]:
         """Ports by the names of UARTs; the first one's is empty."""
-        network = {NETWORK: self.network} if self.network else {}
-        return {"": self.port} | network | dict(self.ports)
+        named = {"": self.port, NETWORK: self.network}
+        return {name: port for name, port in named.items() if port} | dict(self.ports)
 
-    def bauds(self, profile: ProfileInfo) -> dict[str, int | None]:
+    def uart_bauds(self, profile: ProfileInfo) -> dict[str, int | None]:
         """Speeds of the UARTs by their names."""
-        of_profile = {name: numbers.baud for name, numbers in profile.uarts.items()}
-        return of_profile | {profile.first_uart: self.baud}
+        own = {profile.first_uart: self.baud} | dict(self.bauds)
+        return {name: own.get(name, numbers.baud) for name, numbers in profile.uarts.items()}
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""

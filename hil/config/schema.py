@@ -84,6 +84,7 @@ def _profile(profile: ProfileInfo) -> dict[str, Any]:
                     "description": versions,
                 },
                 **_axis(next(iter(profile.axes.values()), None)),
+                **_no_uarts(profile),
                 "axes": {
                     "properties": {name: {"properties": _axis(info)} for name, info in profile.axes.items()},
                     "additionalProperties": False,
@@ -91,6 +92,11 @@ def _profile(profile: ProfileInfo) -> dict[str, Any]:
             }
         },
     }
+
+
+def _no_uarts(profile: ProfileInfo) -> dict[str, Any]:
+    """Properties that the keys of serial interfaces have of a board without."""
+    return {} if profile.uarts else {key: {"type": "null"} for key in ("port", "network", "baud")}
 
 
 def _axis(info: AxisInfo | None) -> dict[str, Any]:

@@ -14,6 +14,8 @@ from hil.vocab.problem import ConfigError, Problem
 from hil.vocab.profile import AxisSpec, MemoryFile, Profile, UartSpec
 from hil.vocab.verbs import COMMON, Verb
 
+Named = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of a board's UARTs and axes by its ``profile.yaml``; None: that was not read."""
 SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 
@@ -30,13 +32,15 @@ class Boards(Mapping[str, Profile]):
     def __init__(
         self,
         places: Mapping[str, BoardPlace],
-        uarts: Mapping[str, Sequence[str]],
+        uarts: Mapping[str, Sequence[str] | None],
         axes: Mapping[str, Sequence[str]],
     ) -> None:
         self._places, self._uarts, self._axes = places, uarts, axes
 
     def __getitem__(self, name: str) -> Profile:
-        return _load(self._places[name], tuple(self._uarts[name]), tuple(self._axes.get(name, ())))
+        uarts = self._uarts[name]
+        named = None if uarts is None else (tuple(uarts), tuple(self._axes.get(name, ())))
+        return _load(self._places[name], named)
 
     def __contains__(self, name: object) -> bool:
         return name in self._uarts
@@ -49,8 +53,8 @@ class Boards(Mapping[str, Profile]):
 
 
 @cache
-def _load(place: BoardPlace, uarts: tuple[str, ...], axes: tuple[str, ...]) -> Profile:
-    """Import a board. ``uarts`` and ``axes``: as ``Boards`` has them."""
+def _load(place: BoardPlace, named: Named | None) -> Profile:
+    """Import a board."""
     if not (place.folder / PYTHON).exists():
         raise ConfigError([place.problem(PYTHON, "this file is missing", SAY_IT)])
     said = _imported(place)
@@ -64,7 +68,7 @@ def _load(place: BoardPlace, uarts: tuple[str, ...], axes: tuple[str, ...]) -> P
         raise ConfigError([place.problem(PYTHON, what, SAY_IT, *text.at())])
     problems = [
         place.problem(PYTHON, f"{part}: {message}", remedy, *text.at(part))
-        for part, message, remedy in (*_wrong_types(said), *_wrong_names(said, uarts, axes))
+        for part, message, remedy in (*_wrong_types(said), *_wrong_names(said, named))
     ]
     problems += [place.problem(PYTHON, message, "keep one of the two", *at) for message, at in text.twice()]
     if problems:
@@ -120,7 +124,11 @@ def _import_problem(place: BoardPlace, error: BaseException) -> Problem:
 
 def _wrong_types(profile: Profile) -> Iterator[tuple[str, str, str]]:
     for part, wanted, is_good in (
-        ("firmware", "a class or a function that takes a Board", callable(profile.firmware)),
+        (
+            "firmware",
+            "a class or a function that takes a Board",
+            profile.firmware is None or callable(profile.firmware),
+        ),
         ("uarts", "a mapping of names to UartSpec", _maps(profile.uarts, UartSpec)),
         ("axes", "a mapping of names to AxisSpec", _maps(profile.axes, AxisSpec)),
         ("verbs", "a tuple of Verb", _holds(profile.verbs, Verb)),
@@ -137,18 +145,14 @@ def _wrong_types(profile: Profile) -> Iterator[tuple[str, str, str]]:
             yield part, f"{wanted} is wanted here, not this {given}", f"write {wanted}"
 
 
-def _wrong_names(
-    profile: Profile, uarts: tuple[str, ...], axes: tuple[str, ...]
-) -> Iterator[tuple[str, str, str]]:
-    if _maps(profile.axes, AxisSpec) and uarts and set(profile.axes) != set(axes):
-        here, there = ", ".join(profile.axes) or "none", ", ".join(axes) or "none"
-        yield "axes", f"these are {here}, and those of {YAML} {there}", "write the same names in both"
-    if _maps(profile.uarts, UartSpec):
-        if not profile.uarts:
-            yield "uarts", "there is none, which a device's port is at", "write one"
-        elif uarts and set(profile.uarts) != set(uarts):
-            here, there = ", ".join(profile.uarts), ", ".join(uarts)
-            yield "uarts", f"these are {here}, and those of {YAML} {there}", "write the same names in both"
+def _wrong_names(profile: Profile, named: Named | None) -> Iterator[tuple[str, str, str]]:
+    for part, here, there in zip(("uarts", "axes"), (profile.uarts, profile.axes), named or (), strict=False):
+        if isinstance(here, Mapping) and set(here) != set(there):
+            these, those = (", ".join(map(str, names)) or "none" for names in (here, there))
+            remedy = "write the same names in both" + ', and "{}" for none' * (part == "uarts" and not here)
+            yield part, f"these are {these}, and those of {YAML} {those}", remedy
+    if profile.uarts == {}:
+        yield from _without_terminal(profile)
     if not _holds(profile.verbs, Verb) or not _maps_to_calls(profile.dialogues):
         return
     names = [verb.name for verb in (*COMMON, *profile.verbs)]
@@ -157,6 +161,15 @@ def _wrong_names(
     for name in profile.dialogues:
         if name not in names:
             yield "dialogues", f'there is no verb "{name}"', f"write one of {', '.join(sorted(names))}"
+
+
+def _without_terminal(profile: Profile) -> Iterator[tuple[str, str, str]]:
+    """Parts that type at a terminal, of a board that has no UART."""
+    if _holds(profile.verbs, Verb) and any(verb.types for verb in profile.verbs):
+        yield "verbs", "there is no UART at which one could type", "give the verb a run instead"
+    for part in ("dialogues", "terminal_axis", "commands"):
+        if getattr(profile, part):
+            yield part, "there is no UART at which one could type", "leave it out"
 
 
 def _holds(value: object, kind: type) -> bool:

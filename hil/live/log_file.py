@@ -22,7 +22,7 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
     real boards, whose bytes are no part of a simulation."""
     dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
     for device in dumped["devices"].values():
-        device["port"] = "memory"
+        device["port"] = "memory" if device["port"] else None
         device |= {"network": None, "ports": {}}
         if device["at"]:
             for key in EMULATED_KEYS:

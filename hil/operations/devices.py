@@ -46,7 +46,8 @@ class Devices(Mapping[str, DeviceInfo]):
 def _twin(address: str, profile: str, board: Profile, kind: AxisKind | None) -> DeviceInfo:
     """Describe a device with its first axis, or another of its axes."""
     is_other, has_axis = bool(address_of(address).part), kind is not None
-    verbs = {name: verb for name, verb in board.table.items() if _can(verb, is_other, has_axis)}
+    table = {name: verb for name, verb in board.table.items() if board.uarts or name != "type"}
+    verbs = {name: verb for name, verb in table.items() if _can(verb, is_other, has_axis)}
     return DeviceInfo(address, profile, False, verbs, _fields(kind, board.shown_first) if kind else {})
 
 

@@ -109,7 +109,9 @@ class LookingOn:
         return capture, end
 
     def _no_place(self, name: str) -> VerbRefused:
-        known = ", ".join([*self._sim.segments, *self._places])
+        known = ", ".join([*self._sim.segments, *self._places]) or "none"
+        if (device := self._sim.devices.get(name)) and not device.uarts:
+            return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {known}")
         return VerbRefused("no_place", f"there is no port {name!r}; there are {known}")
 
 

@@ -25,6 +25,7 @@ from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import PortStats
 from hil.vocab.verbs import described
 
+NO_PORT = PortStats(clients=0, connects=0, rx_bytes=0, tx_bytes=0, dropped_bytes=0, unheard_bytes=0)
 NAMED = 5
 """Maximum number of failed devices named in a line."""
 
@@ -56,12 +57,12 @@ class Reports:
 
     def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
         place = self.places.uarts.get(name) or self.places.boards.get(name)
-        row = {
+        row: dict[str, Any] = {
             "device": name,
             "profile": config.profile,
             "hardware": config.hardware,
-            "port": config.port.kind,
-            "address": place.port.address if place else "",
+            "port": config.port.kind if config.port else None,
+            "address": place.port.address if place else None,
             "clients": place.port.stats().clients if place else 0,
             "network": None,
             "ports": {},
@@ -113,15 +114,15 @@ class Reports:
         }
 
     def _of_twin(self, name: str) -> dict[str, Any]:
-        place, device = self.places[name], self.sim.devices[name]
+        place, device = self.places.uarts.get(name), self.sim.devices[name]
         note = self.notes.get(name)
         return {
-            **_counters(place.port.stats()),
-            "backlog_bytes": place.port.backlog(),
+            **_counters(place.port.stats() if place else NO_PORT),
+            "backlog_bytes": place.port.backlog() if place else 0,
             "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
             "note": "; ".join([*([note] if note else []), *device.notes.values()]) or None,
             "flash": self.commits.failures.get(name, "ok"),
-            "port_failure": place.failure,
+            "port_failure": place.failure if place else None,
             "snapshot": device.axes[""].published().as_dict() if device.axes else None,
             "snapshots": {
                 device.axes.label(name, axis): each.published().as_dict()

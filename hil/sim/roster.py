@@ -22,6 +22,8 @@ class Place:
     axis: CoreAxis | None = None
     segment: Segment | None = None
     station: str = ""
+    is_board: bool = False
+    """True for the device as a whole, which its first UART and axis are, too."""
 
     def has(self, target: str) -> bool:
         """True if a fault that needs this kind of target can be here."""
@@ -30,7 +32,7 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
-            DEVICE: self.uart is not None,
+            DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
             SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
             SERVO: self.axis is not None and SERVO in self.axis.kind.fault_targets,
@@ -95,12 +97,13 @@ class Roster:
         if (device := self.devices.get(name)) is None:
             return None
         uart, axis = device.uarts.get(part), device.axes.get(part)
-        if uart is None:
+        if uart is None and part:
             return Place(self._groups[name], device, axis=axis) if axis else None
         if len(device.axes) == 1:  # a target of a board with one axis has that axis's shaft
             axis = device.axes[""]
-        place = Place(self._groups[name], device, uart, axis)
-        return replace(place, segment=link.segment, station=link.name) if (link := uart.station) else place
+        place = Place(self._groups[name], device, uart, axis, is_board=True)
+        link = uart.station if uart else None
+        return replace(place, segment=link.segment, station=link.name) if link else place
 
     def targets(self) -> list[str]:
         labels = [

@@ -13,7 +13,7 @@ from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
-from hil.vocab.address import address_of
+from hil.vocab.address import address_of, no_part
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
@@ -103,7 +103,10 @@ class Bench:
             KeyError: there is no such UART.
         """
         device, part = address_of(name)
-        return self._ports[self._runtime.devices[device].uarts.label(device, uart or part)]
+        uarts = self._runtime.devices[device].uarts
+        if (uart or part) not in uarts:
+            raise KeyError(no_part(device, "serial interface", uart or part, uarts))
+        return self._ports[uarts.label(device, uart or part)]
 
     def tap(self, name: str) -> TapFace:
         """Tap by its name, as in ``bus0.master``."""

@@ -20,6 +20,7 @@ from hil.sim.firmware_guard import FirmwareHung, Unguarded
 from hil.sim.input_log import InputLogWriter
 from hil.testing.bench import Bench
 from hil.testing.checks.findings import CheckFailed
+from hil.vocab.address import Address
 
 DEVICE = "d"
 TURN_S = 5.0
@@ -74,9 +75,11 @@ def profile_failures(folder: Path) -> Iterator[str]:
 
 @dataclass
 class Ran:
-    """Board that has run: what it sent, why it failed, and the log of it."""
+    """Board that has run: what it sent, how its axes stand, why it failed, and the log of it."""
 
     heard: Heard
+    stand: Heard
+    """State of each axis at the end, as a text."""
     failed: str | None
     log: StringIO
 
@@ -124,7 +127,9 @@ class Trial:
             script(bench)
             _advance(bench, self.ready_ms, step_ms)
             heard = {uart: _joined(bench.port(DEVICE, uart).timeline) for uart in self.bauds}
-            return Ran(heard, bench.device(DEVICE).failed, log)
+            states = {axis: bench.axis(str(Address(DEVICE, axis))).snapshot() for axis in self.info.axes}
+            stand = {axis: [(int(bench.now_ns), str(state).encode())] for axis, state in states.items()}
+            return Ran(heard, stand, bench.device(DEVICE).failed, log)
 
     def idle(self, step_ms: float | None = None) -> Ran:
         return self.run(lambda bench: None, step_ms)
@@ -178,8 +183,13 @@ def _told(piece: tuple[int, bytes] | None) -> str:
     return f"{piece[1][:40]!r} at {piece[0] / 1e6:g} ms" if piece else "nothing"
 
 
+def _alike(one: Ran, other: Ran) -> str | None:
+    """First difference of what was heard, or of where the axes stand in the end; or None."""
+    return _same(one.heard, other.heard) or _same(one.stand, other.stand)
+
+
 def _time(trial: Trial) -> str | None:
-    return _same(trial.idle().heard, trial.idle(step_ms=7.3).heard)
+    return _alike(trial.idle(), trial.idle(step_ms=7.3))
 
 
 def _chunks(trial: Trial) -> str | None:
@@ -187,7 +197,7 @@ def _chunks(trial: Trial) -> str | None:
 
 
 def _repeatable(trial: Trial) -> str | None:
-    return _same(trial.garbage(2).heard, trial.garbage(2).heard)
+    return _alike(trial.garbage(2), trial.garbage(2))
 
 
 def _garbage(trial: Trial) -> str | None:
@@ -198,7 +208,8 @@ def _flood(trial: Trial) -> str | None:
     def script(bench: Bench) -> None:
         for uart in trial.bauds:
             bench.port(DEVICE, uart).write(Random(6).randbytes(FLOOD_BYTES))
-        bench.run(ms=max(FLOOD_BYTES * 10_000 / (baud or FLOOD_BYTES) for baud in trial.bauds.values()))
+        times_ms = [FLOOD_BYTES * 10_000 / (baud or FLOOD_BYTES) for baud in trial.bauds.values()]
+        bench.run(ms=max(times_ms, default=IDLE_MS))
 
     return trial.run(script).failed
 

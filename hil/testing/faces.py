@@ -256,7 +256,7 @@ class PinFace:
         pins = [*self._inputs, *outputs.names]
         if self._name not in pins:
             address = device.axes.label(device.name, axis)
-            raise KeyError(f"{address} has no pin {name!r}; it has {', '.join(pins)}")
+            raise KeyError(f"{address} has no pin {name!r}; it has {', '.join(pins) or 'none'}")
 
     def set(self, level: int) -> None:
         """Drive an input, now."""

@@ -59,10 +59,11 @@ class MemoryFile:
 class Profile:
     """Kind of board."""
 
-    firmware: Callable[[Board], Firmware]
-    """Maker of the board's program, one for each power-up; most often the program's class."""
+    firmware: Callable[[Board], Firmware] | None = None
+    """Maker of the board's program, one for each power-up; most often the program's class. None: the board
+    does nothing, and closes no loop."""
     uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
-    """Serial interfaces by name."""
+    """Serial interfaces by name; ``{}``: it has none."""
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)
     """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
     framing: Framing | None = None

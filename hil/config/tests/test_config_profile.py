@@ -72,7 +72,7 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
          "uarts.main.baud: the number 9 is too small (write 50 or more)"),
         ("usb: native", "usb: native\nuarts: {main: {}, main: {}}",
          "uarts.main: this key is given twice"),
-        ("usb: native", "usb: native\nuarts: {}", "uarts: there is nothing in it (add one at least)"),
+        ("usb: native", "uarts: {}", "greeting: this board has no UART (leave this key out)"),
         ("value: 0.150", "value: -1",
          "axis.sense_resistor_ohm.value: -1 ohm is too small (write more than 0)"),
         ("    unit: ohm\n", "",

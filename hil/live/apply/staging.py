@@ -66,7 +66,7 @@ class Stage:
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
-            if not self.keeps_port(plan, name, ""):
+            if device.port and not self.keeps_port(plan, name, ""):
                 await self._open(staged, name, device.port, problems)
         if problems:
             raise Refused("\n".join(problems))

@@ -1,4 +1,4 @@
-"""Boards with several UARTs and axes, and with no axis at all, by their addresses."""
+"""Boards with several UARTs and axes, with no axis and with no UART, by their addresses."""
 
 import io
 import json
@@ -246,3 +246,35 @@ def test_a_board_without_axes_runs(rig: Rig) -> None:
     rig.runtime.remove("pinger")
     rig.runtime.remove("arm")
     assert not rig.runtime.roster.axes
+
+
+def test_a_board_without_uarts_runs(rig: Rig) -> None:
+    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS)}, None)
+    rig._add("brick", {}, {}, None)
+    rig.run(5)
+    drive = rig.runtime.devices["drive"]
+    assert (drive.uarts.first, list(drive.uarts), drive.failed) == ("", [], None)
+    rig.runtime.take("drive", SetField("load_torque_Nm", 0.01))
+    rig.runtime.give(drive, Pin("D3", 1))
+    rig.run(5)
+    assert (rig.value("drive", "load_torque_Nm"), drive.failed) == (0.01, None)
+    hang = rig.runtime.inject(fault_refusal("node_hang", "brick", {}))
+    rig.runtime.inject(fault_refusal("node_reset", "drive", {}))
+    rig.runtime.clear_fault(hang)
+    rig.run(5)
+    assert (drive.power_ups, rig.runtime.devices["brick"].failed, rig.heard) == (2, None, [])
+    for kind, target in (("host_close", "drive"), ("host_close", "brick"), ("shaft_jam", "brick")):
+        with pytest.raises(FaultRefused, match=f"not on {target}"):
+            rig.runtime.inject(fault_refusal(kind, target, {}))
+    for name in ("drive", "brick"):
+        rig.runtime.remove(name)
+        assert rig.runtime.roster.place(name) is None
+
+
+def test_a_firmware_that_looks_for_a_uart_that_is_not_there_stops_alone(rig: Rig) -> None:
+    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS)}, None)
+    rig.run(1)
+    rig.runtime.take("drive", Pin("D2", 1))  # its firmware says so at its first UART
+    rig.run(1)
+    assert str(rig.runtime.devices["drive"].failed).startswith("KeyError")
+    assert rig.arm.failed is None

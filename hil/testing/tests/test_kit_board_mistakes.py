@@ -95,7 +95,11 @@ def test_a_mistake_in_its_python(tmp_path: Path, changed: dict[str, str], said: 
             "13: axes: these are elbow, and those of profile.yaml none (write the same names in both)",
         ),
         ("axes=('elbow',)", "13: axes: a mapping of names to AxisSpec is wanted here, not this tuple"),
-        ("uarts={}", "14: uarts: there is none, which a device's port is at (write one)"),
+        (
+            "uarts={}",
+            "14: uarts: these are none, and those of profile.yaml main (write the same names in both, and"
+            ' "{}" for none)',
+        ),
         (
             "uarts={'usb': UartSpec(about='')}",
             "14: uarts: these are usb, and those of profile.yaml main (write the same names in both)",
