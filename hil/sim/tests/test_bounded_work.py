@@ -16,7 +16,7 @@ from hil.wire.step_dir import Edges
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 CENTURY_S = 100 * 365 * 86_400.0
 TRAIN = (Edges(0, steps=1_000_000_000, duration_ns=5_000_000_000_000),)
-"""As the core takes it; what comes from outside is limited before."""
+"""Size that the core takes; what comes from outside is limited before."""
 
 
 class Heard(Exception):
