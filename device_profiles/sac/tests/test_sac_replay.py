@@ -57,12 +57,20 @@ class LateStore:
             self._waiting.pop(0)(True)
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_what_was_typed_at_boards_whose_outputs_are_recorded(seed: int) -> None:
+class PromptStore(LateStore):
+    """Memory that answers within the turn, as the kit's own."""
+
+    def commit(self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("store", [LateStore(), PromptStore()], ids=["late", "prompt"])
+@pytest.mark.parametrize("seed", range(8))
+def test_what_was_typed_at_boards_whose_outputs_are_recorded(seed: int, store: LateStore) -> None:
     random = Random(seed)
     devices = {name: {"profile": "sac", "plant": random.choice(("simple", "full"))} for name in ("s1", "s2")}
     config: dict[str, Any] = {"bench": "typed", "devices": devices, "wires": random.choice(WIRES)}
-    store, text = LateStore(), io.StringIO()
+    text = io.StringIO()
     with Bench(config, store=store, around=Around(log=InputLogWriter(text, "test", config, {}))) as bench:
         bench.run(1200)
         for _ in range(60):
