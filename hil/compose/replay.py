@@ -1,6 +1,6 @@
 """Runs an input log again on the virtual clock, and compares with what the devices sent then."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from hil.sim.device import Device
 from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
-from hil.sim.inputs import InputLogError, Logged, Stopped
+from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
@@ -76,12 +76,20 @@ def _shown(sent: Sent | None, other: Sent | None) -> str:
 
 
 class _LoggedStore:
-    """Store that answers nothing by itself: the log has the answers."""
+    """Store whose answers are those of the log: each an input, or at once where it was so then."""
+
+    def __init__(self, inputs: Iterable[Logged]) -> None:
+        self._answers: dict[str, deque[CommitDone]] = {}
+        for logged in inputs:
+            if isinstance(logged.input, CommitDone):
+                self._answers.setdefault(logged.device, deque()).append(logged.input)
 
     def commit(
         self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
-        return None
+        answers = self._answers.get(device.name)
+        done = answers.popleft() if answers else None
+        return done.durable if done and done.at_once else None
 
 
 def replay(log: str | Path | Iterable[str]) -> Replayed:
@@ -118,7 +126,7 @@ def replay_log(read: InputLog) -> Replayed:
     catalogue = find_catalogue({"memory": MemoryOptions}, config.profile_path)
     inputs = [(logged.device, logged.input) for logged in read.inputs]
     stops = LoggedStops({(name, each.turn): each for name, each in inputs if isinstance(each, Stopped)})
-    runtime = bench_runtime(config, catalogue, read.memories, _LoggedStore(), Around(guard=stops))
+    runtime = bench_runtime(config, catalogue, read.memories, _LoggedStore(read.inputs), Around(guard=stops))
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
     groups = {name: runtime.roster.group_of(name) for name in runtime.devices}
     missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)
@@ -141,7 +149,9 @@ def replay_log(read: InputLog) -> Replayed:
             said = problem if problem.isprintable() else repr(problem)
             remedy = f"replay it with what wrote it, {read.program}"
             raise InputLogError(f"{read.where(index)}: {said[:LONGEST_PROBLEM]}; {remedy}")
-        if isinstance(logged.input, Stopped):
+        if isinstance(logged.input, Stopped) or (
+            isinstance(logged.input, CommitDone) and logged.input.at_once
+        ):
             runtime.roster.group_of(logged.device).advance(logged.at_ns)
             continue
         with suppress(VerbRefused):  # it was refused then, too

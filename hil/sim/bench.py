@@ -17,7 +17,7 @@ from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
-from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged, Stopped
+from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
 from hil.sim.segment_tap import Tap
@@ -59,6 +59,11 @@ class Around:
     """Called once when a device has stopped; ``Device.failed`` says why."""
     log: InputLogWriter | None = None
     """Receives all inputs with their effective times, and all that devices send."""
+
+    def note(self, device: Device, at_ns: SimTimeNs, what: Input) -> None:
+        """Write down what came to a device beside its inputs."""
+        if self.log:
+            self.log.write(Logged(at_ns, device.name, what))
 
 
 VIRTUAL = Around()
@@ -140,7 +145,7 @@ class BenchRuntime:
     def make(self, spec: DeviceSpec, plans: Mapping[str, AxisPlan], group: Group) -> Device:
         """Make a device with its axes, planned by name, for a group; ``add`` puts it there."""
         around = self._around
-        home = Home(around.guard, self._commit, around.on_failed, self._stopped, group.note_due)
+        home = Home(around.guard, self._commit, around.on_failed, around.note, group.note_due)
         axes = {name: self.core.open_axis(group.id, plan) for name, plan in plans.items()}
         device = Device(spec, axes, home)
         if self.log:
@@ -169,17 +174,17 @@ class BenchRuntime:
         self.discard(group)
 
     def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
-        return self._store.commit(device, sections, partial(self._answered, device))
+        durable = self._store.commit(device, sections, partial(self._answered, device))
+        if durable is not None:
+            now_ns = self.roster.group_of(device.name).now_ns
+            self._around.note(device, now_ns, CommitDone(durable, at_once=True))
+        return durable
 
     def _answered(self, device: Device, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.give(device, CommitDone(durable))
         return is_here
-
-    def _stopped(self, device: Device, at_ns: SimTimeNs, stopped: Stopped) -> None:
-        if self.log:
-            self.log.write(Logged(at_ns, device.name, stopped))
 
     # ---- inputs ----
 

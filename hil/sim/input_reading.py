@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, get_type_hints
 
-from hil.sim.inputs import KINDS, Bytes, Do, InputLogError, Logged
+from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, InputLogError, Logged
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.json_text import JsonError, read_json
@@ -105,7 +105,7 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
 _TYPES = {kind: get_type_hints(kind) for kind in KINDS.values()}
 _NAMES = {(Do, "at_ns"): "later_ns"}
 """Fields that have another name in the log: an input's own ``at_ns`` is when it took effect."""
-_LEFT_OUT = {(Bytes, "port"): "", (Do, "at_ns"): None}
+_LEFT_OUT = {(Bytes, "port"): "", (Do, "at_ns"): None, (CommitDone, "at_once"): False}
 """Values of fields that are left out of the log."""
 
 

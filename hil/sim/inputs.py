@@ -66,9 +66,11 @@ class Reset:
 
 @dataclass(frozen=True)
 class CommitDone:
-    """Answer of the store to the device's commit."""
+    """Answer of the store to the device's commit. ``at_once``: within the turn that committed, as a store in
+    memory does; only in logs."""
 
     durable: bool
+    at_once: bool = False
 
 
 @dataclass(frozen=True)
@@ -197,6 +199,8 @@ def encode_line(logged: Logged) -> str:
         values["later_ns"] = values.pop("at_ns")
         if values["later_ns"] is None:
             del values["later_ns"]
+    if isinstance(logged.input, CommitDone) and not logged.input.at_once:
+        del values["at_once"]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
         if not logged.input.port:

@@ -40,9 +40,10 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
 {
     hil_axis *a = &c->axes[from_axis];
     law_wire wire = {.out = from_pin, .to_axis = to_axis, .to_pin = to_pin, .set = pins_set};
+    int64_t now_ns = hil_group_now(c, a->group);
     int level;
-    if (!a->law->join || a->law->join(a, &wire, &level)) return -1;
+    if (!a->law->join || a->law->join(a, &wire, now_ns, &level)) return -1;
     core_stir(c, from_axis);
-    pins_set(c, to_axis, to_pin, level, hil_group_now(c, c->axes[to_axis].group));
+    pins_set(c, to_axis, to_pin, level, now_ns);
     return 0;
 }

@@ -33,7 +33,7 @@ INPUTS: st.SearchStrategy[Input] = st.one_of(
     st.builds(SetField, TEXT, st.floats(allow_nan=False, allow_infinity=False)),
     st.builds(ScriptEncoder, st.lists(st.tuples(INT64, INT64), max_size=8).map(tuple), st.booleans()),
     st.builds(Reset),
-    st.builds(CommitDone, st.booleans()),
+    st.builds(CommitDone, st.booleans(), st.booleans()),
     st.builds(
         Stopped,
         st.integers(0, 2**63 - 1),

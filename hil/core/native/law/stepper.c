@@ -43,22 +43,10 @@ double stepper_lag_steps(const hil_axis *a)
 /* A rotor that has lost its step rests a whole number of teeth away. */
 double stepper_lost_steps(const hil_axis *a) { return 4 * nearbyint(stepper_lag_steps(a) / 4); }
 
-int stepper_rst(const hil_axis *a)
+int stepper_out(const hil_axis *a, int pin, int64_t now_ns)
 {
     const stepper *s = stepper_of(a);
-    return s && !s->rst_is_low;
-}
-
-int stepper_out(const hil_axis *a, int pin)
-{
-    const stepper *s = stepper_of(a);
-    return s ? s->levels[pin] : 0;
-}
-
-int stepper_mode_pins(const hil_axis *a)
-{
-    const stepper *s = stepper_of(a);
-    return s ? s->motion.setup.mode_pins & 7 : 0;
+    return s && s->levels[pin] && (pin != HIL_OUT_CLK || now_ns < s->fall_ns);
 }
 
 /* Not those of a position that is new since the plant's last node. */
@@ -120,14 +108,14 @@ static void outputs(hil_core *c, hil_axis *a, int64_t at_ns)
     for (int i = 0; i < 3; i++) out(c, a, HIL_OUT_MS1 + i, m->setup.mode_pins >> i & 1, at_ns);
 }
 
+static int is_clk_watched(const stepper *s) { return (s->watched & 1 << HIL_OUT_CLK) != 0; }
+
 static void rise(hil_core *c, hil_axis *a, int64_t at_ns)
 {
     stepper *s = a->own;
-    if (s->watched & 1 << HIL_OUT_CLK) {
-        out(c, a, HIL_OUT_CLK, 0, at_ns);
-        out(c, a, HIL_OUT_CLK, 1, at_ns);
-        s->fall_ns = at_ns + s->motion.fall_after * HALF_US;
-    }
+    s->fall_ns = at_ns + s->motion.fall_after * HALF_US;
+    if (is_clk_watched(s)) out(c, a, HIL_OUT_CLK, 0, at_ns);
+    out(c, a, HIL_OUT_CLK, 1, at_ns);
     turn(a, at_ns);
 }
 
@@ -137,12 +125,21 @@ typedef struct counts {
 
 static counts counts_of(const motion *m) { return (counts){m->begun, m->ended}; }
 
-/* When its engine does something next. Pulse by pulse it is too much to ask for it. */
-static void plan(hil_axis *a)
+/* When clk comes down, given when the engine does something next. Without anybody at the pin that is nothing to be done
+   between two pulses, whoever asks for the level compares times; but an axis may not rest before. */
+static int64_t next_fall_ns(const stepper *s, int64_t engine_ns)
 {
-    const stepper *s = a->own;
-    int64_t next_ns = to_ns(motion_next(&s->motion));
-    a->law_next_ns = s->fall_ns < next_ns ? s->fall_ns : next_ns;
+    int is_to_come = s->levels[HIL_OUT_CLK] && (is_clk_watched(s) || engine_ns == HIL_FOREVER);
+    return is_to_come ? s->fall_ns : HIL_FOREVER;
+}
+
+/* When its engine does something next. Pulse by pulse it is too much to ask for it. */
+static void plan(hil_axis *a, int64_t now_ns)
+{
+    stepper *s = a->own;
+    if (!is_clk_watched(s)) s->levels[HIL_OUT_CLK] = stepper_out(a, HIL_OUT_CLK, now_ns);
+    int64_t next_ns = to_ns(motion_next(&s->motion)), fall_ns = next_fall_ns(s, next_ns);
+    a->law_next_ns = fall_ns < next_ns ? fall_ns : next_ns;
 }
 
 /* After anything but a pulse: tells what began or ended since, and brings the outputs up to date. */
@@ -154,7 +151,7 @@ static void settle(hil_core *c, hil_axis *a, counts was, int64_t at_ns)
     if (a->is_telling && m->ended != was.ended) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_ENDED, 0);
     if (a->is_telling && m->begun != was.begun) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_BEGUN, m->slot);
     outputs(c, a, at_ns);
-    plan(a);
+    plan(a, at_ns);
 }
 
 static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
@@ -162,13 +159,13 @@ static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
     stepper *s = a->own;
     motion *m = &s->motion;
     for (int64_t work = 0;; work++) {
-        int64_t next_ns = to_ns(motion_next(m)), at_ns = s->fall_ns <= next_ns ? s->fall_ns : next_ns;
+        int64_t next_ns = to_ns(motion_next(m)), fall_ns = next_fall_ns(s, next_ns);
+        int64_t at_ns = fall_ns <= next_ns ? fall_ns : next_ns;
         if (at_ns > until_ns || at_ns == HIL_FOREVER) {
             a->law_next_ns = at_ns;
             return work;
         }
-        if (s->fall_ns <= next_ns) {
-            s->fall_ns = HIL_FOREVER;
+        if (fall_ns <= next_ns) {
             out(c, a, HIL_OUT_CLK, 0, at_ns);
             continue;
         }
@@ -248,7 +245,6 @@ static void open_stepper(hil_axis *a, const hil_axis_params *params)
     s->teeth = params->rotor_teeth;
     s->phase_current_A = params->phase_current_A;
     s->origin_rev = params->start_deg / 360;
-    s->fall_ns = HIL_FOREVER;
     motion_init(&s->motion, &start);
     if (!a->is_full) plant_halve(&a->plant);
 }
@@ -272,10 +268,9 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     m->sync_level = sync;
     m->estop_level = estop;
     a->is_telling = s->is_set_up = s->quadrature = 0;
-    s->fall_ns = HIL_FOREVER;
     out(c, a, HIL_OUT_CLK, 0, now_ns);
     outputs(c, a, now_ns);
-    plan(a);
+    plan(a, now_ns);
     law_plant(a, now_ns);
     shaft_node(a, now_ns);
     apply_currents(a);
@@ -288,7 +283,7 @@ static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
     stepper *s = a->own;
     if (field != HIL_FIELD_clock_Hz) return -1;
     motion_clock(&s->motion, (int64_t)fmin(fmax(value, -1), 1e12), (now_ns + 499) / 500);
-    plan(a);
+    plan(a, now_ns);
     return 0;
 }
 
@@ -346,15 +341,13 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
 
 /* ---- who looks at the outputs ---- */
 
-static void attend(hil_axis *a)
+static void attend(hil_axis *a, int64_t now_ns)
 {
     stepper *s = a->own;
+    plan(a, now_ns);
     s->watched = s->recorded;
     for (int i = 0; i < s->n_wires; i++) s->watched |= 1 << s->wires[i].out;
-    if (s->watched & 1 << HIL_OUT_CLK) return;
-    s->levels[HIL_OUT_CLK] = 0;
-    s->fall_ns = HIL_FOREVER;
-    plan(a);
+    plan(a, now_ns);
 }
 
 void hil_axis_record_edges(hil_core *c, int axis, int outputs)
@@ -363,7 +356,7 @@ void hil_axis_record_edges(hil_core *c, int axis, int outputs)
     core_stir(c, axis);
     s->recorded = outputs;
     s->edges_first = s->edges_len = 0;
-    attend(&c->axes[axis]);
+    attend(&c->axes[axis], hil_group_now(c, c->axes[axis].group));
 }
 
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
@@ -376,12 +369,12 @@ int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
     return n;
 }
 
-static int join(hil_axis *a, const law_wire *wire, int *level)
+static int join(hil_axis *a, const law_wire *wire, int64_t now_ns, int *level)
 {
     stepper *s = a->own;
     if (s->n_wires == HIL_WIRES) return -1;
     s->wires[s->n_wires++] = *wire;
-    attend(a);
+    attend(a, now_ns);
     *level = s->levels[wire->out];
     return 0;
 }

@@ -14,8 +14,8 @@ typedef struct stepper {
     int32_t watched; /* outputs that somebody looks at, a bit each: recorded or wired */
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
-    int64_t fall_ns;  /* of clk, if anybody looks at it; HIL_FOREVER: not high */
-    int32_t levels[HIL_OUTPUTS];
+    int64_t fall_ns;  /* of clk's latest pulse */
+    int32_t levels[HIL_OUTPUTS]; /* clk's may stay high after fall_ns while nobody looks at it */
     int32_t ena, enb, quadrature, rst_is_low;
     law_wire wires[HIL_WIRES];
     int n_wires;
@@ -32,8 +32,10 @@ static inline stepper *stepper_of(const hil_axis *a) { return a->law == &sac_law
 double stepper_commanded_deg(const hil_axis *a);
 double stepper_lag_steps(const hil_axis *a);
 double stepper_lost_steps(const hil_axis *a);
-int stepper_rst(const hil_axis *a);
-int stepper_out(const hil_axis *a, int pin);
-int stepper_mode_pins(const hil_axis *a);
+int stepper_out(const hil_axis *a, int pin, int64_t now_ns);
+
+static inline int stepper_rst(const hil_axis *a) { return stepper_of(a) && !stepper_of(a)->rst_is_low; }
+
+static inline int stepper_mode_pins(const hil_axis *a) { return stepper_of(a) ? stepper_of(a)->motion.setup.mode_pins & 7 : 0; }
 
 #endif

@@ -188,6 +188,34 @@ static void edges_have_their_widths(void)
     }
 }
 
+/* Whether anybody is at the pin or begins to be in the middle; and a board does not rest with clk up. */
+static void clk_reads_as_it_is_whoever_looks(void)
+{
+    for (int looks = 0; looks < 3; looks++) {
+        hil_core *c = new_sac(&MOVE);
+        motion_setup setup = SETUP;
+        setup.pulse_us = 700000; /* the rotor has long come to rest */
+        hil_motion_setup(c, 0, &setup);
+        if (looks == 1) hil_axis_record_edges(c, 0, 1 << HIL_OUT_CLK);
+        hil_motion_do(c, 0, HIL_MOTION_PULSE, 0, 0);
+        CHECK_INT(get(c, 0, HIL_FIELD_pin_clk), 1);
+        hil_group_advance(c, 0, 500000000);
+        if (looks) hil_axis_record_edges(c, 0, (looks - 1) << HIL_OUT_CLK);
+        hil_group_advance(c, 0, 699999999);
+        CHECK_INT(get(c, 0, HIL_FIELD_pin_clk), 1);
+        hil_group_advance(c, 0, 700000000);
+        CHECK_INT(get(c, 0, HIL_FIELD_pin_clk), 0);
+        hil_snapshot published;
+        hil_group_release(c, 0);
+        hil_axis_published(c, 0, &published);
+        CHECK_INT(published.pin_clk, 0);
+        hil_edge edge;
+        CHECK_INT(hil_axis_take_edges(c, 0, &edge, 1), looks == 2);
+        if (looks == 2) CHECK_INT(edge.at_ns, 700000000);
+        hil_core_free(c);
+    }
+}
+
 static void a_wire_moves_a_servos_set_point_with_each_rise(void)
 {
     motion_entry e = {.steps = 5, .rpm = 5, .cycle_us = 1000};
@@ -353,6 +381,7 @@ void stepper_tests(void)
     RUN(looking_changes_nothing);
     RUN(company_changes_nothing);
     RUN(edges_have_their_widths);
+    RUN(clk_reads_as_it_is_whoever_looks);
     RUN(a_wire_moves_a_servos_set_point_with_each_rise);
     RUN(a_board_may_be_wired_to_itself);
     RUN(commands_are_told_when_they_are_asked_for);
