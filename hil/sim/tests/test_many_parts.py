@@ -262,7 +262,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
     rig.runtime.inject(fault_refusal("node_reset", "drive", {}))
     rig.runtime.clear_fault(hang)
     rig.run(5)
-    assert (drive.power_ups, rig.runtime.devices["brick"].failed, rig.heard) == (2, None, [])
+    assert (drive.power.ups, rig.runtime.devices["brick"].failed, rig.heard) == (2, None, [])
     for kind, target in (("host_close", "drive"), ("host_close", "brick"), ("shaft_jam", "brick")):
         with pytest.raises(FaultRefused, match=f"not on {target}"):
             rig.runtime.inject(fault_refusal(kind, target, {}))
