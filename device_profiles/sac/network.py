@@ -27,7 +27,8 @@ class Network:
         self._session = session
         self._decoder = PacketDecoder()
         self._uart: Uart | None = None
-        self._last_sender: int | None = None
+        self.last_sender: int | None = None
+        """Node that a reply goes to; None: nobody, as after a packet to everybody."""
 
     def use(self, uart: Uart) -> None:
         """Use this port for packets from now on."""
@@ -49,8 +50,8 @@ class Network:
         line = Text(text)
         if line.peek() and line.peek() in REPLY:
             line.take()
-            if self._last_sender is not None:
-                self.send(self._last_sender, line.rest().encode("latin-1"))
+            if self.last_sender is not None:
+                self.send(self.last_sender, line.rest().encode("latin-1"))
             return True
         if not line.is_digit():
             return False
@@ -92,7 +93,7 @@ class Network:
 
     def remember(self, packet: Packet) -> None:
         """Note whom a reply goes to: nobody after a broadcast."""
-        self._last_sender = None if packet.destination == BROADCAST else packet.origin
+        self.last_sender = None if packet.destination == BROADCAST else packet.origin
 
 
 def is_signal(packet: Packet) -> bool:
