@@ -85,7 +85,7 @@ class CommandLine:
     def takes(self, packets: Sequence[Item]) -> bool:
         """Execute a packet to everybody, if that takes no time and needs no terminal: as ``from_network``
         would, without the main loop. Answers whether it has."""
-        if not (quick := _quick(packets[0])) or len(packets) != 1 or not self.network.is_between_packets:
+        if not (quick := _quick(packets[0])) or len(packets) != 1 or not self.network.decoder.is_whole:
             return False
         if quick.is_remembered:
             self.network.last_sender = None

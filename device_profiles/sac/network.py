@@ -25,7 +25,7 @@ _FRAME_ONLY = b"\0\2\3"
 class Network:
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._decoder = PacketDecoder()
+        self.decoder = PacketDecoder()
         self._uart: Uart | None = None
         self.last_sender: int | None = None
         """Node that a reply goes to; None: nobody, as after a packet to everybody."""
@@ -33,15 +33,10 @@ class Network:
     def use(self, uart: Uart) -> None:
         """Use this port for packets from now on."""
         if uart is not self._uart:
-            self._decoder = PacketDecoder()
+            self.decoder = PacketDecoder()
         self._uart = uart
         uart.wake_on(FRAMING)
         uart.listen_for(self._session.parameters.device_id)
-
-    @property
-    def is_between_packets(self) -> bool:
-        """Whether all that has come belongs to packets that are over."""
-        return self._decoder.is_whole
 
     # ---- out ----
 
@@ -76,7 +71,7 @@ class Network:
         """Take the packets for this unit since the last call; malformed ones are passed over."""
         if self._uart is None:
             return
-        for item in self._decoder.feed(self._uart.read_all()):
+        for item in self.decoder.feed(self._uart.read_all()):
             if isinstance(item, Malformed):
                 continue
             if item.destination in (BROADCAST, self._session.parameters.device_id):

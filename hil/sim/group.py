@@ -113,8 +113,7 @@ class Group:
         for index in self._due.take(now_ns):
             device = self.devices[index]
             if (due_ns := device.due_ns) <= now_ns:
-                device.step(now_ns)
-                due_ns = device.due_ns
+                due_ns = device.step(now_ns)
             if due_ns < FOREVER:  # most wait for a byte
                 self._due.add(due_ns, index)
 
