@@ -65,7 +65,7 @@ cdef class Packet:
         return isinstance(other, Packet) and self._key() == other._key()
 
     def __hash__(self):
-        return hash(self._key())
+        return hash(self.data) ^ <Py_hash_t>self.end
 
     def __repr__(self):
         return "Packet(destination=%r, origin=%r, data=%r, crc=%r, end=%r)" % self._key()

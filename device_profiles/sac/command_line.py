@@ -28,8 +28,8 @@ class Command(NamedTuple):
     letters: str
     about: str
     run: Callable[["CommandLine", Text], Steps | None]
-    is_quick: bool = False
-    """True if the command takes no time and writes nothing when it comes over the network."""
+    quick: Callable[["CommandLine", str], object] | None = None
+    """``run`` of a command that takes no time and writes nothing when it comes over the network."""
 
 
 @dataclass(eq=False)
@@ -84,29 +84,15 @@ class CommandLine:
 
     def takes(self, packets: Sequence[Item]) -> bool:
         """Execute a packet to everybody, if that takes no time and needs no terminal: as ``from_network``
-        would, without the main loop. Answers whether it has."""
-        packet = packets[0]
-        if (
-            not isinstance(packet, Packet)
-            or packet.destination != BROADCAST
-            or not packet.crc  # a NUL behind such a packet would be idle
-            or len(packets) != 1
-            or not self.network.is_between_packets
-        ):
+        would, without the main loop; return whether it has."""
+        if not (quick := _quick(packets[0])) or len(packets) != 1 or not self.network.decoder.is_whole:
             return False
-        if not packet.is_good:
-            return True
-        if (quick := _quick(packet.data)) is None:
-            return False
-        command, rest = quick
-        if command is None:
-            if not is_signal(packet):
-                self.network.remember(packet)
-            return True
-        self.network.remember(packet)
-        self.terminal.is_muted = True
-        command.run(self, Text(rest))
-        self.terminal.is_muted = False
+        if quick.is_remembered:
+            self.network.last_sender = None
+        if quick.run:
+            self.terminal.is_muted = True
+            quick.run(self, quick.rest)
+            self.terminal.is_muted = False
         return True
 
     def _command_from_network(self, text: Text) -> Steps:
@@ -143,7 +129,12 @@ class CommandLine:
             shown = [f"{int(self.motion.get('speed_rpm'))}\t{int(self.motion.get('period_us'))}"]
             self.terminal.println(shown)
             return
-        self.moves.velocity(text)
+        self.moves.velocity(text.rest())
+
+    def velocity_from_network(self, said: str) -> None:
+        """Execute ``v`` where nothing is shown."""
+        if said[:1] not in ("d", "D"):
+            self.moves.velocity(said)
 
     def debug(self, text: Text) -> None:
         self.session.is_debug = not self.session.is_debug
@@ -195,24 +186,31 @@ class CommandLine:
             self.terminal.println(self.queue.xref_lines())
 
 
+def _quick_command(letters: str, about: str, run: Callable[[CommandLine, Text], None]) -> Command:
+    return Command(letters, about, run, lambda line, rest: run(line, Text(rest)))
+
+
+def _bare_command(letters: str, about: str, run: Callable[[CommandLine], None]) -> Command:
+    """Make a quick command that reads nothing behind its letter."""
+    return Command(letters, about, lambda line, text: run(line), lambda line, rest: run(line))
+
+
 COMMANDS = (
-    Command("mM", "motion command", lambda line, text: line.moves.queued(text), True),
-    Command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text), True),
-    Command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text), True),
-    Command("vV", "velocity of the session, vd: of now", CommandLine.velocity, True),
-    Command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text), True),
+    _quick_command("mM", "motion command", lambda line, text: line.moves.queued(text)),
+    _quick_command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text)),
+    _quick_command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text)),
+    Command(
+        "vV", "velocity of the session, vd: of now", CommandLine.velocity, CommandLine.velocity_from_network
+    ),
+    _quick_command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
-    Command("S", "stop at once", lambda line, text: line.motion.stop(None), True),
-    Command(
-        "s", "stop with the session's deceleration", lambda line, text: line.moves.stop_gracefully(), True
-    ),
-    Command("N", "next command, at once", lambda line, text: line.motion.next(False), True),
-    Command(
-        "n", "next command, with this one's deceleration", lambda line, text: line.motion.next(True), True
-    ),
-    Command("y", "release the sync", lambda line, text: line.motion.release_sync(), True),
+    _bare_command("S", "stop at once", lambda line: line.motion.stop(None)),
+    _bare_command("s", "stop with the session's deceleration", lambda line: line.moves.stop_gracefully()),
+    _bare_command("N", "next command, at once", lambda line: line.motion.next(False)),
+    _bare_command("n", "next command, with this one's deceleration", lambda line: line.motion.next(True)),
+    _bare_command("y", "release the sync", lambda line: line.motion.release_sync()),
     Command("qQ", "queue: list, edit, save, restore, clear, program", CommandLine.queue_command),
-    Command("zZ", "undo the last change of the queue", lambda line, text: line.queue.undo(), True),
+    _bare_command("zZ", "undo the last change of the queue", lambda line: line.queue.undo()),
     Command("gG", "GAP testing on or off", CommandLine.toggle_gap),
     Command("cC", "cc: configuration, cf: session", CommandLine.show),
     Command("bB", "debug on or off", CommandLine.debug),
@@ -221,12 +219,28 @@ COMMANDS = (
 COMMANDS_BY_LETTER = {letter: command for command in COMMANDS for letter in command.letters}
 
 
+class _Quick(NamedTuple):
+    """Packet to everybody that takes no time and needs no terminal, as every node reads it."""
+
+    is_remembered: bool = False
+    """True if replies go to the sender of this packet from now on."""
+    run: Callable[[CommandLine, str], object] | None = None
+    rest: str = ""
+    """Rest of its line behind the command's letter."""
+
+
 @lru_cache(maxsize=4)
-def _quick(data: bytes) -> tuple[Command | None, str] | None:
-    """Read a packet's data: the command, None for one that there is not, and the rest of its line. None: it
-    needs the terminal, or time. Cached, because a packet to all has every node read the same."""
-    text = Text(data.decode("latin-1").partition(" ")[0])
-    if data == NAK or data[:1].decode("latin-1") in (*SEPARATORS, "+", "-"):
+def _quick(packet: Item) -> _Quick | None:
+    """Read a packet; None: it is for one, or needs the terminal, or time. Cached, because all nodes read the
+    same."""
+    if not isinstance(packet, Packet) or packet.destination != BROADCAST or not packet.crc:
+        return None  # a NUL behind one without CRC would be idle
+    if not packet.is_good:
+        return _Quick()
+    text = Text(packet.data.decode("latin-1").partition(" ")[0])
+    if packet.data == NAK or packet.data[:1].decode("latin-1") in (*SEPARATORS, "+", "-"):
         return None
     command = COMMANDS_BY_LETTER.get(text.take())
-    return None if command and not command.is_quick else (command, text.rest())
+    if command is None:
+        return _Quick(is_remembered=not is_signal(packet))
+    return _Quick(True, command.quick, text.rest()) if command.quick else None

@@ -63,11 +63,11 @@ class Moves:
     def deceleration(self, text: Text) -> None:
         self._session.say(Attributes(dec=text.acceleration()))
 
-    def velocity(self, text: Text) -> None:
+    def velocity(self, said: str) -> None:
         """Set the velocity (``v``), by default the system's; a continuous motion follows at once."""
         parameters = self._session.parameters
-        if text.peek():
-            velocity = _velocity(text.rest(), parameters.steps_per_rev)
+        if said:
+            velocity = _velocity(said, parameters.steps_per_rev)
         else:
             velocity = from_cycle(parameters.cycle_us, parameters.steps_per_rev)
         if velocity:

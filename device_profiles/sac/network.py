@@ -25,22 +25,18 @@ _FRAME_ONLY = b"\0\2\3"
 class Network:
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._decoder = PacketDecoder()
+        self.decoder = PacketDecoder()
         self._uart: Uart | None = None
-        self._last_sender: int | None = None
+        self.last_sender: int | None = None
+        """Node that a reply goes to; None: nobody, as after a packet to everybody."""
 
     def use(self, uart: Uart) -> None:
         """Use this port for packets from now on."""
         if uart is not self._uart:
-            self._decoder = PacketDecoder()
+            self.decoder = PacketDecoder()
         self._uart = uart
         uart.wake_on(FRAMING)
         uart.listen_for(self._session.parameters.device_id)
-
-    @property
-    def is_between_packets(self) -> bool:
-        """True if all bytes received so far belong to packets that have ended."""
-        return self._decoder.is_whole
 
     # ---- out ----
 
@@ -49,8 +45,8 @@ class Network:
         line = Text(text)
         if line.peek() and line.peek() in REPLY:
             line.take()
-            if self._last_sender is not None:
-                self.send(self._last_sender, line.rest().encode("latin-1"))
+            if self.last_sender is not None:
+                self.send(self.last_sender, line.rest().encode("latin-1"))
             return True
         if not line.is_digit():
             return False
@@ -75,7 +71,7 @@ class Network:
         """Take the packets for this unit since the last call; malformed ones are passed over."""
         if self._uart is None:
             return
-        for item in self._decoder.feed(self._uart.read_all()):
+        for item in self.decoder.feed(self._uart.read_all()):
             if isinstance(item, Malformed):
                 continue
             if item.destination in (BROADCAST, self._session.parameters.device_id):
@@ -92,7 +88,7 @@ class Network:
 
     def remember(self, packet: Packet) -> None:
         """Note whom a reply goes to: nobody after a broadcast."""
-        self._last_sender = None if packet.destination == BROADCAST else packet.origin
+        self.last_sender = None if packet.destination == BROADCAST else packet.origin
 
 
 def is_signal(packet: Packet) -> bool:

@@ -73,7 +73,8 @@ class QueueMemory:
 
     def undo(self) -> None:
         """Take the last change of the queue back; once more: make it again (decision)."""
-        self._write(self._undo)
+        if self._undo:
+            self._write(self._undo)
 
     def _write(self, entries: Mapping[int, MotionEntry]) -> None:
         self._undo = {position: self._motion.entry(position) for position in entries}

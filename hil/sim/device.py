@@ -107,10 +107,10 @@ class Device:
                 due_ns = arrival_ns
         return due_ns if due_ns < self.setpoints.due_ns else self.setpoints.due_ns
 
-    def step(self, now_ns: SimTimeNs) -> None:
-        """Let the firmware run at ``now_ns``, as far as it gets."""
+    def step(self, now_ns: SimTimeNs) -> SimTimeNs:
+        """Let the firmware run at ``now_ns``, as far as it gets; return ``due_ns``."""
         if self.power.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
-            return
+            return FOREVER
         sketch, interfaces = self._sketch, self._interfaces
         runtime = sketch.runtime
         offered = None
@@ -120,9 +120,10 @@ class Device:
             interfaces.begin(now_ns, runtime.polls_from_ns)
             sketch.turn(self._go_on, now_ns)
         elif sketch.turn(self._offer, now_ns, *offered):
-            return
+            return self.setpoints.due_ns  # it waits for a byte, and none is on a line
         interfaces.end()
         interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
+        return self.due_ns
 
     def _offer(self, now_ns: SimTimeNs, uart: DeviceUart, flight: Flight) -> bool:
         """Offer packets to what takes them beside the main program, which else gets their bytes. Return

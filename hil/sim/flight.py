@@ -19,6 +19,8 @@ class Flight:
     data: bytes
     packets: Sequence[Item] | None = None
     """Packets of the bytes by the line's framing, if they are whole packets for everybody."""
+    framing: Framing | None = None
+    """Framing of the line."""
 
     tail: bytes = b""
     """Last two bytes of the flight, or fewer."""
@@ -47,7 +49,7 @@ def heard(
     the same."""
     if sent_baud == baud:
         times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
-        return Flight(times_ns, data) if data else None
+        return Flight(times_ns, data, framing=framing) if data else None
     one_ns = character_ns(1, baud)
     sampled = resample(data, sent_baud, baud)
     times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)

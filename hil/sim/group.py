@@ -113,9 +113,9 @@ class Group:
         for index in self._due.take(now_ns):
             device = self.devices[index]
             if (due_ns := device.due_ns) <= now_ns:
-                device.step(now_ns)
-                due_ns = device.due_ns
-            self._due.add(due_ns, index)
+                due_ns = device.step(now_ns)
+            if due_ns < FOREVER:  # most wait for a byte
+                self._due.add(due_ns, index)
 
     def apply(self, device: Device, given: Input, part: str = "") -> Answer:
         """Let an input take effect now, and the firmware run on it, also if it is refused. Returns a verb's

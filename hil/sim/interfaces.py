@@ -71,17 +71,17 @@ class Interfaces:
         everybody at one UART, and the firmware takes all bytes as they come; with its UART. None: ``begin``
         comes next."""
         found = None
+        self.now_ns = now_ns
         for uart in self.all:
+            uart.now_ns = now_ns
             if not uart.is_ready_for_packets:
                 return None
             if uart.incoming.flights:
                 if found:
                     return None
                 found = uart
-        flight = found.offered(now_ns, polls_from_ns) if found else None
-        if found is None or flight is None:
+        if not found or not (flight := found.incoming.whole(now_ns, polls_from_ns)):
             return None
-        self.set_time(now_ns)
         found.polls_from_ns = polls_from_ns
         return found, flight
 

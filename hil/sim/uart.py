@@ -173,11 +173,6 @@ class DeviceUart:
                 flight.packets = packets
             self.incoming.add(flight)
 
-    def offered(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> Flight | None:
-        """Take off the line what has come since the last turn, if it is whole packets for everybody, of the
-        framing that the sketch reads."""
-        return self.incoming.whole(now_ns, polls_from_ns) if self._framing is self._line_framing else None
-
     @property
     def is_ready_for_packets(self) -> bool:
         """True if nothing waits to be read, and the sketch takes bytes as they come."""

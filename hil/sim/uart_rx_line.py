@@ -78,14 +78,16 @@ class Incoming:
         self._due_changed(None)
 
     def whole(self, now_ns: int, from_ns: int) -> Flight | None:
-        """Take off the line what waits, if it is whole packets for everybody that came from ``from_ns`` to
-        now."""
+        """Take off the line what waits, if it is whole packets for everybody, of the framing that the sketch
+        reads, that came from ``from_ns`` to now."""
         flights = self.flights
         if len(flights) != 1 or self._taken:
             return None
         flight = flights[0]
         times_ns = flight.times_ns
-        if flight.packets is None or times_ns[-1] > now_ns or times_ns[0] < from_ns:
+        if flight.packets is None or flight.framing is not self.wakes.framing:
+            return None
+        if times_ns[-1] > now_ns or times_ns[0] < from_ns:
             return None
         flights.clear()
         self.wakes.clear()

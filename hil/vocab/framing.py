@@ -16,6 +16,8 @@ Transform = Callable[[bytes], bytes]
 class Item(Protocol):
     """A packet, or bytes that are none."""
 
+    def __hash__(self) -> int: ...
+
     @property
     def at_ns(self) -> int:
         """Time at which the burst began that completed it; 0 where nobody said."""

@@ -1,6 +1,6 @@
 """Stations of a segment: the faults of each, and those whom a packet concerns."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from hil.vocab.faults import Fault
@@ -79,17 +79,13 @@ class Stations(dict[str, Station]):
     def changed(self) -> None:
         self.is_odd = any(station.is_odd for station in self.values())
 
-    def concerned(self, addresses: Collection[int] | None) -> Iterator[Station]:
+    def concerned(self, addresses: Collection[int] | None) -> Collection[Station]:
         """Stations that have to hear what is for these addresses (None: for everybody): those that have them,
         listeners to everything, and the busy."""
         if addresses is None:
-            yield from self.values()
-            return
-        told: set[str] = set()
-        for address in (None, *addresses):
-            for name, station in self.by_address.get(address, {}).items():
-                told.add(name)
-                yield station
-        for name in self.busy - told:
-            if name in self:
-                yield self[name]
+            return self.values()
+        told = dict(self.by_address[None])
+        for address in addresses:
+            told |= self.by_address.get(address, {})
+        told |= {name: self[name] for name in self.busy if name in self}
+        return told.values()
