@@ -6,11 +6,11 @@ FILES = {
     "board.py": '''\
 """$TITLE as hil asks for it."""
 
-from hil.vocab.profile import Profile
+from hil.vocab.profile import Example, Profile
 
 from .firmware import $CLASS
 
-PROFILE = Profile(firmware=$CLASS)
+PROFILE = Profile(firmware=$CLASS, examples=(Example(types=b"?", answer=b"\\r\\n", within_ms=10),))
 ''',
     "profile.yaml": """\
 # $TITLE: its numbers, each with its source.
