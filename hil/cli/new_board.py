@@ -7,7 +7,7 @@ FILES = {
     "board.py": '''\
 """Profile of $TITLE."""
 
-from hil.vocab.profile import Profile
+from hil.vocab.profile import Example, Profile
 from hil.vocab.verbs import Role, Verb
 
 from .firmware import $CLASS
@@ -20,6 +20,7 @@ def count(board: $CLASS) -> dict[str, int]:
 PROFILE = Profile(
     firmware=$CLASS,
     verbs=(Verb("count", "say how many lines it has printed", run=count, role=Role.VIEWER),),
+    examples=(Example(types=b"?", answer=b"\\r\\n", within_ms=10),),
 )
 ''',
     "profile.yaml": """\

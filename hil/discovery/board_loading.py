@@ -11,7 +11,7 @@ from traceback import extract_tb
 from hil.discovery.board_places import PYTHON, YAML, BoardPlace
 from hil.discovery.profile_text import ProfileText
 from hil.vocab.problem import ConfigError, Problem
-from hil.vocab.profile import AxisSpec, MemoryFile, Profile, UartSpec
+from hil.vocab.profile import AxisSpec, Example, MemoryFile, Profile, UartSpec
 from hil.vocab.verbs import COMMON, Verb
 
 Named = tuple[tuple[str, ...], tuple[str, ...]]
@@ -137,6 +137,7 @@ def _wrong_types(profile: Profile) -> Iterator[tuple[str, str, str]]:
         ("dialogues", "a mapping of verbs' names to functions", _maps_to_calls(profile.dialogues)),
         ("terminal_axis", "a class", profile.terminal_axis is None or callable(profile.terminal_axis)),
         ("shown_first", "a tuple of fields' names", _holds(profile.shown_first, str)),
+        ("examples", "a tuple of Example with bytes", _are_examples(profile.examples)),
         ("memory_file", "a MemoryFile", isinstance(profile.memory_file, MemoryFile | None)),
         ("commands", "a function", profile.commands is None or callable(profile.commands)),
     ):
@@ -153,6 +154,11 @@ def _wrong_names(profile: Profile, named: Named | None) -> Iterator[tuple[str, s
             yield part, f"these are {these}, and those of {YAML} {those}", remedy
     if profile.uarts == {}:
         yield from _without_terminal(profile)
+    if _maps(profile.uarts, UartSpec) and _are_examples(profile.examples):
+        known = ", ".join(profile.uarts) or "none"
+        for example in profile.examples:
+            if (example.uart or next(iter(profile.uarts), "")) not in profile.uarts:
+                yield "examples", f'there is no serial interface "{example.uart}"', f"write one of {known}"
     if not _holds(profile.verbs, Verb) or not _maps_to_calls(profile.dialogues):
         return
     names = [verb.name for verb in (*COMMON, *profile.verbs)]
@@ -174,6 +180,14 @@ def _without_terminal(profile: Profile) -> Iterator[tuple[str, str, str]]:
 
 def _holds(value: object, kind: type) -> bool:
     return isinstance(value, tuple) and all(isinstance(each, kind) for each in value)
+
+
+def _are_examples(value: object) -> bool:
+    return (
+        isinstance(value, tuple)
+        and _holds(value, Example)
+        and _holds(tuple(part for each in value for part in (each.types, each.answer)), bytes)
+    )
 
 
 def _maps(value: object, kind: type) -> bool:

@@ -21,6 +21,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.testing.bench import Bench
 from hil.testing.checks.findings import CheckFailed
 from hil.vocab.address import Address
+from hil.vocab.profile import Example
 
 DEVICE = "d"
 TURN_S = 5.0
@@ -64,7 +65,7 @@ def profile_failures(folder: Path) -> Iterator[str]:
     }
     if strange := [name for name in catalogue.boards[folder.name].shown_first if name not in FIELDS]:
         yield f"its shown_first are fields of an axis: there is none named {', '.join(strange)}"
-    trial = Trial(config, catalogue.profiles[folder.name])
+    trial = Trial(config, catalogue.profiles[folder.name], catalogue.boards[folder.name].examples)
     if failed := trial.idle().failed:
         yield f"it powers up: {failed}"
         return
@@ -111,6 +112,7 @@ class Trial:
 
     config: dict[str, Any]
     info: ProfileInfo
+    examples: tuple[Example, ...]
     bauds: dict[str, int | None] = field(init=False)
     ready_ms: float = field(init=False)
 
@@ -245,8 +247,30 @@ def _same_until(end_ns: int, one: Heard, other: Heard) -> str | None:
 
 
 def _replays(trial: Trial) -> str | None:
-    ran = trial.garbage(7)
+    return _difference(trial.garbage(7))
+
+
+def _difference(ran: Ran) -> str | None:
+    """First difference of a run from its replay, or None."""
     return replay(ran.log.getvalue().splitlines(keepends=True)).difference()
+
+
+def _examples(trial: Trial) -> str | None:
+    wrong: list[str] = []
+
+    def script(bench: Bench) -> None:
+        for example in trial.examples:
+            port = bench.port(DEVICE, example.uart)
+            port.read()
+            port.write(example.types)
+            bench.run(ms=example.within_ms)
+            said = b"".join(data for at_ns, data in port.read_complete() if at_ns <= bench.now_ns)
+            if example.answer not in said:
+                wrong.append(f"{example.types!r} is answered within {example.within_ms:g} ms by {said!r}")
+                wrong[-1] += f", in which there is no {example.answer!r}"
+
+    ran, again = trial.run(script), trial.run(script)
+    return ran.failed or next(iter(wrong), None) or _same(ran.heard, again.heard) or _difference(ran)
 
 
 CHECKS: dict[str, Callable[[Trial], str | None]] = {
@@ -257,4 +281,5 @@ CHECKS: dict[str, Callable[[Trial], str | None]] = {
     "a flood does not stop it": _flood,
     "after off and on it does as at first": _reset,
     "a log of it replays identically": _replays,
+    "its examples are answered, each time and in a replay": _examples,
 }

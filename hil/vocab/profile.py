@@ -55,6 +55,20 @@ class MemoryFile:
     """Contents that need no file, by the names they have in a configuration."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Example:
+    """Exchange with a board, which ``hil profile check`` tries."""
+
+    types: bytes
+    """Bytes that are typed."""
+    answer: bytes
+    """Bytes that have to be in what it sends from then on, an echo too."""
+    within_ms: float = 1000.0
+    """Time after which they have come, and the next example begins."""
+    uart: str = ""
+    """Name of its serial interface; empty: the first."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
     """Kind of board."""
@@ -82,6 +96,8 @@ class Profile:
     """Maker of what lets a real board be an axis of runs; None: nothing does."""
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""
+    examples: tuple[Example, ...] = ()
+    """Exchanges with it, one after the other from when it is ready on."""
     memory_file: MemoryFile | None = None
     """File that the board's memory may begin with; None: no file."""
     commands: Callable[[], Commands] | None = None

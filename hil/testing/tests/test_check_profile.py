@@ -21,7 +21,7 @@ BOARD = """\
 import random
 
 from hil.vocab.firmware import ByteAvailable, Commit, Delay
-from hil.vocab.profile import Profile
+from hil.vocab.profile import Example, Profile
 
 SEEN = []
 
@@ -101,6 +101,16 @@ def test_a_board_without_a_mistake_passes(tmp_path: Path) -> None:
             "SEEN.append(byte); byte = byte if len(SEEN) < 4_000 else 1 // 0",
             "%s",
             "a flood does not stop it: ZeroDivisionError",
+        ),
+        (
+            "firmware=Specimen, examples=(Example(types=b'a', answer=b'b'),)",
+            "firmware=Specimen",
+            "its examples are answered, each time and in a replay: b'a' is answered within 1000 ms by b'a'",
+        ),
+        (
+            "firmware=Specimen, examples=(Example(types=b'ab', answer=b'ab', within_ms=0.2),)",
+            "firmware=Specimen",
+            "its examples are answered, each time and in a replay: b'ab' is answered within 0.2 ms by b'a'",
         ),
     ],
 )

@@ -119,12 +119,19 @@ def test_a_mistake_in_its_python(tmp_path: Path, changed: dict[str, str], said: 
         ("terminal_axis='x'", "22: terminal_axis: a class is wanted here"),
         ("commands=()", "17: commands: a function is wanted here"),
         ("shown_first=['r']", "20: shown_first: a tuple of fields' names is wanted here"),
+        ("examples=('?',)", "17: examples: a tuple of Example with bytes is wanted here"),
+        ("examples=(Example(types='?', answer=b''),)", "17: examples: a tuple of Example with bytes is"),
+        (
+            "examples=(Example(types=b'', answer=b'', uart='bus'),)",
+            '17: examples: there is no serial interface "bus" (write one of main)',
+        ),
         ("memory_file='table'", "20: memory_file: a MemoryFile is wanted here"),
     ],
 )  # fmt: skip
 def test_a_part_of_profile_that_does_not_do(tmp_path: Path, parts: str, said: str) -> None:
     text = (
-        "from hil.vocab.profile import AxisSpec, Profile, UartSpec\nfrom hil.vocab.verbs import Verb\n"
+        "from hil.vocab.profile import AxisSpec, Example, Profile, UartSpec\n"
+        "from hil.vocab.verbs import Verb\n"
         f"from .firmware import Namer\nPROFILE = Profile(\n       {parts},\n    firmware=Namer)\n"
     )
     assert board_problem(tmp_path, board=text).startswith(f"boards/bad/board.py:5:{said}")
