@@ -12,7 +12,7 @@ _SET_POINT = re.compile(rb"r(-?\d+(?:\.\d+)?)\n")
 
 
 class ScriptedBoard:
-    """Answers at ``link`` until ``close``. ``told``: every set-point, in degrees."""
+    """Board that answers at ``link`` until ``close``. ``told``: every set-point, in degrees."""
 
     def __init__(self, link: Path) -> None:
         self.told: list[float] = []

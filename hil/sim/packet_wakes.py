@@ -34,9 +34,9 @@ class PacketWakes:
 
     def __init__(self) -> None:
         self.framing: Framing | None = None
-        """How the sketch's bytes are packets; None: each byte wakes it, and the times here mean nothing."""
+        """Framing of the bytes for the sketch; None: each byte wakes it, and the times here mean nothing."""
         self.is_loose = False
-        """Whether every character counts that may be an end after anything."""
+        """True if each character counts that ends a packet after some bytes, whatever came before it."""
         self._times_ns: deque[int] = deque()
         self._before = b""
         """Last bytes on the line, as far as they are known."""

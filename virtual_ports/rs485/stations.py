@@ -17,15 +17,15 @@ class Station:
     address: int | None = None
     """Address whose packets, with those for everybody, are all that concerns it; None: everything does."""
     has_echo: bool = False
-    """Whether its receiver stays on while it drives."""
+    """True if its receiver stays on while it drives."""
     release_ns: int = 0
     """Time that its driver stays on after the last stop bit."""
     is_stuck: bool = False
-    """Whether its driver is always on."""
+    """True if its driver is always on."""
     is_swapped: bool = False
-    """Whether its two wires are swapped."""
+    """True if its two wires are swapped."""
     is_cut: bool = False
-    """Whether the wire to it is cut, or it was taken off."""
+    """True if the wire to it is cut, or it was taken off."""
     is_taken_off: bool = False
     wire_faults: dict[int, Fault] = field(default_factory=dict)
     """Faults by number, the oldest first; the fields above follow from them and ``is_taken_off``."""
@@ -56,7 +56,7 @@ class Stations(dict[str, Station]):
         self.busy: set[str] = set()
         """Stations whose firmware does not take bytes as they come: each counts for their buffers."""
         self.is_odd = False
-        """Whether the wire of one of them is wrong."""
+        """True if a station has swapped wires or a driver that is always on."""
 
     def join(self, station: Station) -> None:
         self[station.name] = self.by_address[None][station.name] = station

@@ -29,7 +29,7 @@ class Drive(NamedTuple):
     on_ns: int
     off_ns: int
     is_inverted: bool = False
-    """Whether its two wires are swapped: it drives 0 for 1."""
+    """True if its two wires are swapped: it drives 0 for 1."""
 
 
 class Character(NamedTuple):

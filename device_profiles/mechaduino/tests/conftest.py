@@ -20,7 +20,7 @@ def board() -> Iterator[Board]:
 
 @pytest.fixture
 def on(board: Board) -> Board:
-    """Its loop holds the shaft."""
+    """Board whose loop holds the shaft."""
     board.do("enable")
     board.run(500)
     return board

@@ -234,7 +234,7 @@ class Group:
 
 
 def run(seed: int, looks: Random | None) -> list[Any]:
-    """All that is shown at each command; ``looks``: chance of the cuts and the looks."""
+    """Return all that is shown at each command; ``looks``: chance of the cuts and the looks."""
     random = Random(seed)
     group = Group(random)
     then_ns = 0

@@ -17,7 +17,7 @@ from hil.vocab.verbs import VerbRefused
 
 PATIENCE_S = 5.0
 HELD_UP_S = 1.0
-"""Most time for which a bridge may hold up the event loop that serves the ports; its own limit is some ms."""
+"""Maximum time for which a bridge may hold up the event loop that serves the ports; a good one takes ms."""
 CLIENTS, CLIENTS_KEPT = 150, 100
 STATUS = ("root", "listen", "connect", "links", "insecure")
 

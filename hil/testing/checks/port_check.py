@@ -17,7 +17,7 @@ PATIENCE_S = 5.0
 FLOOD_BYTES, FLOOD_PIECE = 16 << 20, 1 << 16
 HELD_BYTES = 4 << 20
 WRITE_S = 1.0
-"""Most time for one write to a client that does not read: nothing of it waits for the client."""
+"""Maximum time for one write to a client that does not read: nothing of it waits for the client."""
 STILL_S = 0.05
 """Time in which what must not happen would."""
 

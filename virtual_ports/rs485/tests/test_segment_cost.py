@@ -1,4 +1,4 @@
-"""What a disturbed line costs: in proportion to its stations, and no more the longer it lasts."""
+"""Cost of a disturbed line: in proportion to its stations, and no more the longer it lasts."""
 
 import gc
 import itertools
@@ -14,7 +14,7 @@ from device_profiles.sac.packet import encode
 
 STATIONS = 252
 CPU_MS = 20
-"""Of a collision of them all."""
+"""Maximum CPU time of a collision of all stations."""
 
 
 def crowd(count: int) -> Wire:
@@ -30,7 +30,7 @@ def all_at_once(wire: Wire, apart_ns: int = 0) -> None:
 
 
 def calls(work: Callable[[], Any]) -> int:
-    """How many functions are called: work, whatever else the machine does."""
+    """Return the number of functions called: a measure of work that other programs do not change."""
     count = 0
 
     def note(frame: Any, event: str, argument: Any) -> None:
@@ -60,7 +60,7 @@ def test_a_collision_of_a_full_line_costs_20_ms_at_most() -> None:
 
 @pytest.mark.parametrize("within_ns", [0, 252, 126_000, 240_000, 300_000])
 def test_the_cost_of_a_collision_grows_in_proportion_to_its_stations(within_ns: int) -> None:
-    """They begin in the same time, few or many: what is told again in it, is told as often."""
+    """Few or many stations begin within the same time, so that both lines are read again equally often."""
     few, many = (
         calls(lambda count=count: all_at_once(crowd(count), within_ns // count)) for count in (63, STATIONS)
     )

@@ -1,4 +1,4 @@
-"""What stations hear of any traffic: as from the whole waveform, whoever looks, whenever it was announced."""
+"""Characters that stations hear: those of the whole waveform, whoever looks, whenever it was announced."""
 
 from random import Random
 from typing import Any

@@ -105,9 +105,9 @@ class Sent(NamedTuple):
 
 
 class SlowWire:
-    """What stations hear of bursts, all of which are known. At each burst of a disturbed stretch everybody
-    reads the whole stretch again, nanosecond by nanosecond where the line changes. The settings are those of
-    ``Station``."""
+    """Model of what stations hear of bursts, all of which are known. At each burst of a disturbed stretch
+    every station reads the whole stretch again, nanosecond by nanosecond where the line changes. The settings
+    are those of ``Station``."""
 
     def __init__(self, stations: dict[str, Station]) -> None:
         self.stations = stations
@@ -191,7 +191,7 @@ class SlowWire:
         return bit == 0 or not burst.data[index] >> bit - 1 & 1
 
     def _reads(self, listener: Station) -> list[tuple[int, int]]:
-        """What a UART makes of the stretch: when each character is complete, and the character."""
+        """Return the characters that a UART reads in the stretch, with the time at which each is complete."""
         baud = listener.receiver.baud_now
         self._first_ns = min(each.start_ns for each in self._cluster)
         self._last_ns = max(map(self.off_ns, self._cluster))
