@@ -190,4 +190,4 @@ def test_prejudice_after_grace_reaches_the_other_bench(site: Site) -> None:
     began_s = time.monotonic()
     ended(mill, "r")
     assert ended(lathe, "r")["state"] == "cancelled"
-    assert time.monotonic() - began_s < 3  # with grace alone it takes six
+    assert time.monotonic() - began_s < 5  # with grace alone it takes six

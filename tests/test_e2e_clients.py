@@ -13,8 +13,8 @@ from e2e_support import PATIENCE_S, Q_BYTES, Client, Place, Server, config, unti
 
 TCP = {"port": {"kind": "tcp", "port": 0}}
 PORTS = pytest.mark.parametrize("port", [{"port": "pty"}, TCP], ids=["pty", "tcp"])
-ANSWER_S = 3.0
-"""Bound for an answer that takes 0.1 s of simulated time, on a loaded machine."""
+ANSWER_S = 10.0
+"""Bound for an answer that takes 0.1 s of simulated time, beside a flood; on a loaded machine 3.5 s were seen."""
 
 
 class Neighbour:
@@ -145,8 +145,8 @@ def test_half_numbers(place: Place) -> None:
     server = place.serve(config(speed=4)).ready()
     with server.client() as client:
         for typed, number in ((b"r12", b"12.00"), (b"r-3.5", b"-3.50"), (b"r\n", b"0.00"), (b"r-", b"0.00")):
-            client.write(typed)
             start = time.monotonic()
+            client.write(typed)
             assert client.read_until(b"\r\n") == b"Enter setpoint:\r\n"
             assert client.read_until(b"\r\n") == number + b"\r\n"
             assert 0.2 < time.monotonic() - start < 0.25 + ANSWER_S

@@ -89,10 +89,10 @@ def test_a_broken_firmware_stops_its_device_alone(place: Place, port: dict[str, 
             start = time.monotonic()
             client.write(letter)
             said = client.read_until(b"]\r\n" if letter != b"r" else b")]\r\n").decode()
-            assert time.monotonic() - start < 5
+            assert time.monotonic() - start < 10
             assert f"[hil: m1 stopped: {reason}" in said
             assert other.ask(b"p").startswith(b"stepNumber: 0 ")
-            assert time.monotonic() - start < 5
+            assert time.monotonic() - start < 10
             assert server.status("m1")["failed"].startswith(reason)
             assert server.status("m2")["failed"] is None
             assert f"m1: stopped: {reason}"[:60] in place.cli("status")

@@ -155,7 +155,7 @@ def test_no_file_descriptor_is_left(place: Place, server: Server) -> None:
         resource.prlimit(server.pid, resource.RLIMIT_NOFILE, before)
         began_s = time.monotonic()
         assert scrape_at(f"http://{address.netloc}/metrics")
-        assert time.monotonic() - began_s < 2
+        assert time.monotonic() - began_s < 10
     finally:
         for each in waiting:
             each.close()

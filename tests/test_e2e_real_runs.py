@@ -1,12 +1,18 @@
 """Runs with real boards among their axes: here they are twins of another daemon, behind their ports."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 from e2e_support import Place, config, until
 
 RULES = {"velocity_rpm": 120.0, "acceleration_rpm_per_s": 1200.0, "jerk_rpm_per_s2": 1e5}
+
+
+def real(profile: str, at: Path, **keys: float) -> dict[str, Any]:
+    """Real board of a configuration. Beside other work it is as slow as one behind a network."""
+    return {"profile": profile, "at": str(at), "line_delay_ms": 1500} | keys
 
 
 class Pair:
@@ -18,9 +24,8 @@ class Pair:
         self.far = place.serve(config(speed=1, devices={"m8": {}, "s8": {"profile": "sac", "flash": {}}}))
         devices = {
             "m1": {"profile": "mechaduino", "flash": {"table": "identity"}},
-            "m2": {"profile": "mechaduino", "at": str(place.runtime / "t" / "m8"), "setpoint_rate_Hz": 40},
-            # On a busy computer 250 ms were too short once in some hundred runs.
-            "s2": {"profile": "sac", "at": str(place.runtime / "t" / "s8"), "lead_ms": 1500},
+            "m2": real("mechaduino", place.runtime / "t" / "m8", setpoint_rate_Hz=40),
+            "s2": real("sac", place.runtime / "t" / "s8"),
         }
         self.near = place.serve(json.dumps({"bench": "r", "devices": devices}), bench="r")
         self.far.ready("m8")

@@ -33,16 +33,17 @@ class RunAxis:
     kind: ClassVar[Literal["servo", "stepper"]] = "servo"
     taken_by: ClassVar[str] = "enable"
 
-    def __init__(self) -> None:
+    def __init__(self, line_delay_ns: int = 0) -> None:
         self.commanded_deg: float | None = None
+        self._delay_ns = line_delay_ns
         self._typed_deg, self._rate_deg_per_s = 0.0, 0.0
 
     def take(self) -> Dialogue[None]:
         """Switch to position mode and the loop on, in one write: no step acts on another mode's number."""
         self.commanded_deg = None
-        yield from _drain(READINGS_NS)
+        yield from _drain(READINGS_NS + self._delay_ns)
         yield Send(b"xy")
-        here_deg = yield from _answer(_ENABLED, BOOT_NS, "y")
+        here_deg = yield from _answer(_ENABLED, BOOT_NS + self._delay_ns, "y")
         self._typed_deg, self._rate_deg_per_s = here_deg, 0.0
         self.commanded_deg = here_deg
 
@@ -59,7 +60,7 @@ class RunAxis:
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
         """Stop: with grace the set-point comes to rest on a ramp; with prejudice it stays as typed last."""
-        now_ns = yield from _drain(QUIET_NS)
+        now_ns = yield from _drain(QUIET_NS + self._delay_ns)
         path: Path = (PathPiece(0, self._typed_deg),)
         if how == "grace":
             path = to_rest(self._typed_deg, self._rate_deg_per_s, acceleration_rpm_per_s * DEG_PER_S)
@@ -70,7 +71,7 @@ class RunAxis:
         self.commanded_deg = None
         self._typed_deg, self._rate_deg_per_s = float(text), rate_deg_per_s
         yield Send(f"r{text}\n".encode())
-        taken_deg = yield from _answer(_TAKEN, ANSWER_NS, f"r{text}")
+        taken_deg = yield from _answer(_TAKEN, ANSWER_NS + self._delay_ns, f"r{text}")
         # The board has a float32, and prints two decimals of it.
         if abs(taken_deg - self._typed_deg) > 0.006 + 2e-7 * abs(self._typed_deg):
             raise DialogueError(f'"r{text}" was taken as {taken_deg}: characters were lost on the line')

@@ -26,8 +26,9 @@ class RunAxis:
     kind: ClassVar[Literal["servo", "stepper"]] = "stepper"
     taken_by: ClassVar[str] = "reset"
 
-    def __init__(self) -> None:
+    def __init__(self, line_delay_ns: int = 0) -> None:
         self.commanded_deg: float | None = None
+        self._delay_ns = line_delay_ns
         self._pulses = 0
         self._pulses_per_rev = self._slow_rpm = 1
 
@@ -51,16 +52,16 @@ class RunAxis:
         rpm = int(velocity_rpm)
         self.commanded_deg = None
         terminal = BoardTerminal()
-        yield from terminal.ask(f"xm{one_shot(pulses, f'v{rpm}')}s", ANSWER_NS)
+        yield from terminal.ask(f"xm{one_shot(pulses, f'v{rpm}')}s", ANSWER_NS + self._delay_ns)
         armed_ns = yield from wait_until(0)
         if armed_ns > start_ns:
             late_ms = (armed_ns - start_ns) / NS_PER_MS
             raise DialogueError(f"it took its command {late_ms:.0f} ms after the start; its line is too slow")
         yield from wait_until(start_ns)
-        yield from terminal.ask("y", ANSWER_NS)
+        yield from terminal.ask("y", ANSWER_NS + self._delay_ns)
         turns_ns = abs(pulses) * 60 * NS_PER_S // self._pulses_per_rev
         give_up_ns = start_ns + turns_ns // min(rpm, self._slow_rpm) + SPARE_NS
-        yield from _until_it_stands(terminal, start_ns + turns_ns // rpm, give_up_ns)
+        yield from self._until_it_stands(terminal, start_ns + turns_ns // rpm, give_up_ns)
         self._pulses += pulses
         self.commanded_deg = self._pulses * 360 / self._pulses_per_rev
 
@@ -69,28 +70,27 @@ class RunAxis:
         motion was cut short nobody knows."""
         yield Send(b"s\r" if how == "grace" else b"S\r")
         terminal = BoardTerminal()
-        yield from terminal.quiet(LOOK_NEAR_NS)
+        yield from terminal.quiet(LOOK_NEAR_NS + self._delay_ns)
         now_ns = yield from wait_until(0)
-        yield from _until_it_stands(terminal, now_ns, now_ns + _STOPS_NS, may_lose=_LOST)
+        yield from self._until_it_stands(terminal, now_ns, now_ns + _STOPS_NS, may_lose=_LOST)
 
-
-def _until_it_stands(
-    terminal: BoardTerminal, expected_ns: int, give_up_ns: int, may_lose: int = 0
-) -> Dialogue[None]:
-    now_ns = yield from wait_until(0)
-    while True:
-        pause_ns = LOOK_NEAR_NS if now_ns >= expected_ns else min(LOOK_NS, expected_ns - now_ns)
-        now_ns = yield from wait_until(now_ns + pause_ns)
-        try:
-            yield from stands_still(terminal, ANSWER_NS)
-            return
-        except Refusal:
-            if now_ns > give_up_ns:
-                raise DialogueError("it does not come to its end") from None
-        except DialogueError:
-            if (may_lose := may_lose - 1) < 0:
-                raise
-            terminal = BoardTerminal()
+    def _until_it_stands(
+        self, terminal: BoardTerminal, expected_ns: int, give_up_ns: int, may_lose: int = 0
+    ) -> Dialogue[None]:
+        now_ns = yield from wait_until(0)
+        while True:
+            pause_ns = LOOK_NEAR_NS if now_ns >= expected_ns else min(LOOK_NS, expected_ns - now_ns)
+            now_ns = yield from wait_until(now_ns + pause_ns)
+            try:
+                yield from stands_still(terminal, ANSWER_NS + self._delay_ns)
+                return
+            except Refusal:
+                if now_ns > give_up_ns:
+                    raise DialogueError("it does not come to its end") from None
+            except DialogueError:
+                if (may_lose := may_lose - 1) < 0:
+                    raise
+                terminal = BoardTerminal()
 
 
 def reset() -> Dialogue[None]:

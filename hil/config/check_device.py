@@ -30,7 +30,7 @@ EMULATED_KEYS = (
 )
 _OF_REAL_BOARDS = {
     "setpoint_rate_Hz": "a twin's set-point moves at each step",
-    "lead_ms": "a twin is told its motion in no time",
+    "line_delay_ms": "a run reaches a twin without a line",
 }
 """Keys that a twin has no use for, with the reason."""
 ANY_BOARDS_TABLES = ("stored", "empty")

@@ -156,12 +156,13 @@ class DeviceConfig(StrictModel):
         le=200,
         description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
     )
-    lead_ms: float | None = Field(
+    line_delay_ms: float | None = Field(
         default=None,
-        ge=50,
+        ge=0,
         le=60_000,
-        description="Time before each phrase of a run in which a real board (`at`) is told its motion; null:"
-        " 250. Longer for a board behind a network, or where the computer has much else to do.",
+        description="Maximum delay of the line to a real board (`at`) beside that of a cable, there and"
+        " back, as over a network or on a busy computer: a run tells the board its motions so much earlier,"
+        " and waits so much longer for its answers; null: 0.",
     )
     spi_previous_command: int = Field(
         default=0xFFFF,

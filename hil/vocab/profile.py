@@ -92,7 +92,7 @@ class Profile:
     """``follow(firmware, path, start_ns)`` lets an axis follow a path of set-points; None: it cannot."""
     dialogues: Mapping[str, Callable[[], Dialogue[Any]]] = field(default_factory=dict)
     """Dialogues with a real board over its terminal, by the verbs that they stand for."""
-    terminal_axis: Callable[[], TerminalAxis] | None = None
+    terminal_axis: Callable[[int], TerminalAxis] | None = None
     """Maker of what lets a real board be an axis of runs; None: nothing does."""
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""

@@ -1,7 +1,8 @@
 """Real board as an axis of runs, by dialogues of its profile over its terminal alone.
 
-``Profile.terminal_axis`` makes one of these, a ``TerminalServo`` or a ``TerminalStepper``. Times are those
-of the clock that answers ``Listen``.
+``Profile.terminal_axis`` makes one of these, a ``TerminalServo`` or a ``TerminalStepper``, from the maximum
+delay of the line beside that of a cable, there and back, in ns: it waits so much longer for answers. Times
+are those of the clock that answers ``Listen``.
 """
 
 from typing import ClassVar, Literal, Protocol

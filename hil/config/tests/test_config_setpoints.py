@@ -98,16 +98,16 @@ def test_only_real_boards_have_a_rate_of_setpoints() -> None:
     ]
 
 
-def test_only_real_boards_are_told_their_motion_ahead_of_time() -> None:
-    text = setpoints("{timeout_ms: 5}").replace("setpoints: {timeout_ms: 5}", "lead_ms: 1000")
+def test_only_real_boards_have_a_line_with_a_delay() -> None:
+    text = setpoints("{timeout_ms: 5}").replace("setpoints: {timeout_ms: 5}", "line_delay_ms: 1000")
     assert problems(text) == [
-        "b.yaml:5:5: devices.m1.lead_ms: a twin is told its motion in no time (leave this key out)"
+        "b.yaml:5:5: devices.m1.line_delay_ms: a run reaches a twin without a line (leave this key out)"
     ]
-    real = text.replace("    lead", "    at: /dev/ttyUSB0\n    lead")
-    assert parse(real, "b.yaml", CATALOGUE).devices["m1"].lead_ms == 1000
-    for wrong, said in (("49", "is too small (write 50.0 or more)"), ("60001", "is too large")):
+    real = text.replace("    line_", "    at: /dev/ttyUSB0\n    line_")
+    assert parse(real, "b.yaml", CATALOGUE).devices["m1"].line_delay_ms == 1000
+    for wrong, said in (("-1", "is too small (write 0.0 or more)"), ("60001", "is too large")):
         (problem,) = problems(real.replace("1000", wrong))
-        assert problem.startswith("b.yaml:6:14: devices.m1.lead_ms: ")
+        assert problem.startswith("b.yaml:6:20: devices.m1.line_delay_ms: ")
         assert said in problem
 
 

@@ -13,8 +13,8 @@ from hil.vocab.dialogue import Dialogue
 
 SETPOINT_RATE_HZ = 50.0
 """Default rate of set-points: a menu answers within a few milliseconds."""
-LEAD_MS = 250.0
-"""Default time to tell a SAC its motion before a phrase: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
+LEAD_NS = 250_000_000
+"""Time to tell a SAC its motion before a phrase: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
 
 
 class RealAxes:
@@ -40,8 +40,10 @@ class RealAxes:
         if (make := self._configured.catalogue.boards[config.profile].terminal_axis) is None:
             return None
         rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
-        period_ns, lead_ns = round(1e9 / rate_Hz), round((config.lead_ms or LEAD_MS) * 1e6)
-        board = self._boards[name] = RealAxis(self._bench, through, make(), period_ns, lead_ns)
+        delay_ns = round((config.line_delay_ms or 0) * 1e6)
+        board = self._boards[name] = RealAxis(
+            self._bench, through, make(delay_ns), round(1e9 / rate_Hz), LEAD_NS + delay_ns
+        )
         return board
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:

@@ -62,7 +62,7 @@ class World(asyncio.SelectorEventLoop):
     """Loop in which nothing takes time but what sleeps. ``near``: the bench with the twin ``m1``; ``far``:
     that of the boards behind ``lines``; ``axes``: all three as a run sees them."""
 
-    def __init__(self, lead_ms: float | None = None) -> None:
+    def __init__(self, line_delay_ms: float | None = None) -> None:
         self._now_s = 0.0
         self.near = Bench({"bench": "near", "devices": {"m1": SERVO}})
         self.far = Bench({"bench": "far", "devices": BOARDS})
@@ -73,7 +73,9 @@ class World(asyncio.SelectorEventLoop):
             joint.occupy(BoardEnd(joint, cast(Port, line)))
             self.places.boards[name] = joint
         devices = {
-            name: SimpleNamespace(profile=board["profile"], setpoint_rate_Hz=None, lead_ms=lead_ms)
+            name: SimpleNamespace(
+                profile=board["profile"], setpoint_rate_Hz=None, line_delay_ms=line_delay_ms
+            )
             for name, board in BOARDS.items()
         }
         config = SimpleNamespace(devices=devices, speed=1)
@@ -126,9 +128,9 @@ def _nothing() -> Any:
     yield from ()
 
 
-def in_world(doing: Any, lead_ms: float | None = None) -> None:
-    """Carry out ``await doing(world)``. ``lead_ms``: as in the configuration of both boards."""
-    world = World(lead_ms)
+def in_world(doing: Any, line_delay_ms: float | None = None) -> None:
+    """Carry out ``await doing(world)``. ``line_delay_ms``: as in the configuration of both boards."""
+    world = World(line_delay_ms)
     work: Coroutine[Any, Any, None] = doing(world)
     try:
         world.run_until_complete(work)

@@ -75,20 +75,29 @@ def test_set_points_are_typed_at_their_times_and_the_last_exactly() -> None:
     in_world(doing)
 
 
-@pytest.mark.parametrize(("lead_ms", "end"), [(None, "failed"), (1000.0, "done")])
-def test_a_board_behind_a_slow_line_needs_a_longer_lead(lead_ms: float | None, end: str) -> None:
+SLOW_LINES = [
+    ("m2", None, "failed", "was not answered"),
+    ("m2", 600.0, "done", ""),
+    ("s2", None, "failed", " ms after the start; its line is too slow"),
+    ("s2", 600.0, "done", ""),
+]
+
+
+@pytest.mark.parametrize(("name", "line_delay_ms", "end", "why"), SLOW_LINES)
+def test_a_board_behind_a_slow_line_is_told_earlier_and_waited_for(
+    name: str, line_delay_ms: float | None, end: str, why: str
+) -> None:
     async def doing(world: World) -> None:
         await world.taken()
-        world.lines["s2"].late_s = 0.3
-        done = await to_end(world, execution(world, {"move": {"m1": 90.0, "s2": 90.0}}))
-        assert done.state == end, done.why
-        if end == "failed":
-            assert done.why.startswith("s2 stopped: it took its command ")
-            assert done.why.endswith(" ms after the start; its line is too slow")
-        else:
-            assert world.far.axis("s2").snapshot().commanded_deg == pytest.approx(90.0)
+        world.lines[name].late_s = 0.55
+        done = await to_end(world, execution(world, {"move": {"m1": 90.0, name: 90.0}}))
+        assert (done.state, why in (done.why or "")) == (end, True), done.why
+        if end == "done":
+            snapshot = world.far.axis(name).snapshot()
+            there_deg = snapshot.r if name == "m2" else snapshot.commanded_deg
+            assert there_deg == pytest.approx(90.0, abs=0.001)
 
-    in_world(doing, lead_ms)
+    in_world(doing, line_delay_ms)
 
 
 def test_a_board_is_a_runs_own_until_it_stands() -> None:

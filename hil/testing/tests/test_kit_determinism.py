@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 import pytest
@@ -147,19 +147,19 @@ def test_devices_of_one_bench_are_each_as_if_alone() -> None:
 def test_a_calibration_takes_less_than_a_second() -> None:
     bench = Bench(CONFIG)
     bench.run(5000)
-    start_s = perf_counter()
+    start_s = process_time()
     bench.port("m1").write(b"c")
     bench.run(27000)
-    assert perf_counter() - start_s < 1.0
+    assert process_time() - start_s < 1.0
     assert bench.port("m1").read().endswith(b"non-volatile Flash memory!\r\n \r\n \r\n")
 
 
 def test_a_bench_is_made_in_a_moment() -> None:
     # The bound is far above what is usual, for slow machines; benchmarks watch the figure itself.
     def make_s() -> float:
-        start_s = perf_counter()
+        start_s = process_time()
         Bench(CONFIG)
-        return perf_counter() - start_s
+        return process_time() - start_s
 
     assert median(make_s() for _ in range(15)) < 0.25
 

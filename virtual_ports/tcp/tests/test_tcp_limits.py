@@ -107,7 +107,7 @@ def test_without_files_clients_wait(caplog: pytest.LogCaptureFixture) -> None:
                 await until(lambda: port.stats().turned_away == 3)  # a second apart
             ended_s = time.monotonic()
             await until(lambda: port.stats().clients == 22)
-            assert time.monotonic() - ended_s < 2
+            assert time.monotonic() - ended_s < 10
             for client in waiting:
                 client.close()
 
