@@ -25,9 +25,9 @@ ACK_CHARACTERS = 2 + 7 + 2
 PIECE_S = 1.0
 
 
-def config() -> str:
+def config(baud: int) -> str:
     names = [f"s{address}" for address in NODES]
-    segment = {"stations": names, "taps": {"m": {"port": "tcp"}}, "baud": 38400}
+    segment = {"stations": names, "taps": {"m": {"port": "tcp"}}, "baud": baud}
     devices = {name: {"profile": "sac", "port": "tcp"} for name in names}
     return json.dumps({"bench": "bench", "devices": devices, "segments": {"bus0": segment}})
 
@@ -82,7 +82,7 @@ def main() -> None:
         ("38400 baud, broadcasts alone", 38400, 10),
         ("1 Mbaud, one broadcast in ten", 1_000_000, 1),
     ):
-        with daemon(config()) as running:
+        with daemon(config(baud)) as running:
             control = running.folder / "run" / "bench" / "control.sock"
             wait_s(3)
             set_up(control, baud)
