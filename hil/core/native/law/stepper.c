@@ -108,14 +108,14 @@ static void outputs(hil_core *c, hil_axis *a, int64_t at_ns)
     for (int i = 0; i < 3; i++) out(c, a, HIL_OUT_MS1 + i, m->setup.mode_pins >> i & 1, at_ns);
 }
 
-static int is_clk_watched(const stepper *s) { return (s->watched & 1 << HIL_OUT_CLK) != 0; }
-
 static void rise(hil_core *c, hil_axis *a, int64_t at_ns)
 {
     stepper *s = a->own;
     s->fall_ns = at_ns + s->motion.fall_after * HALF_US;
+    s->is_pulsing = 1;
     if (is_clk_watched(s)) out(c, a, HIL_OUT_CLK, 0, at_ns);
     out(c, a, HIL_OUT_CLK, 1, at_ns);
+    s->is_pulsing = 0;
     turn(a, at_ns);
 }
 
@@ -177,10 +177,12 @@ static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
 
 /* ---- inputs ---- */
 
+/* One that its own pulse causes, over wires, is lost: an interrupt is not entered again before it has ended. */
 static void single(hil_core *c, hil_axis *a, int is_ccw, int64_t at_ns)
 {
     stepper *s = a->own;
-    if (!motion_single(&s->motion, is_ccw, half_us_after(at_ns))) return;
+    if (s->is_pulsing || !motion_single(&s->motion, is_ccw, half_us_after(at_ns))) return;
+    s->is_pulsing = 1;
     outputs(c, a, at_ns);
     rise(c, a, at_ns);
 }

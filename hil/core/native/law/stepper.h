@@ -11,6 +11,7 @@ typedef struct stepper {
     motion motion;
     int driver, teeth;
     int is_set_up;   /* the firmware has got past its cold start */
+    int is_pulsing;  /* it is in the middle of a pulse's edges */
     int32_t watched; /* outputs that somebody looks at, a bit each: recorded or wired */
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
@@ -28,6 +29,8 @@ extern const law sac_law;
 
 /* NULL: the axis has another law. */
 static inline stepper *stepper_of(const hil_axis *a) { return a->law == &sac_law ? a->own : NULL; }
+
+static inline int is_clk_watched(const stepper *s) { return (s->watched & 1 << HIL_OUT_CLK) != 0; }
 
 double stepper_commanded_deg(const hil_axis *a);
 double stepper_lag_steps(const hil_axis *a);

@@ -251,6 +251,33 @@ static void a_board_may_be_wired_to_itself(void)
     hil_core_free(c);
 }
 
+/* clk turns its own board's encoder, and, in a circle, that of the board behind it: pulses that make pulses. */
+static void a_pulse_makes_no_pulses_without_end(void)
+{
+    for (int boards = 1; boards <= 2; boards++) {
+        hil_core *c = new_core(2);
+        int group = open_group(c, 0);
+        for (int i = 0; i < boards; i++) {
+            hil_axis_open(c, group, &SAC);
+            hil_motion_setup(c, i, &SETUP);
+        }
+        for (int i = 0; i < boards; i++) {
+            CHECK_INT(hil_wire(c, i, HIL_OUT_CLK, (i + 1) % boards, HIL_IN_ENB), 0);
+            CHECK_INT(hil_wire(c, i, HIL_OUT_CLK, (i + 1) % boards, HIL_IN_ENA), 0);
+        }
+        uint64_t random = 7;
+        for (int k = 0; k < 2000; k++) {
+            int axis = (int)random_below(&random, boards), what = (int)random_below(&random, 3);
+            if (what) hil_motion_do(c, axis, HIL_MOTION_PULSE, what - 1, 0);
+            else hil_axis_power_up(c, axis); /* wherever its encoder is in the cycle */
+            hil_motion_setup(c, axis, &SETUP);
+            advance_to(c, group, hil_group_now(c, group) + random_below(&random, 100000));
+        }
+        CHECK_INT(hil_group_failed(c, group), 0);
+        hil_core_free(c);
+    }
+}
+
 static void commands_are_told_when_they_are_asked_for(void)
 {
     motion_entry e = {.steps = 2, .rpm = 5, .cycle_us = 1000};
@@ -384,6 +411,7 @@ void stepper_tests(void)
     RUN(clk_reads_as_it_is_whoever_looks);
     RUN(a_wire_moves_a_servos_set_point_with_each_rise);
     RUN(a_board_may_be_wired_to_itself);
+    RUN(a_pulse_makes_no_pulses_without_end);
     RUN(commands_are_told_when_they_are_asked_for);
     RUN(estop_and_sync_act_on_their_falling_edges);
     RUN(an_idle_motor_follows_the_encoder);
