@@ -191,7 +191,7 @@ def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -
     assert done["state"] == "failed"
     assert done["why"].split()[0] in ("m2", "s2")
     assert "is away" in done["why"]
-    assert done["ended_at_ns"] - before_ns < 2_000_000_000  # a ramp of 0.1 s, and asking beside other work
+    assert done["ended_at_ns"] - before_ns < 4_000_000_000  # a ramp of 0.1 s, and asking beside other work
     assert done["axes"]["m1"]["position_deg"] < 3000
     assert pair.near.status("m1")["snapshot"]["following"] == 0
 
@@ -206,7 +206,7 @@ def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
     assert (done["state"], done["axes"]["m2"]["commanded_deg"]) == ("failed", None)
     assert done["why"].startswith('m2 stopped: "r')
     assert "was not answered" in done["why"]
-    assert done["ended_at_ns"] - before_ns < 2_500_000_000
+    assert done["ended_at_ns"] - before_ns < 6_000_000_000  # 2 s for an answer, and 0.1 s of a ramp
     assert pair.near.status("m1")["snapshot"]["following"] == 0
     assert pair.shaft("s8")["motion_state"] == 0
 
