@@ -63,7 +63,7 @@ class Pair:
     def come_some_way(self) -> None:
         def shown() -> bool:
             state = self.state("a")
-            assert state["state"] in ("queued", "running"), state["why"]
+            assert state["state"] in ("queued", "running"), self.why(state)
             return self.shaft("s8")["pulses"] > 20 and self.shaft("m8")["yw"] > 40
 
         until(shown, "some way")
@@ -72,6 +72,11 @@ class Pair:
         answer = self.submit(name, *steps, **top)
         assert "problems" not in answer, answer
         return self.ended(name)
+
+    def why(self, state: dict[str, Any]) -> str:
+        """Reason of a run's end, and what both daemons have to say of themselves."""
+        near, far = (server.ask("status")["health"] for server in (self.near, self.far))
+        return f"{state['why']}; near: {near}; far: {far}; {self.near.output[-900:]}"
 
     def shaft(self, device: str) -> dict[str, Any]:
         """State of the far twin, which no terminal tells."""
@@ -94,7 +99,7 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
         {"spline": [{"m1": 90.0, "m2": 10.0}, {"m1": 0.0, "m2": 30.5}]},
         {"move_by": {"s2": -45.0}},
     )
-    assert done["state"] == "done", done["why"]
+    assert done["state"] == "done", pair.why(done)
     assert done["step"] == done["steps"] == 5
     assert pair.shaft("m8")["r"] == pytest.approx(30.5, abs=0.001)
     assert pair.shaft("m8")["yw"] == pytest.approx(30.5, abs=0.2)
@@ -106,7 +111,7 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
     assert done["axes"]["m1"]["error_max_deg"] < 5
     # The count goes on: where the second run finds the boards is where the first one left them.
     done = pair.perform("b", {"move": {"s2": 0.0, "m2": 0.0}})
-    assert done["state"] == "done", done["why"]
+    assert done["state"] == "done", pair.why(done)
     assert pair.shaft("s8")["commanded_deg"] == pytest.approx(0.0)
     text = pair.place.write(
         json.dumps({"run": "c", "axes": {"s2": {}}, "steps": [{"move": {"s2": 9}}]}), "c.yaml"
@@ -218,7 +223,7 @@ def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
     pair.come_some_way()
     pair.near.ask("inject", fault="shaft_jam", target="m1", parameters={})
     done = pair.ended("a")
-    assert (done["state"], done["why"].split()[0]) == ("failed", "m1"), done["why"]
+    assert (done["state"], done["why"].split()[0]) == ("failed", "m1"), pair.why(done)
     assert pair.shaft("s8")["motion_state"] == 0
     assert pair.shaft("m8")["r"] == pytest.approx(done["axes"]["m2"]["commanded_deg"], abs=0.001)
     assert pair.shaft("m8")["r"] < 3000
