@@ -42,7 +42,8 @@ def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: 
     assert back.read_bytes() == queue.read_bytes()
     shots = place.folder / "shots.txt"
     shots.write_bytes(b"\r\nv159\r\n" + b"\r\n" * 98)
-    assert sac(place, "oneshot", str(shots), "2").stdout == "sent: v159\n"
+    sent = sac(place, "oneshot", str(shots), "2")
+    assert sent.stdout == "sent: v159\n", sent
     refused = sac(place, "oneshot", str(shots), "1")
     assert (refused.returncode, refused.stderr) == (
         2,
