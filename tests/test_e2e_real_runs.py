@@ -15,6 +15,13 @@ def real(profile: str, at: Path, **keys: float) -> dict[str, Any]:
     return {"profile": profile, "at": str(at), "line_delay_ms": 3000} | keys
 
 
+def traffic(row: dict[str, Any]) -> dict[str, Any]:
+    """Counters of a port's bytes and clients in a row of ``status``."""
+    return {
+        key: value for key, value in row.items() if key.endswith("_bytes") or key in ("clients", "connects")
+    }
+
+
 class Pair:
     """A daemon whose twins m8 and s8 stand for real boards, and one whose m2 and s2 they are, beside its
     own twin m1."""
@@ -74,9 +81,12 @@ class Pair:
         return self.ended(name)
 
     def why(self, state: dict[str, Any]) -> str:
-        """Reason of a run's end, and what both daemons have to say of themselves."""
-        near, far = (server.ask("status")["health"] for server in (self.near, self.far))
-        return f"{state['why']}; near: {near}; far: {far}; {self.near.output[-900:]}"
+        """Reason of a run's end, the health of both daemons, and the traffic at both ends of the lines."""
+        said = [str(state["why"])]
+        for server, names in ((self.near, ("m2", "s2")), (self.far, ("m8", "s8"))):
+            said.append(str(server.ask("status")["health"]))
+            said += (f"{name}: {traffic(server.status(name))}" for name in names)
+        return "; ".join(said)
 
     def shaft(self, device: str) -> dict[str, Any]:
         """State of the far twin, which no terminal tells."""
