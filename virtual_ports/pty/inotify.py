@@ -42,6 +42,8 @@ class _Inotify:
     def __init__(self, loop: asyncio.AbstractEventLoop, directory: Path) -> None:
         self._loop = loop
         self._listeners: dict[int, Listener] = {}
+        self._untold: dict[int, list[int]] = {}
+        self._events_lost = False
         self._fd = _checked(_libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC), "inotify_init1")
         try:
             self._watch(directory)
@@ -63,6 +65,7 @@ class _Inotify:
 
     def remove(self, wd: int) -> None:
         del self._listeners[wd]
+        self._untold.pop(wd, None)
         _libc.inotify_rm_watch(self._fd, wd)
 
     def close_if_unused(self) -> bool:
@@ -72,12 +75,24 @@ class _Inotify:
         os.close(self._fd)
         return True
 
-    def pending(self) -> bool:
-        return bool(self._poll.poll(0))
+    def pending(self, wd: int) -> bool:
+        """True if something has happened to this pts that ``drain`` has not told."""
+        self._read()
+        if self._untold or self._events_lost:
+            self._loop.call_soon(self.drain)  # the loop sees no more what was read here
+        return self._events_lost or wd in self._untold
 
     def drain(self) -> None:
-        steps: dict[int, list[int]] = {}
-        lost = False
+        if not self._listeners:
+            return  # closed meanwhile
+        self._read()
+        steps, self._untold = self._untold, {}
+        lost, self._events_lost = self._events_lost, False
+        for wd in list(self._listeners) if lost else steps:
+            if wd in self._listeners:
+                self._listeners[wd](steps.get(wd, []), lost)
+
+    def _read(self) -> None:
         more = True
         while more and self._poll.poll(0):  # cheaper than to read and to fail, which is the rule
             chunk = os.read(self._fd, _READ_BYTES)
@@ -86,11 +101,9 @@ class _Inotify:
             while at < len(chunk):
                 wd, mask, _, name_bytes = _EVENT.unpack_from(chunk, at)
                 at += _EVENT.size + name_bytes
-                lost |= bool(mask & _IN_Q_OVERFLOW)
+                self._events_lost |= bool(mask & _IN_Q_OVERFLOW)
                 if wd in self._listeners and mask & (_IN_OPEN | _IN_CLOSE):
-                    steps.setdefault(wd, []).append(1 if mask & _IN_OPEN else -1)
-        for wd in list(self._listeners) if lost else steps:
-            self._listeners[wd](steps.get(wd, []), lost)
+                    self._untold.setdefault(wd, []).append(1 if mask & _IN_OPEN else -1)
 
 
 _of_loop: WeakKeyDictionary[asyncio.AbstractEventLoop, _Inotify] = WeakKeyDictionary()
@@ -120,8 +133,8 @@ class ClientWatch:
         self._shared.drain()
 
     def pending(self) -> bool:
-        """True if something has happened that ``drain`` has not told."""
-        return self._shared.pending()
+        """True if something has happened to this pts that ``drain`` has not told."""
+        return self._shared.pending(self._wd)
 
     def close(self) -> None:
         """End the watch. Call it once."""

@@ -15,6 +15,8 @@ import serial
 
 from hil.testing.ports import RecordingHost, Scenario, accounted, open_fds, read_exactly, run_port, until
 from hil.vocab.ports import Port, PortContext
+from virtual_ports.pty.clients import Clients
+from virtual_ports.pty.pair import PtyPair
 from virtual_ports.pty.port import Options, make
 
 DEADLINE_S = 20.0
@@ -43,6 +45,31 @@ def test_the_terminal_is_raw_when_its_name_appears_and_again_for_the_next_client
             await until(lambda: port.stats().clients == 0)
 
     run(tmp_path, scenario)
+
+
+def test_clients_of_other_terminals_do_not_keep_a_line_from_its_rest(tmp_path: Path) -> None:
+    """All ptys of a system share a directory, and one of another program may open at any moment."""
+
+    async def main() -> None:
+        pair = PtyPair(lambda error: pytest.fail(str(error)))
+
+        def left(baud: int | None) -> None:
+            for fd in os.openpty():
+                os.close(fd)
+
+        clients = Clients(pair, asyncio.get_running_loop(), lambda: None, left)
+        fd = os.open(pair.pts, os.O_RDWR | os.O_NOCTTY)
+        cooked = termios.tcgetattr(fd)
+        cooked[3] = termios.ICANON
+        termios.tcsetattr(fd, termios.TCSANOW, cooked)
+        clients.notice()
+        os.close(fd)
+        clients.notice()
+        assert (clients.count, termios.tcgetattr(pair.slave)[3]) == (0, 0)
+        clients.close()
+        pair.close()
+
+    asyncio.run(main())
 
 
 def test_several_clients_share_the_line(tmp_path: Path) -> None:
