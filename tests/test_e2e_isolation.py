@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from e2e_support import Place, config, until
+from e2e_support import Client, Place, Server, config, until
 
 BROKEN = """
 import asyncio, logging, sys
@@ -78,6 +78,13 @@ REASONS = {
 }
 
 
+def typed(server: Server, client: Client, data: bytes) -> None:
+    """Type at m1, and wait until it has come: a request at the control socket may be quicker than a pty."""
+    come = server.status("m1")["rx_bytes"] + len(data)
+    client.write(data)
+    until(lambda: server.status("m1")["rx_bytes"] == come, "what was typed")
+
+
 @pytest.mark.parametrize("port", [{"port": "pty"}, {"port": {"kind": "tcp"}}], ids=["pty", "tcp"])
 def test_a_broken_firmware_stops_its_device_alone(place: Place, port: dict[str, object]) -> None:
     path = place.write(config(speed=20, devices={"m1": port, "m2": {}}))
@@ -100,11 +107,11 @@ def test_a_broken_firmware_stops_its_device_alone(place: Place, port: dict[str, 
             assert f"m1 stopped: {reason}" in server.output
         assert "the other devices go on; `hil reset m1` restarts it" in server.output
         # What is typed to a stopped device is not kept for the next start.
-        client.write(b"rrr")
+        typed(server, client, b"rrr")
         place.cli("reset", "m1")
         client.read_until(b"up\r\n")
 
-        client.write(b"c")
+        typed(server, client, b"c")
         place.cli("reset", "m1")
         client.read_until(b"[hil: m1 stopped: RuntimeError: no such board (script.py:")
         until(lambda: "no such board (script.py:" in (server.status("m1")["failed"] or ""), "the reason")
