@@ -101,12 +101,12 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
     for row in file.rows:
         try:
             yield from terminal.ask(row.command(steps_per_rev))
+            yield Progress(row.position, ROWS, f"row {row.position}")
         except DialogueError as error:
             raise DialogueError(
                 f"stopped at row {row.position} of {ROWS}: {error};"
                 " the board's queue is a mixture of old and new rows, load it again"
             ) from error
-        yield Progress(row.position, ROWS, f"row {row.position}")
     try:
         shown = yield from _listing(terminal)
     except DialogueError as error:
@@ -121,7 +121,12 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
     if wrong:
         raise DialogueError("the board has not what was sent:\n" + "\n".join(wrong))
     if store:
-        yield from terminal.ask("qs")
+        try:
+            yield from terminal.ask("qs")
+        except DialogueError as error:
+            raise DialogueError(
+                f"all rows are in the board, but perhaps not in its EEPROM: {error}; store them again"
+            ) from error
     return len(shown)
 
 

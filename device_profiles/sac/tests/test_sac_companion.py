@@ -13,7 +13,7 @@ from device_profiles.sac.companion_files import (
     write_queue,
 )
 from hil.testing import Bench
-from hil.vocab.dialogue import DialogueError, Heard, Listen, Refusal, Send
+from hil.vocab.dialogue import DialogueError, Heard, Listen, Progress, Refusal, Send
 
 # Rows of a file that the companion program saved, and others in its form.
 FORM = [
@@ -274,6 +274,39 @@ def test_a_port_that_goes_in_the_middle_says_where_it_stopped():
     with pytest.raises(DialogueError, match=r"^stopped at row 12 of 30: /dev/ttyUSB0 has gone; "):
         played(companion.load(read_queue(FILE, "q.txt"), store=True), board_that_goes)
     assert b"qs\r" not in sent
+
+
+def interrupted(dialogue, at):
+    """Run a dialogue until a step of it for which ``at`` is true, and break it off there."""
+    step = next(dialogue)
+    while not at(step):
+        step = dialogue.send((yield step))
+    dialogue.throw(DialogueError("interrupted"))
+
+
+def has_sent(line):
+    return lambda step: isinstance(step, Send) and step.data == line
+
+
+@pytest.mark.parametrize(
+    ("at", "said"),
+    [
+        (lambda step: isinstance(step, Progress), r"^stopped at row 1 of 30: interrupted; .* load it again$"),
+        (
+            lambda step: isinstance(step, Progress) and step.done == 30,
+            r"^stopped at row 30 of 30: interrupted; .* load it again$",
+        ),
+        (has_sent(b"q\r"), "^all rows were sent, but could not be read back: interrupted; load them again$"),
+        (
+            has_sent(b"qs\r"),
+            "^all rows are in the board, but perhaps not in its EEPROM: interrupted; store them again$",
+        ),
+    ],
+    ids=["first row", "last row", "reading back", "storing"],
+)
+def test_a_load_that_is_broken_off_says_what_is_in_the_board(at, said):
+    with pytest.raises(DialogueError, match=said):
+        board().talk("s1", interrupted(companion.load(read_queue(FILE, "q.txt"), store=True), at))
 
 
 def test_a_board_that_kept_something_else_is_not_believed():
