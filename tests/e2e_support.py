@@ -266,8 +266,8 @@ class Place:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         for server in self._servers:
-            if error:
-                print(f"--- hil serve, process {server.pid}\n{server.output[-4000:]}")
+            # Always: a fixture is not told of its test's failure, and only then it is shown.
+            print(f"--- hil serve, process {server.pid}\n{server.output[-4000:]}")
             server.close()
         shutil.rmtree(self.folder)
 
