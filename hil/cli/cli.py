@@ -1,14 +1,12 @@
 """The command ``hil``. Imports what a command needs when it runs, so that each starts quickly."""
 
 import json
-import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from hil import __version__
 from hil.cli import arduino_commands as arduino
 from hil.cli import (
     axis_command,
@@ -20,99 +18,11 @@ from hil.cli import (
     run_command,
 )
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, found, port_of
+from hil.cli.serve_command import Config, StateDir, command_line, read_config
 
-app = typer.Typer(
-    name="hil",
-    cls=board_commands.WithOthers,
-    help="Virtual motion-control boards behind real serial ports.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+app = command_line(board_commands.WithOthers)
 
-Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
-StateDir = Annotated[
-    Path | None,
-    typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"hil {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
-    ] = False,
-) -> None:
-    pass
-
-
-@app.command()
-def serve(
-    config: Config,
-    runtime_dir: RuntimeDir = None,
-    state_dir: StateDir = None,
-    require_rt: Annotated[
-        bool,
-        typer.Option(
-            "--require-rt", help="Exit with 2 where real-time priority or locked memory is refused."
-        ),
-    ] = False,
-    port_group: Annotated[
-        str | None,
-        typer.Option("--port-group", help="Group of ptys whose `group:` is null.", metavar="GROUP"),
-    ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
-    ] = None,
-) -> None:
-    """Run a bench until Ctrl-C or SIGTERM."""
-    import asyncio
-    import os
-
-    from hil.cli.started import started
-    from hil.daemon import Daemon
-    from hil.host.journal import start_log
-    from hil.host.notify import Notifier
-    from hil.host.paths import log_file, runtime_base, state_base
-    from hil.host.process import allow_many_files
-    from hil.live.refusals import StartError
-
-    writer = start_log(sys.stderr, os.environ)
-    notifier = Notifier(os.environ, os.getpid())
-    try:
-        bench = _read_config(config)
-    except typer.Exit:
-        notifier.status(f"{config} has problems; the log lists them")
-        raise
-    daemon = Daemon(
-        bench,
-        config_folder=config.parent,
-        config_file=config,
-        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench),
-        state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
-        input_log=log_file(log, os.environ),
-        require_rt=require_rt,
-        port_group=port_group,
-        notifier=notifier,
-    )
-    allow_many_files()
-    try:
-        try:
-            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
-        finally:
-            writer.close()
-    except StartError as error:
-        notifier.status(str(error))
-        raise fail(f"hil: {error}", 2) from None
 
 
 @app.command()
@@ -130,7 +40,7 @@ def check(
     from hil.compose import find_catalogue
     from hil.compose.build import TableFileError, start_sections
 
-    bench = _read_config(config)
+    bench = read_config(config)
     problems, boards = [], find_catalogue(path=bench.profile_path).boards
     for name, device in bench.devices.items():
         try:
@@ -145,7 +55,7 @@ def check(
         return
     from hil.config import diff as difference
 
-    for change in difference(_read_config(diff), bench):
+    for change in difference(read_config(diff), bench):
         why = f" ({'; '.join(change.why)})" if change.why else ""
         typer.echo(f"{change.action:8}{change.device or 'the whole bench'}{why}")
 
@@ -160,7 +70,7 @@ def schema(
     from hil.compose import find_catalogue
     from hil.config import schema as json_schema
 
-    path = _read_config(config).profile_path if config else ()
+    path = read_config(config).profile_path if config else ()
     typer.echo(json.dumps(json_schema(find_catalogue(path=path)), indent=2))
 
 
@@ -382,18 +292,3 @@ app.command()(line_commands.decode)
 app.command()(line_commands.play)
 app.command("arduino-discovery", hidden=True)(arduino.discovery)
 app.command("arduino-monitor", hidden=True)(arduino.monitor)
-
-
-def _read_config(path: Path) -> Any:
-    from hil.compose import find_catalogue
-    from hil.config import ConfigError, parse
-
-    try:
-        # Also from a shell's `<(...)`, which is a pipe.
-        return parse(path.read_text(), str(path), find_catalogue())
-    except ConfigError as error:
-        raise fail(str(error), 2) from None
-    except UnicodeDecodeError as error:
-        raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
-    except OSError as error:
-        raise fail(f"hil: {path}: {error.strerror}", 2) from None

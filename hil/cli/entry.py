@@ -17,7 +17,8 @@ def main() -> None:
         from hil.host.journal import give_streams
 
         give_streams()
-    if sys.argv[1:2] == ["serve"]:
+    is_serving = sys.argv[1:2] == ["serve"]
+    if is_serving:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
     else:  # `serve` handles signals in its own way
@@ -25,8 +26,10 @@ def main() -> None:
 
         end_by_signals()
     try:
-        from hil.cli.cli import app
-
+        if is_serving:
+            from hil.cli.serve_command import app
+        else:
+            from hil.cli.cli import app
         app()
     except KeyboardInterrupt:  # outside of any command
         sys.exit(INTERRUPTED)

@@ -1,0 +1,127 @@
+"""``hil serve``. It has a command line of its own too (``app``), so that a daemon starts without what the
+other commands import."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from hil import __version__
+from hil.cli.ask import RuntimeDir, fail
+
+Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
+StateDir = Annotated[
+    Path | None,
+    typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
+]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hil {__version__}")
+        raise typer.Exit
+
+
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def serve(
+    config: Config,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    require_rt: Annotated[
+        bool,
+        typer.Option(
+            "--require-rt", help="Exit with 2 where real-time priority or locked memory is refused."
+        ),
+    ] = False,
+    port_group: Annotated[
+        str | None,
+        typer.Option("--port-group", help="Group of ptys whose `group:` is null.", metavar="GROUP"),
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
+    ] = None,
+) -> None:
+    """Run a bench until Ctrl-C or SIGTERM."""
+    import asyncio
+    import os
+
+    from hil.cli.started import started
+    from hil.daemon import Daemon
+    from hil.host.journal import start_log
+    from hil.host.notify import Notifier
+    from hil.host.paths import log_file, runtime_base, state_base
+    from hil.host.process import allow_many_files
+    from hil.live.refusals import StartError
+
+    writer = start_log(sys.stderr, os.environ)
+    notifier = Notifier(os.environ, os.getpid())
+    try:
+        bench = read_config(config)
+    except typer.Exit:
+        notifier.status(f"{config} has problems; the log lists them")
+        raise
+    daemon = Daemon(
+        bench,
+        config_folder=config.parent,
+        config_file=config,
+        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench),
+        state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
+        input_log=log_file(log, os.environ),
+        require_rt=require_rt,
+        port_group=port_group,
+        notifier=notifier,
+    )
+    allow_many_files()
+    try:
+        try:
+            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
+        finally:
+            writer.close()
+    except StartError as error:
+        notifier.status(str(error))
+        raise fail(f"hil: {error}", 2) from None
+
+
+def read_config(path: Path) -> Any:
+    """Read a configuration. Raises typer.Exit: it has problems, which were said."""
+    from hil.compose import find_catalogue
+    from hil.config import ConfigError, parse
+
+    try:
+        # Also from a shell's `<(...)`, which is a pipe.
+        return parse(path.read_text(), str(path), find_catalogue())
+    except ConfigError as error:
+        raise fail(str(error), 2) from None
+    except UnicodeDecodeError as error:
+        raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {path}: {error.strerror}", 2) from None
+
+
+def command_line(group: type[TyperGroup]) -> typer.Typer:
+    """Make the command line ``hil`` with ``serve`` alone; ``group`` finds further commands."""
+    made = typer.Typer(
+        name="hil",
+        cls=group,
+        help="Virtual motion-control boards behind real serial ports.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    made.callback()(_options)
+    made.command()(serve)
+    return made
+
+
+app = command_line(TyperGroup)
