@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import chain
-from math import isfinite, nan
+from math import hypot, isfinite, nan
 from operator import itemgetter
 from struct import Struct
 from typing import NamedTuple
@@ -93,7 +93,7 @@ class AxisRegisters:
         is_angle = said.keeps_angle or "commanded_deg" in self._map.info.fields
         set_point = said.commanded_deg if is_angle and said.commanded_deg is not None else nan
         position = said.position_deg if said.position_deg is not None else nan
-        current_A = (field(look, "current_a_A") ** 2 + field(look, "current_b_A") ** 2) ** 0.5
+        current_A = hypot(field(look, "current_a_A"), field(look, "current_b_A"))
         return _FIXED_WORDS.unpack(
             _FIXED.pack(
                 layout.VERSION,

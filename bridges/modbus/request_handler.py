@@ -1,0 +1,115 @@
+"""Requests to units, carried out at the desk, and their answers. The same for all lines and connections."""
+
+import asyncio
+import logging
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from inspect import isawaitable
+
+from bridges.modbus.door_units import DoorUnit, DoorUnits
+from bridges.modbus.motion_ends import MotionEnds
+from hil.net.limits import Limit
+from hil.registers.control_word import Wanted
+from hil.registers.register_unit import Halves, Stage
+from hil.vocab.desk_protocol import AxisLook, Desk, Source
+from hil.vocab.verbs import VerbRefused
+from hil.wire.modbus.identification import Identification, identify
+from hil.wire.modbus.pdu import Code, Function, Refused, Span, Table, answer, exception, parse
+
+log = logging.getLogger("hil")
+
+EXCEPTIONS = {
+    "no_device": Code.GATEWAY_TARGET_FAILED,
+    "no_place": Code.ILLEGAL_DATA_ADDRESS,
+    "no_verb": Code.ILLEGAL_DATA_ADDRESS,
+    "no_parameter": Code.ILLEGAL_DATA_ADDRESS,
+    "no_run": Code.ILLEGAL_DATA_ADDRESS,
+    "bad_request": Code.ILLEGAL_DATA_VALUE,
+    "bad_parameter": Code.ILLEGAL_DATA_VALUE,
+    "bad_run": Code.ILLEGAL_DATA_VALUE,
+    "bad_config": Code.ILLEGAL_DATA_VALUE,
+    "not_now": Code.SERVER_DEVICE_BUSY,
+    "cannot": Code.SERVER_DEVICE_FAILURE,
+    "failed": Code.SERVER_DEVICE_FAILURE,
+    "forbidden": Code.ILLEGAL_FUNCTION,
+}
+"""Exceptions for refusals of the desk. Modbus/TCP Security refuses by role with 01 (R-29)."""
+
+
+@dataclass(eq=False)
+class Asker:
+    """Client of the door. What it has written of a value, and not yet the rest, is its own."""
+
+    source: Source
+    halves: dict[DoorUnit, Halves] = field(default_factory=dict)
+
+
+class RequestHandler:
+    """Requests to the units of a bench. ``carried_out``: operations that were; ``exceptions``: by code."""
+
+    def __init__(self, desk: Desk, units: DoorUnits, identify: Callable[[DoorUnit], Identification]) -> None:
+        self._desk, self._units, self._identity = desk, units, identify
+        self._ends = MotionEnds(desk)
+        self._limits: dict[Code, Limit] = {}
+        self.requests = self.carried_out = 0
+        self.exceptions: Counter[str] = Counter()
+
+    async def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes:
+        """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused."""
+        self.requests += 1
+        try:
+            return await self._answer(asker, self._units.find(number), pdu)
+        except Refused as refused:
+            code, why = refused.code, str(refused)
+        except VerbRefused as refusal:
+            code, why = EXCEPTIONS[refusal.code], f"{refusal.code}: {refusal}"
+        self.exceptions[f"{code:02}"] += 1
+        self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
+        return exception(pdu[0], code)
+
+    async def _answer(self, asker: Asker, unit: DoorUnit, pdu: bytes) -> bytes:
+        request = parse(pdu)
+        if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
+            return identify(request, self._identity(unit))
+        registers, halves = unit.registers, asker.halves.setdefault(unit, {})
+        write = request.write
+        if request.mask:
+            span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
+            write = registers.masked(request.mask, self._look(asker, unit, span), halves)
+        if write and request.read:  # what cannot be read back is not carried out
+            registers.check(request.read)
+        if write:
+            for wanted in registers.write(write, halves):
+                await self._carry_out(asker, unit, wanted)
+        if not request.read:
+            return answer(request, ())
+        look = self._look(asker, unit, request.read)
+        return answer(request, registers.read(request.read, look, halves))
+
+    def _look(self, asker: Asker, unit: DoorUnit, span: Span) -> AxisLook | None:
+        if not unit.registers.needs_look(span):
+            return None
+        look: AxisLook = self._desk.ask(asker.source, "look", unit.info.name, {})
+        return look
+
+    async def _carry_out(self, asker: Asker, unit: DoorUnit, wanted: Wanted) -> None:
+        try:
+            result = self._desk.ask(asker.source, wanted.operation, unit.info.name, wanted.given)
+            if isawaitable(result):
+                result = await result
+        except VerbRefused:
+            unit.registers.note(wanted, Stage.REFUSED)
+            raise
+        self.carried_out += 1
+        self._ends.follow(unit, wanted, asker.source, result)
+
+    def _tell(self, code: Code, why: str) -> None:
+        if (limit := self._limits.get(code)) is None:
+            limit = self._limits[code] = Limit(log.info, asyncio.get_running_loop())
+        limit.reached(why)
+
+    async def close(self) -> None:
+        for limit in self._limits.values():
+            limit.close()
+        await self._ends.close()

@@ -1,0 +1,156 @@
+"""Clients of Modbus TCP: framing, order of answers, certificates."""
+
+import asyncio
+import logging
+import socket
+import ssl
+from collections import Counter
+from collections.abc import Mapping
+
+from bridges.modbus.client_role import NoRole, role_of
+from bridges.modbus.door_options import Certificates
+from bridges.modbus.request_handler import Asker, RequestHandler
+from hil.net.limits import Limit
+from hil.net.visitors import Visit, Visitors
+from hil.vocab.bridge_protocol import BridgeError
+from hil.vocab.desk_protocol import Source
+from hil.vocab.verbs import Role
+from hil.wire.modbus.mbap import MbapSplitter, encode
+
+log = logging.getLogger("hil")
+
+CONNECTIONS = 64
+HANDSHAKE_S = 5.0
+READ_BYTES = 4096
+"""Bytes that are read at once: some 340 requests at most, which are answered in turns."""
+AT_ONCE = 16
+"""Requests of a client between two turns of others: a millisecond."""
+_ANYBODY = Source("modbus client", Role.OPERATOR)
+
+
+class TcpConnections:
+    """Connections of Modbus TCP. ``certificates``: None, and whoever comes is an operator. ``closed``:
+    connections that were closed by the door, by reason."""
+
+    def __init__(self, handler: RequestHandler, certificates: Certificates | None) -> None:
+        self._handler = handler
+        self._roles: Mapping[str, str] = certificates.roles if certificates else {}
+        self._tls = _context(certificates) if certificates else None
+        self._visitors: Visitors | None = None
+        self.closed: Counter[str] = Counter()
+
+    def listen(self, listeners: list[socket.socket]) -> None:
+        loop = asyncio.get_running_loop()
+        self._said = Limit(log.info, loop)
+        self._visitors = Visitors("modbus", CONNECTIONS, loop, self._stay, log.warning)
+        for listener in listeners:
+            self._visitors.listen(listener)
+
+    @property
+    def count(self) -> int:
+        return len(self._visitors.visits) if self._visitors else 0
+
+    @property
+    def turned_away(self) -> int:
+        return self._visitors.turned_away if self._visitors else 0
+
+    async def close(self) -> None:
+        if self._visitors:
+            self._visitors.close()
+            await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
+            self._said.close()
+
+    async def _stay(self, connection: socket.socket, visit: Visit) -> None:
+        try:
+            reader, writer = await self._streams(connection)
+        except (OSError, TimeoutError) as error:  # of ssl, too
+            self._close("tls", str(error))
+            connection.close()
+            return
+        except BaseException:
+            connection.close()
+            raise
+        try:
+            source = self._source(writer)
+            await self._serve(reader, writer, visit, Asker(source))
+        except NoRole as error:
+            self._close("role", str(error))
+        except OSError:
+            pass  # it left
+        finally:
+            writer.transport.abort()
+
+    async def _streams(self, connection: socket.socket) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        loop = asyncio.get_running_loop()
+        reader = asyncio.StreamReader(limit=READ_BYTES)
+        protocol = asyncio.StreamReaderProtocol(reader)
+        transport, _ = await loop.connect_accepted_socket(
+            lambda: protocol,
+            connection,
+            ssl=self._tls,
+            ssl_handshake_timeout=HANDSHAKE_S if self._tls else None,
+        )
+        return reader, asyncio.StreamWriter(transport, protocol, reader, loop)
+
+    def _source(self, writer: asyncio.StreamWriter) -> Source:
+        """Who a client is. Raises NoRole."""
+        if self._tls is None:
+            return _ANYBODY
+        ssl_object = writer.get_extra_info("ssl_object")
+        name, role = role_of(ssl_object.getpeercert(binary_form=True) or b"", self._roles)
+        return Source(f"modbus client {name}", role)
+
+    async def _serve(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit, asker: Asker
+    ) -> None:
+        loop, splitter = asyncio.get_running_loop(), MbapSplitter()
+        while data := await reader.read(READ_BYTES):
+            answers = bytearray()
+            for count, (transaction, unit, pdu) in enumerate(splitter.feed(data), 1):
+                visit.has_asked = visit.is_busy = True
+                answers += encode(transaction, unit, await self._handler.answer(asker, unit, pdu))
+                visit.is_busy = False  # who does not read the answers gives way to others
+                if count % AT_ONCE == 0:
+                    writer.write(bytes(answers))
+                    answers.clear()
+                    await writer.drain()
+                    await asyncio.sleep(0)
+            writer.write(bytes(answers))
+            await writer.drain()
+            visit.since_s = loop.time()
+            if splitter.fault:
+                self._close("framing", f"{asker.source.name}: {splitter.fault}")
+                writer.close()
+                await writer.wait_closed()  # until the client has what was answered before
+                return
+
+    def _close(self, reason: str, why: str) -> None:
+        self.closed[reason] += 1
+        self._said.reached(f"bridges.modbus: a connection was closed: {why}")
+
+
+def _context(certificates: Certificates) -> ssl.SSLContext:
+    """TLS of the door. Raises BridgeError: a file cannot be used."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    context.verify_mode = ssl.CERT_REQUIRED
+    for what, path in (
+        ("certificate", certificates.certificate),
+        ("key", certificates.key),
+        ("clients", certificates.clients),
+    ):
+        if not path.is_file():
+            raise BridgeError(f"tls.{what}: {path} is no file; write where it is")
+    try:
+        context.load_cert_chain(certificates.certificate, certificates.key, password="")
+    except (OSError, ValueError) as error:
+        raise BridgeError(
+            f"tls: {certificates.certificate} and {certificates.key} are no certificate and its key: {error}"
+        ) from None
+    try:
+        context.load_verify_locations(certificates.clients)
+    except (OSError, ValueError) as error:
+        raise BridgeError(
+            f"tls.clients: {certificates.clients} is no authority's certificate: {error}"
+        ) from None
+    return context
