@@ -5,8 +5,6 @@ from collections.abc import Collection, Mapping
 from importlib.metadata import version
 from typing import Any
 
-from hil.wire.modbus.identification import Identification
-
 from bridges.modbus.door_options import Options
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import EXCEPTIONS, RequestHandler
@@ -14,6 +12,7 @@ from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
 from hil.vocab.desk_protocol import Desk
+from hil.wire.modbus.identification import Identification
 
 __all__ = ["Options", "make", "reference"]
 

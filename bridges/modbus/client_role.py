@@ -18,8 +18,8 @@ _SUBJECT = 4
 _LENGTH_BYTES = 4
 
 
-class Client(NamedTuple):
-    """Client as its certificate names it. ``role``: what the extension says, empty without one."""
+class CertifiedClient(NamedTuple):
+    """CertifiedClient as its certificate names it. ``role``: what the extension says, empty without one."""
 
     name: str
     role: str
@@ -47,7 +47,7 @@ def role_of(certificate: bytes, roles: Mapping[str, str]) -> tuple[str, Role]:
     return client.name, known[said.lower()]
 
 
-def read_client(certificate: bytes) -> Client:
+def read_client(certificate: bytes) -> CertifiedClient:
     """Read name and role out of a certificate in DER. Raises ValueError, IndexError: it is none."""
     ((_, whole),) = _parts(certificate)
     to_be_signed = next(_parts(whole))[1]
@@ -57,7 +57,7 @@ def read_client(certificate: bytes) -> Client:
     for pair in map(list, map(_parts, names)):
         if pair[0] == (_OID, _COMMON_NAME):
             name = pair[1][1].decode()
-    return Client(name, _role(parts))
+    return CertifiedClient(name, _role(parts))
 
 
 def _role(parts: list[tuple[int, bytes]]) -> str:

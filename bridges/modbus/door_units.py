@@ -3,14 +3,13 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from hil.wire.modbus.pdu import Code, Refused
-
 from bridges.modbus.door_options import UNITS
 from hil.registers.register_map import register_map
 from hil.registers.register_unit import RegisterUnit
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, DeviceInfo
+from hil.wire.modbus.pdu import Code, Refused
 
 _ANY = (0, 255)
 """Numbers with which clients mean a device that is no gateway (Messaging on TCP/IP V1.0b, 3.1.3)."""

@@ -5,7 +5,7 @@ from typing import Any
 
 from bridges.modbus.door_units import DoorUnit
 from hil.registers.control_word import Wanted
-from hil.registers.register_unit import Stage
+from hil.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import Effect, VerbRefused
 
@@ -24,9 +24,9 @@ class MotionEnds:
         self._drop(unit, number)
         verb = unit.registers.map.verbs[number]
         if verb.effect is not Effect.ENDS or not unit.info.is_seen or not isinstance(answer, Done):
-            unit.registers.note(wanted, Stage.DONE)
+            unit.registers.note(wanted, VerbStage.DONE)
             return
-        unit.registers.note(wanted, Stage.BUSY)
+        unit.registers.note(wanted, VerbStage.BUSY)
         task = asyncio.get_running_loop().create_task(self._wait(unit, wanted, source, answer))
         self._waits[unit, number] = task
         task.add_done_callback(lambda ended: self._forget(unit, number, ended))
@@ -37,9 +37,9 @@ class MotionEnds:
         try:
             ended = await self._desk.ask(source, "wait", unit.info.name, given)
         except VerbRefused:
-            unit.registers.note(wanted, Stage.REFUSED)
+            unit.registers.note(wanted, VerbStage.REFUSED)
         else:
-            unit.registers.note(wanted, Stage.REFUSED if ended["interrupted"] else Stage.DONE)
+            unit.registers.note(wanted, VerbStage.REFUSED if ended["interrupted"] else VerbStage.DONE)
 
     def _forget(self, unit: DoorUnit, number: int, ended: asyncio.Task[None]) -> None:
         if self._waits.get((unit, number)) is ended:

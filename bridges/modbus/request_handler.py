@@ -11,7 +11,7 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.motion_ends import MotionEnds
 from hil.net.limits import Limit
 from hil.registers.control_word import Wanted
-from hil.registers.register_unit import Halves, Stage
+from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.modbus.identification import Identification, identify
@@ -99,7 +99,7 @@ class RequestHandler:
             if isawaitable(result):
                 result = await result
         except VerbRefused:
-            unit.registers.note(wanted, Stage.REFUSED)
+            unit.registers.note(wanted, VerbStage.REFUSED)
             raise
         self.carried_out += 1
         self._ends.follow(unit, wanted, asker.source, result)

@@ -17,8 +17,8 @@ Halves = MutableMapping[int, int]
 """Holding registers that a client has written of values whose other registers it has not, by address."""
 
 
-class Stage(Enum):
-    """Stage of a verb that was started."""
+class VerbStage(Enum):
+    """VerbStage of a verb that was started."""
 
     BUSY = auto()
     DONE = auto()
@@ -37,7 +37,7 @@ class RegisterUnit:
         self._command = 0
         self._levels: dict[str, int] = {}
         """Levels of driven pins that no field tells."""
-        self._stages: dict[int, Stage] = {}
+        self._stages: dict[int, VerbStage] = {}
 
     def needs_look(self, span: Span) -> bool:
         """True if registers or bits of a span tell of the axis, as it is now."""
@@ -87,17 +87,17 @@ class RegisterUnit:
         word = self.read(Span(Table.HOLDING_REGISTERS, mask.address, 1), look, halves)[0]
         return Write(Table.HOLDING_REGISTERS, mask.address, (mask.applied(word),))
 
-    def note(self, wanted: Wanted, stage: Stage) -> None:
+    def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note how a verb does that a write started. REFUSED: or something else ended its motion; the bit of
         the control word can be written again."""
         if wanted.number is not None:
             self._stages[wanted.number] = stage
-        if stage is Stage.REFUSED and wanted.bit is not None:
+        if stage is VerbStage.REFUSED and wanted.bit is not None:
             self._control.clear(wanted.bit)
 
     def _status(self, look: AxisLook | None) -> int:
         stages = self._stages.values()
-        is_busy, is_refused = Stage.BUSY in stages, Stage.REFUSED in stages
+        is_busy, is_refused = VerbStage.BUSY in stages, VerbStage.REFUSED in stages
         if look is None:
             return is_busy << 5 | is_refused << 6
         said, has_failed = look.motion, look.failed is not None
@@ -126,7 +126,7 @@ class RegisterUnit:
 
     def _coil(self, address: int, look: AxisLook | None) -> int:
         if address < layout.INPUTS_AT:
-            return int(self._stages.get(address) is Stage.BUSY)
+            return int(self._stages.get(address) is VerbStage.BUSY)
         name = self.map.inputs[address - layout.INPUTS_AT]
         if look and (field := self.map.info.inputs[name]):
             return int(self._axis.field(look, field) != 0)
@@ -134,9 +134,9 @@ class RegisterUnit:
 
     def _discrete(self, address: int, look: AxisLook | None) -> int:
         if address >= layout.REFUSED_AT:
-            return int(self._stages.get(address - layout.REFUSED_AT) is Stage.REFUSED)
+            return int(self._stages.get(address - layout.REFUSED_AT) is VerbStage.REFUSED)
         if address < layout.PINS_AT:
-            return int(self._stages.get(address - layout.DONE_AT) is Stage.DONE)
+            return int(self._stages.get(address - layout.DONE_AT) is VerbStage.DONE)
         if address >= layout.STATUS_AT or look is None:
             return self._status(look) >> address - layout.STATUS_AT & 1
         return int(self._axis.field(look, self.map.pin_fields[address - layout.PINS_AT]) != 0)
@@ -154,7 +154,7 @@ class RegisterUnit:
                 wanted += [Wanted("reset", {})] * bit
             elif bit:
                 wanted.append(self._started(address))
-            elif self._stages.get(address) is not Stage.BUSY:
+            elif self._stages.get(address) is not VerbStage.BUSY:
                 self._stages.pop(address, None)
         return wanted
 

@@ -11,7 +11,7 @@ from hil.registers import layout
 from hil.registers.cells import NO_I32, words_of
 from hil.registers.control_word import Wanted
 from hil.registers.register_map import register_map
-from hil.registers.register_unit import RegisterUnit, Stage
+from hil.registers.register_unit import RegisterUnit, VerbStage
 from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
 from hil.vocab.parameters import Parameter
@@ -189,7 +189,7 @@ def test_a_bit_of_the_control_word_starts_when_it_becomes_one(unit: RegisterUnit
     assert held(unit, 0, 1) == [4]
     (wanted,) = put(unit, layout.CONTROL_AT, 5)
     assert wanted.given["name"] == "enable"
-    unit.note(wanted, Stage.REFUSED)
+    unit.note(wanted, VerbStage.REFUSED)
     assert held(unit, 0, 1) == [4]
     (wanted,) = put(unit, layout.CONTROL_AT, 8)
     assert wanted == Wanted("reset", {}, None, 3)
@@ -197,12 +197,12 @@ def test_a_bit_of_the_control_word_starts_when_it_becomes_one(unit: RegisterUnit
 
 def test_bits_of_a_verb(unit: RegisterUnit) -> None:
     (wanted,) = unit.write(Write(COILS, GO, (1,)), {})
-    unit.note(wanted, Stage.BUSY)
+    unit.note(wanted, VerbStage.BUSY)
     assert (bit(unit, COILS, GO), bit(unit, BITS, GO), bit(unit, BITS, 205)) == (1, 0, 1)
     assert unit.write(Write(COILS, GO, (0,)), {}) == []  # that stops nothing
-    unit.note(wanted, Stage.DONE)
+    unit.note(wanted, VerbStage.DONE)
     assert (bit(unit, COILS, GO), bit(unit, BITS, GO), bit(unit, BITS, 205)) == (0, 1, 0)
-    unit.note(wanted, Stage.REFUSED)
+    unit.note(wanted, VerbStage.REFUSED)
     assert (bit(unit, BITS, GO), bit(unit, BITS, 300 + GO), bit(unit, BITS, 206)) == (0, 1, 1)
     unit.write(Write(COILS, GO, (0,)), {})
     assert (bit(unit, BITS, 300 + GO), bit(unit, BITS, 206)) == (0, 0)
