@@ -37,7 +37,7 @@ def role_of(certificate: bytes, roles: Mapping[str, str]) -> tuple[str, Role]:
     """
     try:
         client = read_client(certificate)
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, StopIteration):
         raise NoRole("its certificate cannot be read") from None
     said = roles.get(client.name, client.role)
     known = {role.name.lower(): role for role in Role}
@@ -48,7 +48,8 @@ def role_of(certificate: bytes, roles: Mapping[str, str]) -> tuple[str, Role]:
 
 
 def read_client(certificate: bytes) -> CertifiedClient:
-    """Read name and role out of a certificate in DER. Raises ValueError, IndexError: it is none."""
+    """Read name and role out of a certificate in DER. Raises ValueError, IndexError, StopIteration: it is
+    none."""
     ((_, whole),) = _parts(certificate)
     to_be_signed = next(_parts(whole))[1]
     parts = [part for part in _parts(to_be_signed) if part[0] != _VERSION]

@@ -82,13 +82,13 @@ async def open_door(at: Any = None, **options: Any) -> AsyncIterator[Door]:
     of = at or desk()
     bridge = ModbusBridge(Options(listen="127.0.0.1:0", **options), of)
     await bridge.open()
+    door = Door(bridge, of)
     try:
-        door = Door(bridge, of)
         yield door
+    finally:
         for client in door.clients:
             client.writer.transport.abort()
         await asyncio.sleep(0)
-    finally:
         await bridge.close()
 
 
