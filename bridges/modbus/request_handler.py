@@ -3,9 +3,10 @@
 import asyncio
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 from inspect import isawaitable
+from typing import Any
 
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.motion_ends import MotionEnds
@@ -15,7 +16,7 @@ from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.modbus.identification import Identification, identify
-from hil.wire.modbus.pdu import Code, Function, Refused, Span, Table, answer, exception, parse
+from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, Table, answer, exception, parse
 
 log = logging.getLogger("hil")
 
@@ -55,37 +56,51 @@ class RequestHandler:
         self.requests = self.carried_out = 0
         self.exceptions: Counter[str] = Counter()
 
-    async def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes:
-        """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused."""
+    def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused.
+        What is written may take time."""
         self.requests += 1
         try:
-            return await self._answer(asker, self._units.find(number), pdu)
-        except Refused as refused:
-            code, why = refused.code, str(refused)
-        except VerbRefused as refusal:
-            code, why = EXCEPTIONS[refusal.code], f"{refusal.code}: {refusal}"
-        self.exceptions[f"{code:02}"] += 1
-        self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
-        return exception(pdu[0], code)
+            unit, request = self._units.find(number), parse(pdu)
+            if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
+                return identify(request, self._identity(unit))
+            if request.write or request.mask:
+                return self._written(asker, unit, request)
+            return self._read(asker, unit, request)
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, number, pdu[0], error)
 
-    async def _answer(self, asker: Asker, unit: DoorUnit, pdu: bytes) -> bytes:
-        request = parse(pdu)
-        if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
-            return identify(request, self._identity(unit))
-        registers, halves = unit.registers, asker.halves.setdefault(unit, {})
-        write = request.write
+    def _read(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        if not (span := request.read):
+            return answer(request)
+        look, halves = self._look(asker, unit, span), asker.halves.get(unit, {})
+        return answer(request, unit.registers.read(span, look, halves))
+
+    async def _written(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        try:
+            await self._write(asker, unit, request)
+            return self._read(asker, unit, request)
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, unit.number, request.function, error)
+
+    async def _write(self, asker: Asker, unit: DoorUnit, request: Request) -> None:
+        registers, halves, write = unit.registers, asker.halves.setdefault(unit, {}), request.write
         if request.mask:
             span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
             write = registers.masked(request.mask, self._look(asker, unit, span), halves)
-        if write and request.read:  # what cannot be read back is not carried out
+        if request.read:  # what cannot be read back is not carried out
             registers.check(request.read)
-        if write:
-            for wanted in registers.write(write, halves):
-                await self._carry_out(asker, unit, wanted)
-        if not request.read:
-            return answer(request, ())
-        look = self._look(asker, unit, request.read)
-        return answer(request, registers.read(request.read, look, halves))
+        for wanted in registers.write(write, halves) if write else ():
+            await self._carry_out(asker, unit, wanted)
+
+    def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
+        if isinstance(error, Refused):
+            code, why = error.code, str(error)
+        else:
+            code, why = EXCEPTIONS[error.code], f"{error.code}: {error}"
+        self.exceptions[f"{code:02}"] += 1
+        self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
+        return exception(function, code)
 
     def _look(self, asker: Asker, unit: DoorUnit, span: Span) -> AxisLook | None:
         if not unit.registers.needs_look(span):

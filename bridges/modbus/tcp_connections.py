@@ -1,4 +1,4 @@
-"""Clients of Modbus TCP: framing, order of answers, certificates."""
+"""Clients of Modbus TCP: who is let in, and who has to go."""
 
 import asyncio
 import logging
@@ -10,21 +10,17 @@ from collections.abc import Mapping
 from bridges.modbus.client_role import NoRole, role_of
 from bridges.modbus.door_options import Certificates
 from bridges.modbus.request_handler import Asker, RequestHandler
+from bridges.modbus.tcp_client import TcpClient
 from hil.net.limits import Limit
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role
-from hil.wire.modbus.mbap import MbapSplitter, encode
 
 log = logging.getLogger("hil")
 
 CONNECTIONS = 64
 HANDSHAKE_S = 5.0
-READ_BYTES = 4096
-"""Bytes that are read at once: some 340 requests at most, which are answered in turns."""
-AT_ONCE = 16
-"""Requests of a client between two turns of others: a millisecond."""
 _ANYBODY = Source("modbus client", Role.OPERATOR)
 
 
@@ -61,70 +57,38 @@ class TcpConnections:
             self._said.close()
 
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
+        client = TcpClient(self._handler, visit, self._known)
+        # Asyncio does so for its own sockets alone; without it an answer waits 40 ms for the one before.
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         try:
-            reader, writer = await self._streams(connection)
-        except (OSError, TimeoutError) as error:  # of ssl, too
+            await asyncio.get_running_loop().connect_accepted_socket(
+                lambda: client,
+                connection,
+                ssl=self._tls,
+                ssl_handshake_timeout=HANDSHAKE_S if self._tls else None,
+            )
+        except OSError as error:  # of ssl, too
             self._close("tls", str(error))
             connection.close()
             return
         except BaseException:
             connection.close()
             raise
+        await client.serve()
+        if client.fault:
+            self._close("framing", client.fault)
+
+    def _known(self, transport: asyncio.Transport) -> Asker | None:
+        """Who a client is. None: it has no role."""
+        if self._tls is None:
+            return Asker(_ANYBODY)
+        certificate = transport.get_extra_info("ssl_object").getpeercert(binary_form=True)
         try:
-            source = self._source(writer)
-            await self._serve(reader, writer, visit, Asker(source))
+            name, role = role_of(certificate or b"", self._roles)
         except NoRole as error:
             self._close("role", str(error))
-        except OSError:
-            pass  # it left
-        finally:
-            writer.transport.abort()
-
-    async def _streams(self, connection: socket.socket) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-        # Asyncio does so for sockets that it makes itself; without it an answer waits 40 ms for the one before.
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        loop = asyncio.get_running_loop()
-        reader = asyncio.StreamReader(limit=READ_BYTES)
-        protocol = asyncio.StreamReaderProtocol(reader)
-        transport, _ = await loop.connect_accepted_socket(
-            lambda: protocol,
-            connection,
-            ssl=self._tls,
-            ssl_handshake_timeout=HANDSHAKE_S if self._tls else None,
-        )
-        return reader, asyncio.StreamWriter(transport, protocol, reader, loop)
-
-    def _source(self, writer: asyncio.StreamWriter) -> Source:
-        """Who a client is. Raises NoRole."""
-        if self._tls is None:
-            return _ANYBODY
-        ssl_object = writer.get_extra_info("ssl_object")
-        name, role = role_of(ssl_object.getpeercert(binary_form=True) or b"", self._roles)
-        return Source(f"modbus client {name}", role)
-
-    async def _serve(
-        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit, asker: Asker
-    ) -> None:
-        loop, splitter = asyncio.get_running_loop(), MbapSplitter()
-        while data := await reader.read(READ_BYTES):
-            answers = bytearray()
-            for count, (transaction, unit, pdu) in enumerate(splitter.feed(data), 1):
-                visit.has_asked = visit.is_busy = True
-                answers += encode(transaction, unit, await self._handler.answer(asker, unit, pdu))
-                visit.is_busy = False  # who does not read the answers gives way to others
-                if count % AT_ONCE == 0:
-                    writer.write(bytes(answers))
-                    answers.clear()
-                    await writer.drain()
-                    await asyncio.sleep(0)
-            writer.write(bytes(answers))
-            await writer.drain()
-            visit.since_s = loop.time()
-            if splitter.fault:
-                self._close("framing", f"{asker.source.name}: {splitter.fault}")
-                writer.close()
-                await writer.wait_closed()  # until the client has what was answered before
-                return
+            return None
+        return Asker(Source(f"modbus client {name}", role))
 
     def _close(self, reason: str, why: str) -> None:
         self.closed[reason] += 1
