@@ -1,7 +1,9 @@
-"""Time for a frame of Modbus RTU from a line's bytes to a checked PDU, and for a request to be answered.
+"""Time for a packet of Modbus from its bytes to a checked PDU, on a serial line and over TCP, and for the
+answer to a request.
 
-Beside both, in turns, pymodbus (extra dev): its framer with the same frames, which gets bytes and no times,
-and its classes for the same request and answer. At most as much as pymodbus takes is wanted.
+Beside it, in turns, pymodbus (extra dev): its framers with the same bytes, and its classes for the same
+request and answer; at most as much is wanted. On a serial line ours tells frames by their times, theirs gets
+whole ones.
 """
 
 import statistics
@@ -11,6 +13,7 @@ from collections.abc import Callable
 from _report import is_quick, report
 
 from hil.vocab.time import SimTimeNs
+from hil.wire.modbus import mbap
 from hil.wire.modbus.client_side import encode as encode_request
 from hil.wire.modbus.client_side import read
 from hil.wire.modbus.pdu import Table, answer, parse
@@ -19,50 +22,58 @@ from hil.wire.modbus_rtu.splitter import RtuSplitter
 from hil.wire.serial_line import character_ns
 
 BAUD = 115200
-FRAMES = 5_000 if is_quick() else 50_000
+PACKETS = 5_000 if is_quick() else 50_000
 RUNS = 3 if is_quick() else 11
 NODE = 17
 VALUES = list(range(10))
 
-Work = Callable[[], object]
+Work = Callable[[], int]
+"""Work that answers how many packets were good."""
 
 
-def ours(frame: bytes) -> Work:
-    """Frames one behind the other, each a burst, with its CRC checked and its data taken out."""
+def rtu(frame: bytes) -> Work:
+    """Frames one behind the other, each a burst, with its CRC checked and its PDU taken out."""
     period_ns = character_ns(len(frame), BAUD) + 2 * silence_ns(BAUD)
 
-    def run() -> None:
-        splitter, found = RtuSplitter(), 0
-        for at_ns in range(0, (FRAMES + 1) * period_ns, period_ns):
+    def run() -> int:
+        splitter, good = RtuSplitter(), 0
+        for at_ns in range(0, (PACKETS + 1) * period_ns, period_ns):
             for item in splitter.burst(frame, SimTimeNs(at_ns), BAUD).items:
-                found += not item.fault and len(item.raw[1:-2]) > 0  # type: ignore[attr-defined]
-        assert found == FRAMES
+                good += not item.fault and len(item.raw[1:-2]) > 0  # type: ignore[attr-defined]
+        return good
 
     return run
 
 
-def theirs(frame: bytes, is_request: bool) -> Work | None:
+def tcp(packet: bytes) -> Work:
+    def run() -> int:
+        splitter = mbap.MbapSplitter()
+        return sum(len(splitter.feed(packet)) for _ in range(PACKETS))
+
+    return run
+
+
+def their_framer(name: str, packet: bytes, *, is_request: bool) -> Work | None:
     try:
-        from pymodbus.framer import FramerRTU
+        from pymodbus import framer
         from pymodbus.pdu import DecodePDU
     except ImportError:
         return None
-    framer = FramerRTU(DecodePDU(is_server=is_request))
+    decode = getattr(framer, name)(DecodePDU(is_server=is_request)).decode
 
-    def run() -> None:
-        found = 0
-        for _ in range(FRAMES):
-            _, node, _, pdu = framer.decode(frame)
-            found += node == NODE and len(pdu) > 0
-        assert found == FRAMES
+    def run() -> int:
+        good = 0
+        for _ in range(PACKETS):
+            _, node, _, pdu = decode(packet)
+            good += node == NODE and len(pdu) > 0
+        return good
 
     return run
 
 
-def our_answers(pdu: bytes) -> Work:
-    def run() -> None:
-        for _ in range(FRAMES):
-            answer(parse(pdu), VALUES)
+def answers(pdu: bytes) -> Work:
+    def run() -> int:
+        return sum(len(answer(parse(pdu), VALUES)) > 0 for _ in range(PACKETS))
 
     return run
 
@@ -73,38 +84,40 @@ def their_answers(pdu: bytes) -> Work | None:
         from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
     except ImportError:
         return None
-    decoder = DecodePDU(is_server=True)
+    decode = DecodePDU(is_server=True).decode
 
-    def run() -> None:
-        for _ in range(FRAMES):
-            assert decoder.decode(pdu)
+    def run() -> int:
+        good = 0
+        for _ in range(PACKETS):
+            good += decode(pdu) is not None
             bytes((3,)) + ReadHoldingRegistersResponse(registers=VALUES).encode()
+        return good
 
     return run
 
 
-def medians_us(works: list[Work | None]) -> list[float]:
-    """Median time of each for one frame, in turns; 0 for what is not there."""
+def medians_us(works: tuple[Work | None, ...]) -> list[float]:
+    """Median time of each for one packet, in turns; 0 for what is not there."""
     times_us: list[list[float]] = [[] for _ in works]
     for _ in range(RUNS):
         for work, found in zip(works, times_us, strict=True):
             if work:
                 began = time.perf_counter()
-                work()
-                found.append((time.perf_counter() - began) / FRAMES * 1e6)
+                assert work() == PACKETS
+                found.append((time.perf_counter() - began) / PACKETS * 1e6)
     return [statistics.median(found) if found else 0.0 for found in times_us]
 
 
 def main() -> None:
     ten, most = (read(Table.HOLDING_REGISTERS, 0, count) for count in (10, 125))
-    request = encode_request(ten)
-    frames = {
-        "request": (encode(NODE, request[0], request[1:]), True),
-        "answer_10": (encode(NODE, 3, answer(ten, VALUES)[1:]), False),
-        "answer_125": (encode(NODE, 3, answer(most, range(125))[1:]), False),
-    }
-    rows = {name: [ours(frame), theirs(frame, asks)] for name, (frame, asks) in frames.items()}
-    rows["pdu"] = [our_answers(request), their_answers(request)]
+    request, ten_read, most_read = encode_request(ten), answer(ten, VALUES), answer(most, range(125))
+    rows: dict[str, tuple[Work | None, ...]] = {}
+    for name, pdu in {"request": request, "answer_10": ten_read, "answer_125": most_read}.items():
+        frame, packet = encode(NODE, pdu[0], pdu[1:]), mbap.encode(1, NODE, pdu)
+        is_request = pdu is request
+        rows[f"rtu_{name}"] = rtu(frame), their_framer("FramerRTU", frame, is_request=is_request)
+        rows[f"tcp_{name}"] = tcp(packet), their_framer("FramerSocket", packet, is_request=is_request)
+    rows["pdu"] = answers(request), their_answers(request)
     for name, works in rows.items():
         mine, reference = medians_us(works)
         limit = 1 if reference else None

@@ -12,7 +12,8 @@ _HEAD = struct.Struct(">HHH")
 """Transaction, protocol and length; the unit and the PDU, which the length counts, follow."""
 _HEADER = struct.Struct(">HHHB")
 _PROTOCOL = 0
-_LENGTHS = range(2, PDU_BYTES_MAX + 2)
+_LENGTH_MIN, _LENGTH_MAX = 2, PDU_BYTES_MAX + 1
+_HEAD_BYTES = _HEAD.size
 
 
 class MbapPacket(NamedTuple):
@@ -29,7 +30,7 @@ def encode(transaction: int, unit: int, pdu: bytes) -> bytes:
     Raises:
         ValueError: a PDU of another size than 1 to 253 bytes, or a number that does not fit.
     """
-    if len(pdu) + 1 not in _LENGTHS:
+    if not _LENGTH_MIN <= len(pdu) + 1 <= _LENGTH_MAX:
         raise ValueError(f"a PDU of {len(pdu)} bytes; it has 1 to {PDU_BYTES_MAX}")
     if not 0 <= transaction <= 0xFFFF or not 0 <= unit <= 0xFF:
         raise ValueError(f"transaction {transaction} or unit {unit} does not fit into the header")
@@ -49,19 +50,25 @@ class MbapSplitter:
         packets: list[MbapPacket] = []
         if self.fault:
             return packets
-        data, at = self._held + data, 0
-        while len(data) - at >= _HEAD.size:
+        if self._held:
+            data = self._held + data
+        at, size = 0, len(data)
+        while size - at >= _HEAD_BYTES:
             transaction, protocol, length = _HEAD.unpack_from(data, at)
-            if protocol != _PROTOCOL:
-                self.fault = f"protocol {protocol}; Modbus is {_PROTOCOL}"
-            elif length not in _LENGTHS:
-                self.fault = f"a length of {length}; it is {_LENGTHS.start} to {_LENGTHS.stop - 1}"
-            if self.fault:
+            if protocol != _PROTOCOL or not _LENGTH_MIN <= length <= _LENGTH_MAX:
+                self.fault = _fault(protocol, length)
                 break
-            start, end = at + _HEAD.size, at + _HEAD.size + length
-            if end > len(data):
+            start = at + _HEAD_BYTES
+            end = start + length
+            if end > size:
                 break
             packets.append(MbapPacket(transaction, data[start], data[start + 1 : end]))
             at = end
         self._held = b"" if self.fault else data[at:]
         return packets
+
+
+def _fault(protocol: int, length: int) -> str:
+    if protocol != _PROTOCOL:
+        return f"protocol {protocol}; Modbus is {_PROTOCOL}"
+    return f"a length of {length}; it is {_LENGTH_MIN} to {_LENGTH_MAX}"

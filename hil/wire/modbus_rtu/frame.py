@@ -74,7 +74,8 @@ class Frame:
 
     @property
     def fault(self) -> str:
-        return "" if crc16(self.raw[:-2]) == int.from_bytes(self.raw[-2:], "little") else "CRC"
+        # The CRC of bytes with their CRC behind them, low byte first, is 0.
+        return "CRC" if crc16(self.raw) else ""
 
 
 @dataclass(frozen=True)

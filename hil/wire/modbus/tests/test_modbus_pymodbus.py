@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymodbus.framer import FramerRTU, FramerSocket
 from pymodbus.pdu import DecodePDU, ModbusPDU, bit_message, diag_message, mei_message, register_message
 
-from hil.wire.modbus import client_side
+from hil.wire.modbus import client_side, mbap
 from hil.wire.modbus.client_side import encode, parse_answer
 from hil.wire.modbus.diagnostics import Diagnostics, SubFunction
 from hil.wire.modbus.identification import Identification, ReadDeviceId, identify
@@ -194,9 +195,10 @@ def test_exceptions() -> None:
         assert message.exception_code == code
 
 
-@given(st.binary(min_size=2, max_size=254))
-def test_frames(body: bytes) -> None:
-    from pymodbus.framer import FramerRTU
-
-    made = frame.encode(body[0], body[1], body[2:])
-    assert made == FramerRTU(SERVER).encode(body[1:], body[0], 0)
+@given(st.integers(0, 255), st.binary(min_size=1, max_size=253), WORDS)
+def test_packets(node: int, pdu: bytes, transaction: int) -> None:
+    assert frame.encode(node, pdu[0], pdu[1:]) == FramerRTU(SERVER).encode(pdu, node, 0)
+    packet = mbap.encode(transaction, node, pdu)
+    assert packet == FramerSocket(SERVER).encode(pdu, node, transaction)
+    if len(pdu) > 1:  # of a function alone theirs says that it has a byte more
+        assert FramerSocket(SERVER).decode(packet) == (len(packet), node, transaction, pdu)
