@@ -212,7 +212,9 @@ def test_a_reload_takes_a_unit_away_and_brings_it_back() -> None:
 def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
     folder = "--runtime-dir", str(place.runtime)
     table = place.hil("modbus", "map", "m1", *folder)
-    assert table.startswith("m1, a mechaduino: map version 1, CRC ")
+    assert table.startswith(
+        f"m1 is unit 1 at 127.0.0.1:{number_of(server)}\nm1, a mechaduino: map version 1, CRC"
+    )
     of = json.loads(place.hil("modbus", "map", "s1", "--format", "json", *folder))
     assert of == server.ask("registers", device="s1")
     assert place.hil("modbus", "map", "s1", "--format", "csv", *folder).count("\n") == len(of["rows"]) + 1

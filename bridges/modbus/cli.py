@@ -55,8 +55,12 @@ def print_map(
         raise typer.Exit(2 if meant else 1)
     try:
         answer = ask(meant[0].socket, "registers", device=device)
+        status = ask(meant[0].socket, "status")["bridges"].get("modbus", {}) if form == "table" else {}
     except ControlError as error:
         typer.echo(f"hil: {error}", err=True)
         raise typer.Exit(1) from None
+    for number, axis in status.get("units", {}).items():
+        if axis == answer["device"]:
+            typer.echo(f"{axis} is unit {number} at {', '.join(status['listen'])}")
     for line in formatted(answer, form):
         typer.echo(line)
