@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from e2e_support import PATIENCE_S, Place, Server, config, reload, until
-from pymodbus.client import AsyncModbusTcpClient, ModbusTcpClient
+from pymodbus.client import AsyncModbusTcpClient, ModbusSerialClient, ModbusTcpClient
 
 TYPES = ModbusTcpClient.DATATYPE
 DOOR = {"modbus": {"listen": "127.0.0.1:0"}}
@@ -209,6 +209,24 @@ def test_a_reload_takes_a_unit_away_and_brings_it_back() -> None:
             assert not client.read_input_registers(0, count=2, device_id=S1).isError()
 
 
+def test_a_serial_line() -> None:
+    """A pty, opened several times. pymodbus sets up its port twice, which a pty refuses with a parity."""
+    line = {"path": "plc", "baud": 1200, "units": {"m1": 17}}
+    with Place() as place:
+        server = place.serve(config(bridges={"modbus": {**DOOR["modbus"], "rtu": [line]}})).ready()
+        address = server.ask("status")["bridges"]["modbus"]["listen"][1]
+        assert address == str(place.runtime / "t" / "plc")
+        enable = Map(server, "m1").at("coils", "enable")
+        for _ in range(3):
+            with ModbusSerialClient(address, baudrate=1200, timeout=PATIENCE_S) as client:
+                assert i32(client, 6, 17) == pytest.approx(0, abs=1000)
+                assert not client.report_device_id(device_id=17).isError()
+                assert not client.diag_query_data(b"\xa5\x37", device_id=17).isError()
+                assert client.read_input_registers(3000, count=1, device_id=17).exception_code == 2
+                client.write_coil(enable, True, device_id=0, no_response_expected=True)
+                until(lambda: server.status("m1")["snapshot"]["loop_on"], "the broadcast")
+
+
 def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
     folder = "--runtime-dir", str(place.runtime)
     table = place.hil("modbus", "map", "m1", *folder)
@@ -230,6 +248,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "twice": ({"units": {"m1": 1, "s1": 1}}, "unit 1 is m1 and s1"),
     "order": ({"word_order": "middle"}, "word_order"),
     "tls": ({"tls": {"certificate": "a.pem"}}, "key"),
+    "line": ({"rtu": [{"baud": 9600}]}, "either a path or a device"),
+    "adapter": ({"rtu": [{"device": "COM1"}]}, "no serial port"),
     "role": ({"tls": {"certificate": "a", "key": "b", "clients": "c", "roles": {"ann": "boss"}}}, "viewer"),
 }
 

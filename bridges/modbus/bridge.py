@@ -1,17 +1,20 @@
 """Door for Modbus: opens what its options say, and tells its status."""
 
 import logging
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 from bridges.modbus.door_options import Options
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import EXCEPTIONS, RequestHandler
+from bridges.modbus.rtu_server import RtuServer
 from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
+from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
+from hil.vocab.ports import Port, PortError
 from hil.wire.modbus.identification import Identification
 
 __all__ = ["Options", "make", "reference"]
@@ -31,9 +34,29 @@ class ModbusBridge:
         self._handler = RequestHandler(desk, self._units, self._identity)
         self._tcp: TcpConnections | None = None
         self._addresses = [options.listen]
+        self._line_units = [
+            DoorUnits(desk, line.units, options.word_order == "low_first") if line.units else self._units
+            for line in options.rtu
+        ]
+        self._lines: list[RtuServer] = []
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        return [
+            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud})
+            if line.device
+            else DoorPort(f"modbus{at}", "pty", {"path": line.path})
+            for at, line in enumerate(self._options.rtu)
+        ]
+
+    def take_ports(self, ports: Sequence[Port]) -> None:
+        self._lines = [
+            RtuServer(port, line.baud, self._handler, units)
+            for port, line, units in zip(ports, self._options.rtu, self._line_units, strict=True)
+        ]
 
     async def open(self) -> None:
-        self._units.open()
+        for units in {self._units, *self._line_units}:
+            units.open()
         tcp = TcpConnections(self._handler, self._options.tls)
         listeners = await open_listeners(self._options.listen)
         self._addresses = [address_shown(each) for each in listeners]
@@ -41,14 +64,23 @@ class ModbusBridge:
             log.warning("bridges.modbus: insecure: %s (%s)", RISK, ", ".join(self._addresses))
         tcp.listen(listeners)
         self._tcp = tcp
+        try:
+            for line in self._lines:
+                await line.open()
+        except PortError as error:
+            await self.close()
+            raise BridgeError(f"rtu: {error}") from None
 
     async def close(self) -> None:
         if self._tcp:
             await self._tcp.close()
+        for line in self._lines:
+            await line.close()
         await self._handler.close()
 
     async def devices_changed(self, names: Collection[str]) -> None:
-        self._units.renew(names)
+        for units in {self._units, *self._line_units}:
+            units.renew(names)
 
     def status(self) -> Mapping[str, Any]:
         tcp, handler = self._tcp, self._handler
@@ -56,7 +88,7 @@ class ModbusBridge:
         turned_away = tcp.turned_away if tcp else 0
         return {
             "root": "modbus+tls" if self._options.tls else "modbus+tcp",
-            "listen": list(self._addresses),
+            "listen": [*self._addresses, *(line.address for line in self._lines)],
             "connect": [],
             "links": tcp.count if tcp else 0,
             "commands": handler.carried_out,
@@ -69,6 +101,7 @@ class ModbusBridge:
             "closed": closed,
             "turned_away": turned_away,
             "units": self._units.shown(),
+            "lines": {line.address: line.counters() for line in self._lines},
         }
 
     def _identity(self, unit: DoorUnit) -> Identification:
@@ -94,7 +127,7 @@ def reference() -> str:
     blocks = "".join(f"| {' | '.join(row)} |\n" for row in _BLOCKS)
     return (
         "## The Modbus bridge\n\n"
-        "Functions 1 to 6, 15, 16, 22, 23 and 43/14, at most"
+        "Functions 1 to 6, 15, 16, 22, 23 and 43/14, on serial lines 8 and 17 as well. At most"
         f" {CONNECTIONS} connections at a time, of which silent ones give way. Requests of a connection are"
         " answered in their order. A connection whose framing is lost is closed. All registers of one read"
         " are of one moment.\n\n"

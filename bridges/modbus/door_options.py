@@ -7,11 +7,25 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from pydantic_core import PydanticCustomError
 
 from hil.net.endpoint import endpoint, is_loopback
+from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 UNITS = range(1, 248)
 """Numbers of units; those above are reserved (MODBUS over Serial Line V1.02, 2.2)."""
 UnitNumber = Annotated[int, Field(ge=UNITS[0], le=UNITS[-1])]
 RoleName = Literal["viewer", "operator", "admin"]
+
+
+def _apart(units: dict[str, int] | None) -> dict[str, int] | None:
+    """Check that no two axes have one number."""
+    axes: dict[int, str] = {}
+    for axis, number in (units or {}).items():
+        if (other := axes.setdefault(number, axis)) != axis:
+            raise PydanticCustomError(
+                "units",
+                "unit {number} is {other} and {axis}",
+                {"number": number, "other": other, "axis": axis, "remedy": "give each a number of its own"},
+            )
+    return units
 
 
 class Certificates(BaseModel):
@@ -29,6 +43,40 @@ class Certificates(BaseModel):
             " viewer, operator or admin."
         ),
     )
+
+
+class RtuLine(BaseModel):
+    """Line of Modbus RTU: a pty, or a real serial port."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    path: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Path of a pty's symlink, relative to the bench's runtime directory.",
+    )
+    device: str | None = Field(
+        default=None, description=f"A serial port instead: {SERIAL_FORMS.removeprefix('write ')}."
+    )
+    baud: int = Field(
+        default=19200, ge=50, le=4_000_000, description="Speed, by which frames are told apart."
+    )
+    units: dict[str, UnitNumber] | None = Field(
+        default=None, description="Numbers of the units on this line; null: those of the door."
+    )
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        if (self.path is None) == (self.device is None):
+            remedy = "write path: for a pty, device: for a serial port"
+            raise PydanticCustomError("line", "a line has either a path or a device", {"remedy": remedy})
+        if self.device is not None and not is_serial_address(self.device):
+            raise PydanticCustomError(
+                "serial_url", "device: this is no serial port", {"remedy": SERIAL_FORMS}
+            )
+        return self
+
+    _units_are_apart = field_validator("units")(_apart)
 
 
 class Options(BaseModel):
@@ -50,6 +98,7 @@ class Options(BaseModel):
             " bench, from 1 on."
         ),
     )
+    rtu: list[RtuLine] = Field(default=[], max_length=32, description="Serial lines where it answers, too.")
     word_order: Literal["high_first", "low_first"] = Field(
         default="high_first", description="Order of the registers of a value that takes several."
     )
@@ -70,23 +119,7 @@ class Options(BaseModel):
             raise PydanticCustomError("listen", "{why}", {"why": str(error), "remedy": remedy}) from None
         return listen
 
-    @field_validator("units")
-    @classmethod
-    def _are_apart(cls, units: dict[str, int] | None) -> dict[str, int] | None:
-        axes: dict[int, str] = {}
-        for axis, number in (units or {}).items():
-            if (other := axes.setdefault(number, axis)) != axis:
-                raise PydanticCustomError(
-                    "units",
-                    "unit {number} is {other} and {axis}",
-                    {
-                        "number": number,
-                        "other": other,
-                        "axis": axis,
-                        "remedy": "give each a number of its own",
-                    },
-                )
-        return units
+    _units_are_apart = field_validator("units")(_apart)
 
     @model_validator(mode="after")
     def _is_meant(self) -> Self:

@@ -1,6 +1,6 @@
 """Units of the door: which number is which axis, and its registers."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from bridges.modbus.door_options import UNITS
@@ -63,6 +63,10 @@ class DoorUnits:
             raise Refused(Code.GATEWAY_TARGET_FAILED, f"the axis of unit {number} has gone")
         raise Refused(Code.GATEWAY_PATH_UNAVAILABLE, f"there is no unit {number}")
 
+    def all(self) -> Sequence[DoorUnit]:
+        """All units, by number."""
+        return [self._units[number] for number in sorted(self._units)]
+
     def shown(self) -> dict[str, str]:
         """Axes by number, for the status."""
-        return {str(number): unit.info.name for number, unit in sorted(self._units.items())}
+        return {str(unit.number): unit.info.name for unit in self.all()}

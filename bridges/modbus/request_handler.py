@@ -57,18 +57,27 @@ class RequestHandler:
         self.exceptions: Counter[str] = Counter()
 
     def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to the unit of a number; answers as ``answer_of``."""
+        try:
+            unit = self._units.find(number)
+        except Refused as error:
+            self.requests += 1
+            return self._refuse(asker, number, pdu[0], error)
+        return self.answer_of(asker, unit, pdu)
+
+    def answer_of(self, asker: Asker, unit: DoorUnit, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
         """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused.
         What is written may take time."""
         self.requests += 1
         try:
-            unit, request = self._units.find(number), parse(pdu)
+            request = parse(pdu)
             if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
                 return identify(request, self._identity(unit))
             if request.write or request.mask:
                 return self._written(asker, unit, request)
             return self._read(asker, unit, request)
         except (Refused, VerbRefused) as error:
-            return self._refuse(asker, number, pdu[0], error)
+            return self._refuse(asker, unit.number, pdu[0], error)
 
     def _read(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
         if not (span := request.read):
