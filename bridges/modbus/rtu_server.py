@@ -81,13 +81,14 @@ class RtuServer:
 
     def _is_silent(self) -> None:
         """Take what came since the last silence for a frame."""
-        raw = bytes(self._held)
+        if not (raw := bytes(self._held)):
+            return  # the client has left
         self._held.clear()
         is_good = FRAME_BYTES_MIN <= len(raw) <= FRAME_BYTES_MAX and not Frame(0, raw).fault
         self._seen["frames" if is_good else "errors"] += 1
         for unit in self._units.all():
             self._diagnosis(unit).heard(is_good=is_good)
-        if not is_good or not raw:
+        if not is_good:
             return
         if len(self._frames) >= FRAMES:
             self._seen["overruns"] += 1
