@@ -1,6 +1,6 @@
 """Mutated requests: each gets an answer of its function, and the units stay in order.
 
-``HIL_FUZZ`` sets how many are tried (20,000; ``make fuzz``: 100,000), ``HIL_FUZZ_SEED`` where they start.
+``HIL_FUZZ`` sets how many are tried (100,000; ``make fuzz``: 10,000,000), ``HIL_FUZZ_SEED`` where they start.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb, table_of
 from hil.wire.modbus.mbap import MbapSplitter
 
-CASES = int(os.environ.get("HIL_FUZZ", "20000"))
+CASES = int(os.environ.get("HIL_FUZZ", "100000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
 AT_ONCE = 64
 CODES = {1, 2, 3, 4, 6, 10, 11}
