@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native device_profiles/sac/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx
+NATIVE := $(shell find hil/core/native device_profiles/sac/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx
 
 .PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
@@ -100,12 +100,14 @@ kills: $(VENV)/.dev
 	HIL_KILLS=2000 $(BIN)/python -m pytest -q -s hil/live/tests/test_nvm_store_kills.py
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
-# Ten million damaged streams of packets, a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
+# Ten million damaged streams of packets, as many Modbus requests, a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
 # 100,000 requests at the control socket, 100,000 damaged logs: two hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/modbus_rtu -k fuzz
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/modbus -k fuzz
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_sac_fuzz.py
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q device_profiles/sac/tests/test_motion_model.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/operations/tests/test_control_fuzz.py
@@ -116,7 +118,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/core/*.so hil/wire/*.so device_profiles/*/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/core/*.so hil/wire/*.so hil/wire/modbus_rtu/*.so device_profiles/*/*.so
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

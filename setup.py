@@ -1,5 +1,5 @@
 """Parts of the build that pyproject.toml cannot say yet: the native core, the planner, the packet codec, the
-byte faults, and that packages are made of what git tracks."""
+byte faults, Modbus RTU's CRC, and that packages are made of what git tracks."""
 
 import subprocess
 from pathlib import Path
@@ -122,6 +122,11 @@ setup(
         Extension(
             "hil.wire._byte_faults",
             ["hil/wire/_byte_faults.pyx"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
+        ),
+        Extension(
+            "hil.wire.modbus_rtu._crc16",
+            ["hil/wire/modbus_rtu/_crc16.pyx"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(

@@ -32,6 +32,8 @@ TWICE = {
     "Memory": "a device's, and how one board's firmware sees it",
     "Parameter": "what a verb takes, and a row of a board's own screen",
     "Progress": "how far a dialogue has come, and a run",
+    "Refused": "a change of a bench that is not made, and a Modbus request that is not done",
+    "Request": "what has come to a bridge, and what a Modbus client asks",
 }
 """Names of classes that the product has twice, and why they may be."""
 

@@ -1,5 +1,4 @@
 """Metrics over HTTP, in the text format that Prometheus scrapes.
 
-``exposition.py`` writes the format; ``bridge.py`` serves ``GET /metrics`` and nothing else; ``endpoint.py``
-reads the addresses.
+``exposition.py`` writes the format; ``bridge.py`` serves ``GET /metrics`` and nothing else.
 """

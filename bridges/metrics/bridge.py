@@ -1,9 +1,7 @@
 """Server of the metrics. A scrape is written in slices, so that a large bench's boards do not wait for it."""
 
 import asyncio
-import errno
 import logging
-import os
 import re
 import socket
 from collections.abc import Collection, Mapping
@@ -12,10 +10,10 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from bridges.metrics.endpoint import endpoint, is_loopback
 from bridges.metrics.exposition import CONTENT_TYPE, lines
+from hil.net.bridge_listeners import address_shown, open_listeners
+from hil.net.endpoint import endpoint, is_loopback
 from hil.net.visitors import Visit, Visitors
-from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -30,7 +28,6 @@ CONNECTIONS = 16
 REQUEST_S = 10.0
 """Maximum time for a client to ask, or to read its answer; then it is sent away."""
 REQUEST_BYTES = 16 * 1024
-_BACKLOG = 128
 _AUTHORITY = re.compile(rb"https?://[^/?]*", re.I)
 """Start of a target in absolute form, as proxies get it and each server has to take it (RFC 9112, 3.2.2)."""
 
@@ -104,42 +101,12 @@ class MetricsBridge:
             log.warning(
                 "bridges.metrics: insecure: whoever reaches %s may read all metrics", self._options.listen
             )
-        try:
-            listeners = await self._listeners()
-        except (socket.gaierror, UnicodeError):
-            raise BridgeError(
-                f"listen: {self._options.listen}: no such host; use 127.0.0.1, or an address of this machine"
-            ) from None
-        except OSError as error:
-            why = os.strerror(error.errno or 0)
-            raise BridgeError(f"listen: {self._options.listen}: {why}; choose another") from None
-        self._addresses = [_shown(*each.getsockname()[:2]) for each in listeners]
+        listeners = await open_listeners(self._options.listen)
+        self._addresses = [address_shown(each) for each in listeners]
         loop = asyncio.get_running_loop()
         self._visitors = Visitors("metrics", CONNECTIONS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
-
-    async def _listeners(self) -> list[socket.socket]:
-        """Listen at each address of a name, as ::1 and 127.0.0.1 for localhost. Raises OSError."""
-        host, number = endpoint(self._options.listen)
-        loop = asyncio.get_running_loop()
-        found = await loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        listeners: list[socket.socket] = []
-        for at, (family, _, _, _, address) in enumerate(found):
-            try:
-                listener = socket.create_server(address, family=family, backlog=_BACKLOG)
-            except OSError as error:
-                is_last = at == len(found) - 1
-                if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT) and (listeners or not is_last):
-                    continue  # a computer without IPv6
-                for each in listeners:
-                    each.close()
-                raise
-            listener.setblocking(False)
-            listeners.append(listener)
-            if number == 0:
-                break  # one free port, not another for each
-        return listeners
 
     async def close(self) -> None:
         if self._visitors:
@@ -215,7 +182,3 @@ class MetricsBridge:
 
 
 make = MetricsBridge
-
-
-def _shown(host: str, number: int) -> str:
-    return f"[{host}]:{number}" if ":" in host else f"{host}:{number}"

@@ -5,6 +5,6 @@ commands or says where they are, ``ask.py`` what those share that ask a running 
 rooms when it runs: each starts quickly. No other room imports this one.
 
 May import: hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.firmware, hil.host,
-hil.live, hil.net, hil.operations, hil.runs, hil.sim, hil.telemetry, hil.testing, hil.vocab,
+hil.live, hil.net, hil.operations, hil.registers, hil.runs, hil.sim, hil.telemetry, hil.testing, hil.vocab,
 hil.wire, the standard library, rich, serial, typer.
 """

@@ -9,10 +9,14 @@ from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
+from hil.core.kinds import KINDS as KINDS_OF_AXIS
 from hil.operations.control_socket import CONTROL_VERSION
+from hil.operations.devices import twin_info
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
 from hil.operations.table import OPERATIONS
+from hil.registers.map_rows import formatted, map_rows
+from hil.registers.register_map import register_map
 from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
@@ -33,6 +37,7 @@ def reference(app: typer.Typer) -> str:
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
+        _register_maps(),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
@@ -146,3 +151,14 @@ def _fields() -> str:
         meaning = _cell(field.meaning)
         rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
     return "\n".join(rows)
+
+
+def _register_maps() -> str:
+    parts = ["## Register maps\n", "Of boards with one axis; `hil modbus map` prints that of any device.\n"]
+    catalogue = find_catalogue()
+    for name, profile in sorted(catalogue.profiles.items()):
+        if profile.law is not None:
+            info = twin_info(name, name, catalogue.boards[name], KINDS_OF_AXIS[profile.law])
+            rows = formatted(map_rows(register_map(info)), "markdown")
+            parts.append("\n".join([f"### Registers of `{name}`\n", *rows, ""]))
+    return "\n".join(parts)

@@ -15,7 +15,7 @@ from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import YAML, BoardPlaces, find_places
 from hil.discovery.installed import BRIDGES, PORTS
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.bridge_protocol import Bridge, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.framing import Framing
 from hil.vocab.ports import Port, PortContext
@@ -108,6 +108,12 @@ def make_port(config: PortConfig, context: PortContext) -> Port:
     """Make the port that a configuration describes, not yet open."""
     port: Port = _ports().attribute(config.kind, "make")(config.options, context)
     return port
+
+
+def make_door_port(wanted: DoorPort, context: PortContext) -> Port:
+    """Make a port that a bridge wants, not yet open."""
+    options = _ports()[wanted.kind](**wanted.options)
+    return make_port(PortConfig(kind=wanted.kind, options=options), context)
 
 
 def serial_port_config(device: DeviceConfig) -> PortConfig:

@@ -84,13 +84,20 @@ OFFSETS, PACKED_BYTES = _layout()
 """Binary layout of a snapshot, as ``take_samples`` gives it."""
 
 
-def packed(values: Sequence[float]) -> bytes:
-    """Pack values of all fields in the binary layout."""
+def _struct() -> Struct:
     layout, end = "<", 0
     for field in FIELDS.values():
         layout += f"{OFFSETS[field.name] - end}x{CODES[field.type]}"
         end = OFFSETS[field.name] + SIZES[field.type]
-    return Struct(f"{layout}{PACKED_BYTES - end}x").pack(*values)
+    return Struct(f"{layout}{PACKED_BYTES - end}x")
+
+
+_PACKED = _struct()
+
+
+def packed(values: Sequence[float]) -> bytes:
+    """Pack values of all fields in the binary layout."""
+    return _PACKED.pack(*values)
 
 
 def reader(name: str) -> Callable[[bytes], float]:

@@ -98,7 +98,11 @@ def make_live(
     """
     loop, config = asyncio.get_running_loop(), configured.config
     log = _input_log(stack, plan, at.input_log) if at.input_log else None
-    places, bridges, notes = Places(), Bridges(), dict[str, str]()
+
+    def context(label: str) -> PortContext:
+        return PortContext(config.bench, label, at.runtime, at.port_group)
+
+    places, bridges, notes = Places(), Bridges(context), dict[str, str]()
     stack.push_async_callback(places.close)
     guard = StepGuard(at.state / BREADCRUMB, config.speed)
     stack.callback(guard.close)
@@ -115,10 +119,6 @@ def make_live(
     stack.callback(watches.stop)
     vitals = Vitals(sim)
     stack.callback(vitals.stop)
-
-    def context(label: str) -> PortContext:
-        return PortContext(config.bench, label, at.runtime, at.port_group)
-
     stage = Stage(sim, configured, places, context)
     swap = Swap(sim, configured, stage, places, lines, commits, faults, watches, notes)
     apply = Apply(sim, stage, places, files, holds, bridges, swap)

@@ -98,6 +98,17 @@ _DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "
 FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "list": _LIST,
     "status": _STATUS,
+    "registers": {
+        "device": str,
+        "profile": str,
+        "version": int,
+        "crc": int,
+        "notes": [str],
+        "rows": [
+            dict.fromkeys(("table", "type", "name", "unit", "about"), str)
+            | {"address": int, "registers": int, "is_writable": (True, False)}
+        ],
+    },
     "wait": {"interrupted": (True, False)},
     "health": {"state": str},
     "state": {str: (float, None)},

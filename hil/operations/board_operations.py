@@ -19,7 +19,7 @@ from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset,
 from hil.sim.settable import SETTABLE, setting_problem
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import Axes
-from hil.vocab.desk_protocol import Done
+from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
 from hil.vocab.verbs import Verb, VerbRefused
@@ -146,6 +146,10 @@ class BoardOperations:
 
     def packed(self, asked: Asked) -> bytes:
         return packed(self._sim.snapshot(asked.target).values)
+
+    def look(self, asked: Asked) -> AxisLook:
+        axis, shot = self._axis(asked), self._sim.snapshot(asked.target)
+        return AxisLook(packed(shot.values), axis.kind.motion(shot), self._twin(asked.target).failed)
 
     async def wait(
         self,

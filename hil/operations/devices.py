@@ -30,7 +30,7 @@ class Devices(Mapping[str, DeviceInfo]):
         if device.at is not None or (part not in (axes := self._sim.devices[name].axes) and part):
             raise KeyError(address)
         kind = axes[part].kind if axes else None
-        return _twin(axes.label(name, part), device.profile, board, kind)
+        return twin_info(axes.label(name, part), device.profile, board, kind)
 
     def __iter__(self) -> Iterator[str]:
         for name, device in self._configured.config.devices.items():
@@ -43,12 +43,14 @@ class Devices(Mapping[str, DeviceInfo]):
 
 
 @lru_cache(2048)
-def _twin(address: str, profile: str, board: Profile, kind: AxisKind | None) -> DeviceInfo:
+def twin_info(address: str, profile: str, board: Profile, kind: AxisKind | None) -> DeviceInfo:
     """Describe a device with its first axis, or another of its axes."""
     is_other, has_axis = bool(address_of(address).part), kind is not None
     table = {name: verb for name, verb in board.table.items() if board.uarts or name != "type"}
     verbs = {name: verb for name, verb in table.items() if _can(verb, is_other, has_axis)}
-    return DeviceInfo(address, profile, False, verbs, _fields(kind, board.shown_first) if kind else {})
+    if kind is None:
+        return DeviceInfo(address, profile, False, verbs, {})
+    return DeviceInfo(address, profile, False, verbs, _fields(kind, board.shown_first), _inputs(kind))
 
 
 def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:
@@ -72,3 +74,16 @@ def _fields(kind: AxisKind, shown_first: tuple[str, ...]) -> Mapping[str, AxisFi
         for name, f in FIELDS.items()
         if name in kind.fields
     }
+
+
+@lru_cache
+def _inputs(kind: AxisKind) -> Mapping[str, str]:
+    names: dict[int, list[str]] = {}
+    for name, number in kind.inputs.items():
+        names.setdefault(number, []).append(name)
+    inputs = {}
+    for _, pin in sorted(names.items()):
+        told = {name: field for name in pin if (field := f"pin_{name.lower()}") in kind.fields}
+        name = next(iter(told), pin[0])
+        inputs[name] = told.get(name, "")
+    return inputs

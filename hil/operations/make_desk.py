@@ -47,6 +47,8 @@ def make_desk(
         "verbs": reports.verbs,
         "state": boards.state,
         "packed": boards.packed,
+        "look": boards.look,
+        "registers": reports.registers,
         "reset": boards.reset,
         "pin": boards.pin,
         "set": boards.set_field,

@@ -119,6 +119,8 @@ _ROWS = (
     # A board.
     _asked("state", TWIN, VIEWER, "all fields of an axis, now"),
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
+    _asked("look", TWIN, VIEWER, "the same, with what it means as motion, and whether the board has stopped"),
+    _asked("registers", MEMBER, VIEWER, "the register map that doors of Modbus have of a device"),
     _common("reset", DEVICE, takes_time=True),
     _common("pin", TWIN),
     _asked("set", TWIN, OPERATOR,

@@ -1,10 +1,12 @@
-"""Contract of a bridge: ``Bridge``, and ``BenchDoor`` if it reaches other benches too."""
+"""Contract of a bridge: ``Bridge``, ``BenchDoor`` if it reaches other benches too, and ``PortDoor`` if it has
+ports of its own."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from hil.vocab.desk_protocol import Source
+from hil.vocab.ports import Port
 
 
 class Bridge(Protocol):
@@ -57,3 +59,22 @@ class BenchDoor(Protocol):
 
     async def benches(self) -> Sequence[str]:
         """Names of the other benches that are joined now."""
+
+
+class DoorPort(NamedTuple):
+    """Port that a bridge wants to have: its name, its kind and that kind's options."""
+
+    name: str
+    kind: str
+    options: Mapping[str, Any]
+
+
+@runtime_checkable
+class PortDoor(Protocol):
+    """Bridge with ports of its own, as well."""
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        """Ports that it wants."""
+
+    def take_ports(self, ports: Sequence[Port]) -> None:
+        """Take the ports that were wanted, in that order, before ``open``. None of them is open."""

@@ -1,11 +1,12 @@
 """Desk of a bench, as all its doors see it, bridges and control socket, in one event loop."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
+from hil.vocab.axis import AxisState
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import Role, Verb
 
@@ -56,11 +57,23 @@ class DeviceInfo:
     is_real: bool
     verbs: Mapping[str, Verb]
     fields: Mapping[str, AxisField]
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    """Pins of the axis that may be driven, each by one of its names, in the order of their numbers; and the
+    field that tells the pin's level, empty where none does."""
 
     @property
     def is_seen(self) -> bool:
         """True if the axis tells its state: a motion's end can be awaited, and its fields are published."""
         return bool(self.fields)
+
+
+class AxisLook(NamedTuple):
+    """Answer of ``look``: an axis at one simulated time. ``packed``: its fields in the binary layout;
+    ``failed``: why its board's firmware has stopped, or None."""
+
+    packed: bytes
+    motion: AxisState
+    failed: str | None
 
 
 class Watched(Enum):

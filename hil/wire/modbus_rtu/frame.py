@@ -8,6 +8,8 @@ the standard's default, with parity, has eleven.
 
 from dataclasses import dataclass
 
+from hil.wire.modbus_rtu._crc16 import crc16
+
 ADDRESSES = range(1, 248)
 """Addresses of nodes; those above are reserved (2.2)."""
 TO_ALL = 0
@@ -30,24 +32,6 @@ def gap_ns(baud: int) -> int:
 def silence_ns(baud: int) -> int:
     """Shortest silence between frames (t3.5), rounded down."""
     return FIXED_SILENCE_NS if baud > FIXED_ABOVE_BAUD else 35 * _TENTH_NS // baud
-
-
-def _crc_of_byte(byte: int) -> int:
-    for _ in range(8):
-        byte = byte >> 1 ^ (0xA001 if byte & 1 else 0)
-    return byte
-
-
-_CRCS = tuple(map(_crc_of_byte, range(256)))
-
-
-def crc16(data: bytes) -> int:
-    """CRC of a frame's bytes before it: x^16 + x^15 + x^2 + 1, least significant bit first, from 0xFFFF. On
-    the line its low byte comes first (2.5.1.2)."""
-    crc = 0xFFFF
-    for byte in data:
-        crc = crc >> 8 ^ _CRCS[(crc ^ byte) & 0xFF]
-    return crc
 
 
 def encode(address: int, function: int, data: bytes = b"") -> bytes:
@@ -90,7 +74,8 @@ class Frame:
 
     @property
     def fault(self) -> str:
-        return "" if crc16(self.raw[:-2]) == int.from_bytes(self.raw[-2:], "little") else "CRC"
+        # The CRC of bytes with their CRC behind them, low byte first, is 0.
+        return "CRC" if crc16(self.raw) else ""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ class RtuSplitter:
     """
 
     def __init__(self) -> None:
-        self._raw = bytearray()
+        self._raw = b""
         self._at_ns = 0
         self._last_ns = 0
         """Time at which the last character was complete."""
@@ -35,21 +35,24 @@ class RtuSplitter:
         self._is_long = False
         """True if a first piece of what is held was given as too long."""
         self._address = TO_ALL
+        self._baud = self._gap_ns = self._silence_ns = 0
+        """Speed of what came last, and its silences, kept because each burst needs them."""
 
     def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:
         items: list[Frame | Malformed] = []
         if data:
             self._take(data, start_ns, baud, items)
-            self._complete(start_ns + character_ns(len(data), baud), baud)
+            self._last_ns = start_ns + character_ns(len(data), baud)
+            self._over_ns = self._last_ns + self._silence_ns
         addresses = None if self._address == TO_ALL else (self._address,)
-        return BurstItems(items, addresses, over_ns=SimTimeNs(self._over_ns))
+        return BurstItems(items, addresses, False, SimTimeNs(self._over_ns))
 
     def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
         items: list[Frame | Malformed] = []
         one_ns = character_ns(1, baud)
         for at_ns, byte in zip(times_ns, data, strict=True):
             self._take(bytes((byte,)), at_ns - one_ns, baud, items)
-            self._complete(at_ns, baud)
+            self._last_ns, self._over_ns = at_ns, at_ns + self._silence_ns
         return BurstItems(items, None, over_ns=SimTimeNs(self._over_ns))
 
     def silence(self, now_ns: SimTimeNs) -> Sequence[Frame | Malformed]:
@@ -61,28 +64,29 @@ class RtuSplitter:
     def copy(self) -> "RtuSplitter":
         other = RtuSplitter()
         vars(other).update(vars(self))
-        other._raw = self._raw[:]
         return other
 
     def _take(self, data: bytes, start_ns: int, baud: int, items: list[Frame | Malformed]) -> None:
         """Take characters without a silence between them, the first of which begins at ``start_ns``."""
+        if baud != self._baud:
+            self._baud, self._gap_ns, self._silence_ns = baud, gap_ns(baud), silence_ns(baud)
         if start_ns >= self._over_ns:
             self._end(items)
         if self._over_ns == FOREVER:
             self._at_ns, self._address = start_ns, data[0]
-        elif start_ns - self._last_ns > gap_ns(baud):
+        elif start_ns - self._last_ns > self._gap_ns:
             self._is_broken = True
-        self._raw += data
-        while len(self._raw) > FRAME_BYTES_MAX:
+        raw = self._raw + data
+        if len(raw) > FRAME_BYTES_MAX:
             self._is_long = True
-            items.append(Malformed(self._at_ns, bytes(self._raw[:FRAME_BYTES_MAX]), "too long"))
-            del self._raw[:FRAME_BYTES_MAX]
-
-    def _complete(self, at_ns: int, baud: int) -> None:
-        self._last_ns, self._over_ns = at_ns, at_ns + silence_ns(baud)
+            whole = (len(raw) - 1) // FRAME_BYTES_MAX * FRAME_BYTES_MAX
+            pieces = (raw[at : at + FRAME_BYTES_MAX] for at in range(0, whole, FRAME_BYTES_MAX))
+            items += (Malformed(self._at_ns, piece, "too long") for piece in pieces)
+            raw = raw[whole:]
+        self._raw = raw
 
     def _end(self, items: list[Frame | Malformed]) -> None:
-        raw = bytes(self._raw)
+        raw = self._raw
         if self._is_long:
             items.append(Malformed(self._at_ns, raw, "too long"))
         elif self._is_broken:
@@ -91,6 +95,6 @@ class RtuSplitter:
             items.append(Malformed(self._at_ns, raw, "too short"))
         else:
             items.append(Frame(self._at_ns, raw))
-        self._raw.clear()
+        self._raw = b""
         self._over_ns = FOREVER
         self._is_broken = self._is_long = False

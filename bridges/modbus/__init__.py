@@ -1,0 +1,8 @@
+"""Modbus: axes as units of Modbus TCP, with or without TLS, and of serial lines.
+
+``bridge.py`` opens the door, ``door_options.py`` says how; ``door_units.py`` knows which unit is which axis,
+``request_handler.py`` carries requests out at the desk, ``motion_ends.py`` awaits the ends of motions,
+``tcp_connections.py`` lets clients in, ``tcp_client.py`` answers one, ``client_role.py`` reads certificates;
+``rtu_server.py`` has a serial line.
+The registers are those of ``hil.registers``, the protocol's own bytes those of ``hil.wire.modbus``.
+"""

@@ -1,0 +1,66 @@
+"""Commands ``hil modbus``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="modbus", help="Registers of devices.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@app.callback()
+def _commands() -> None:
+    pass
+
+
+@app.command("map")
+def print_map(
+    device: Annotated[str, typer.Argument(help="A device, or an axis of one.", show_default=False)],
+    form: Annotated[str, typer.Option("--format", help="table, csv, markdown or json.")] = "table",
+    bench: Annotated[
+        str | None,
+        typer.Option(
+            "--bench",
+            "-b",
+            help="The bench, by its name, its folder or service:NAME; needed when several are running.",
+        ),
+    ] = None,
+    runtime_dir: Annotated[
+        Path | None,
+        typer.Option(
+            "--runtime-dir",
+            help="Folder of running benches' ports and sockets."
+            " [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]",
+        ),
+    ] = None,
+) -> None:
+    """Print the register map of a device of a running bench.
+
+    Numbers are those in a request: register 0 is the first.
+    """
+    import os
+
+    from hil.net.benches_here import find
+    from hil.net.control_client import ControlError, ask
+    from hil.registers.map_rows import FORMATS, formatted
+
+    if form not in FORMATS:
+        typer.echo(f"hil: --format {form}: formats are {', '.join(FORMATS)}", err=True)
+        raise typer.Exit(2)
+    found = find(runtime_dir, os.environ).running()
+    meant = found.meant(bench)
+    if len(meant) != 1:
+        names = ", ".join(found.called(each) for each in found.benches) or "none"
+        typer.echo(f"hil: which bench? --bench names one; running: {names}", err=True)
+        raise typer.Exit(2 if meant else 1)
+    try:
+        answer = ask(meant[0].socket, "registers", device=device)
+        status = ask(meant[0].socket, "status")["bridges"].get("modbus", {}) if form == "table" else {}
+    except ControlError as error:
+        typer.echo(f"hil: {error}", err=True)
+        raise typer.Exit(1) from None
+    for number, axis in status.get("units", {}).items():
+        if axis == answer["device"]:
+            typer.echo(f"{axis} is unit {number} at {', '.join(status['listen'])}")
+    for line in formatted(answer, form):
+        typer.echo(line)

@@ -1,0 +1,139 @@
+"""Requests to units, carried out at the desk, and their answers. The same for all lines and connections."""
+
+import asyncio
+import logging
+from collections import Counter
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from inspect import isawaitable
+from typing import Any
+
+from bridges.modbus.door_units import DoorUnit, DoorUnits
+from bridges.modbus.motion_ends import MotionEnds
+from hil.net.limits import Limit
+from hil.registers.control_word import Wanted
+from hil.registers.register_unit import Halves, VerbStage
+from hil.vocab.desk_protocol import AxisLook, Desk, Source
+from hil.vocab.verbs import VerbRefused
+from hil.wire.modbus.identification import Identification, identify
+from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, Table, answer, exception, parse
+
+log = logging.getLogger("hil")
+
+EXCEPTIONS = {
+    "no_device": Code.GATEWAY_TARGET_FAILED,
+    "no_place": Code.ILLEGAL_DATA_ADDRESS,
+    "no_verb": Code.ILLEGAL_DATA_ADDRESS,
+    "no_parameter": Code.ILLEGAL_DATA_ADDRESS,
+    "no_run": Code.ILLEGAL_DATA_ADDRESS,
+    "bad_request": Code.ILLEGAL_DATA_VALUE,
+    "bad_parameter": Code.ILLEGAL_DATA_VALUE,
+    "bad_run": Code.ILLEGAL_DATA_VALUE,
+    "bad_config": Code.ILLEGAL_DATA_VALUE,
+    "not_now": Code.SERVER_DEVICE_BUSY,
+    "cannot": Code.SERVER_DEVICE_FAILURE,
+    "failed": Code.SERVER_DEVICE_FAILURE,
+    "forbidden": Code.ILLEGAL_FUNCTION,
+}
+"""Exceptions for refusals of the desk. Modbus/TCP Security refuses by role with 01 (R-29)."""
+
+
+@dataclass(eq=False)
+class Asker:
+    """Client of the door. What it has written of a value, and not yet the rest, is its own."""
+
+    source: Source
+    halves: dict[DoorUnit, Halves] = field(default_factory=dict)
+
+
+class RequestHandler:
+    """Requests to the units of a bench. ``carried_out``: operations that were; ``exceptions``: by code."""
+
+    def __init__(self, desk: Desk, units: DoorUnits, identify: Callable[[DoorUnit], Identification]) -> None:
+        self._desk, self._units, self._identity = desk, units, identify
+        self._ends = MotionEnds(desk)
+        self._limits: dict[Code, Limit] = {}
+        self.requests = self.carried_out = 0
+        self.exceptions: Counter[str] = Counter()
+
+    def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to the unit of a number; answers as ``answer_of``."""
+        try:
+            unit = self._units.find(number)
+        except Refused as error:
+            self.requests += 1
+            return self._refuse(asker, number, pdu[0], error)
+        return self.answer_of(asker, unit, pdu)
+
+    def answer_of(self, asker: Asker, unit: DoorUnit, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused.
+        What is written may take time."""
+        self.requests += 1
+        try:
+            request = parse(pdu)
+            if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
+                return identify(request, self._identity(unit))
+            if request.write or request.mask:
+                return self._written(asker, unit, request)
+            return self._read(asker, unit, request)
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, unit.number, pdu[0], error)
+
+    def _read(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        if not (span := request.read):
+            return answer(request)
+        look, halves = self._look(asker, unit, span), asker.halves.get(unit, {})
+        return answer(request, unit.registers.read(span, look, halves))
+
+    async def _written(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        try:
+            await self._write(asker, unit, request)
+            return self._read(asker, unit, request)
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, unit.number, request.function, error)
+
+    async def _write(self, asker: Asker, unit: DoorUnit, request: Request) -> None:
+        registers, halves, write = unit.registers, asker.halves.setdefault(unit, {}), request.write
+        if request.mask:
+            span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
+            write = registers.masked(request.mask, self._look(asker, unit, span), halves)
+        if request.read:  # what cannot be read back is not carried out
+            registers.check(request.read)
+        for wanted in registers.write(write, halves) if write else ():
+            await self._carry_out(asker, unit, wanted)
+
+    def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
+        if isinstance(error, Refused):
+            code, why = error.code, str(error)
+        else:
+            code, why = EXCEPTIONS[error.code], f"{error.code}: {error}"
+        self.exceptions[f"{code:02}"] += 1
+        self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
+        return exception(function, code)
+
+    def _look(self, asker: Asker, unit: DoorUnit, span: Span) -> AxisLook | None:
+        if not unit.registers.needs_look(span):
+            return None
+        look: AxisLook = self._desk.ask(asker.source, "look", unit.info.name, {})
+        return look
+
+    async def _carry_out(self, asker: Asker, unit: DoorUnit, wanted: Wanted) -> None:
+        try:
+            result = self._desk.ask(asker.source, wanted.operation, unit.info.name, wanted.given)
+            if isawaitable(result):
+                result = await result
+        except VerbRefused:
+            unit.registers.note(wanted, VerbStage.REFUSED)
+            raise
+        self.carried_out += 1
+        self._ends.follow(unit, wanted, asker.source, result)
+
+    def _tell(self, code: Code, why: str) -> None:
+        if (limit := self._limits.get(code)) is None:
+            limit = self._limits[code] = Limit(log.info, asyncio.get_running_loop())
+        limit.reached(why)
+
+    async def close(self) -> None:
+        for limit in self._limits.values():
+            limit.close()
+        await self._ends.close()

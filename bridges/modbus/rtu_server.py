@@ -1,0 +1,143 @@
+"""Modbus RTU on a port: frames told apart by silence, units of one line, broadcasts, diagnosis of the line.
+
+Source: MODBUS over Serial Line, Specification and Implementation Guide V1.02, 2.2, 2.4.1 and 2.5.1.
+"""
+
+import asyncio
+import logging
+from collections import Counter, deque
+from collections.abc import Mapping
+from inspect import isawaitable
+
+from bridges.modbus.door_units import DoorUnit, DoorUnits
+from bridges.modbus.request_handler import Asker, RequestHandler
+from hil.vocab.desk_protocol import Source
+from hil.vocab.ports import Port
+from hil.vocab.verbs import Role
+from hil.wire.modbus.diagnostics import Diagnostics, report
+from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
+from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, Frame, encode, silence_ns
+
+log = logging.getLogger("hil")
+
+FRAMES = 16
+"""Maximum number of frames that wait: a master sends the next one when it has the answer."""
+_ROOM_BYTES = 4096
+
+
+class RtuServer:
+    """Units on one line, a ``hil.vocab.ports.PortHost``. The silence within a frame (t1.5) is not asked for:
+    a pty and an adapter hand over a frame in pieces, whose times are the computer's."""
+
+    def __init__(self, port: Port, baud: int, handler: RequestHandler, units: DoorUnits) -> None:
+        self._port, self._handler, self._units = port, handler, units
+        self._silence_s = silence_ns(baud) / 1e9
+        self._held = bytearray()
+        self._frames: deque[bytes] = deque()
+        self._diagnoses: dict[int, Diagnostics] = {}
+        self._timer: asyncio.TimerHandle | None = None
+        self._work: asyncio.Task[None] | None = None
+        self._seen: Counter[str] = Counter()
+
+    @property
+    def address(self) -> str:
+        return self._port.address
+
+    def counters(self) -> Mapping[str, int]:
+        return {kind: self._seen[kind] for kind in ("frames", "errors", "answers", "overruns")}
+
+    async def open(self) -> None:
+        """Open the port. Raises PortError."""
+        self._loop = asyncio.get_running_loop()
+        self._asker = Asker(Source("modbus line", Role.OPERATOR))
+        await self._port.open(self)
+        self._asker = Asker(Source(f"modbus line {self.address}", Role.OPERATOR))
+
+    async def close(self) -> None:
+        if self._timer:
+            self._timer.cancel()
+        if self._work:
+            self._work.cancel()
+            await asyncio.gather(self._work, return_exceptions=True)
+        await self._port.close()
+
+    def received(self, data: bytes) -> None:
+        self._held += data[: FRAME_BYTES_MAX + 1 - len(self._held)]
+        if self._timer:
+            self._timer.cancel()
+        self._timer = self._loop.call_later(self._silence_s, self._is_silent)
+
+    def room(self) -> int:
+        return _ROOM_BYTES
+
+    def drained(self) -> None:
+        """Nothing waits for it."""
+
+    def client_left(self, baud: int | None) -> None:
+        self._held.clear()
+
+    def port_failed(self, reason: str) -> None:
+        log.error("bridges.modbus: %s: %s", self.address, reason)
+
+    def _is_silent(self) -> None:
+        """Take what came since the last silence for a frame."""
+        if not (raw := bytes(self._held)):
+            return  # the client has left
+        self._held.clear()
+        is_good = FRAME_BYTES_MIN <= len(raw) <= FRAME_BYTES_MAX and not Frame(0, raw).fault
+        self._seen["frames" if is_good else "errors"] += 1
+        for unit in self._units.all():
+            self._diagnosis(unit).heard(is_good=is_good)
+        if not is_good:
+            return
+        if len(self._frames) >= FRAMES:
+            self._seen["overruns"] += 1
+            return
+        self._frames.append(raw)
+        if self._work is None or self._work.done():
+            self._work = self._loop.create_task(self._serve())
+
+    async def _serve(self) -> None:
+        while self._frames:
+            raw = self._frames.popleft()
+            address, pdu = raw[0], raw[1:-2]
+            if address == TO_ALL:
+                for unit in self._units.all():
+                    await self._answer(unit, pdu, is_to_all=True)
+                continue
+            for unit in [each for each in self._units.all() if each.number == address]:
+                if (answer := await self._answer(unit, pdu, is_to_all=False)) is not None:
+                    self._port.write(encode(address, answer[0], answer[1:]))
+                    self._seen["answers"] += 1
+
+    async def _answer(self, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | None:
+        """Carry out a request, of a broadcast what is written; None: it gets no answer."""
+        try:
+            request: Request | None = parse(pdu, is_serial_line=True)
+        except Refused:
+            request = None  # the handler answers with the exception
+        diagnosis = self._diagnosis(unit)
+        if not diagnosis.takes(request):
+            return None
+        if is_to_all and not (request and (request.write or request.mask)):
+            diagnosis.answered(None, is_to_all=True)
+            return None
+        answer = await self._done(unit, diagnosis, request, pdu)
+        diagnosis.answered(answer, is_to_all=is_to_all)
+        return answer
+
+    async def _done(
+        self, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
+    ) -> bytes | None:
+        if request and request.function == Function.DIAGNOSTICS:
+            try:
+                return diagnosis.answer(request)
+            except Refused as error:
+                return exception(request.function, error.code)
+        if request and request.function == Function.REPORT_SERVER_ID:
+            return report(unit.info.profile.encode("ascii", "replace"), is_running=True)
+        answer = self._handler.answer_of(self._asker, unit, pdu)
+        return await answer if isawaitable(answer) else answer
+
+    def _diagnosis(self, unit: DoorUnit) -> Diagnostics:
+        return self._diagnoses.setdefault(unit.number, Diagnostics())
