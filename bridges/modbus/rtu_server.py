@@ -11,6 +11,7 @@ from inspect import isawaitable
 
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import Asker, RequestHandler
+from bridges.modbus.silence_timer import SilenceTimer
 from hil.vocab.desk_protocol import Source
 from hil.vocab.ports import Port
 from hil.vocab.verbs import Role
@@ -31,11 +32,11 @@ class RtuServer:
 
     def __init__(self, port: Port, baud: int, handler: RequestHandler, units: DoorUnits) -> None:
         self._port, self._handler, self._units = port, handler, units
-        self._silence_s = silence_ns(baud) / 1e9
+        self._silence_ns = silence_ns(baud)
         self._held = bytearray()
         self._frames: deque[bytes] = deque()
         self._diagnoses: dict[int, Diagnostics] = {}
-        self._timer: asyncio.TimerHandle | None = None
+        self._silence: SilenceTimer | None = None
         self._work: asyncio.Task[None] | None = None
         self._seen: Counter[str] = Counter()
 
@@ -50,12 +51,14 @@ class RtuServer:
         """Open the port. Raises PortError."""
         self._loop = asyncio.get_running_loop()
         self._asker = Asker(Source("modbus line", Role.OPERATOR))
+        self._silence = SilenceTimer(self._is_silent)
         await self._port.open(self)
         self._asker = Asker(Source(f"modbus line {self.address}", Role.OPERATOR))
 
     async def close(self) -> None:
-        if self._timer:
-            self._timer.cancel()
+        if self._silence:
+            self._silence.close()
+            self._silence = None
         if self._work:
             self._work.cancel()
             await asyncio.gather(self._work, return_exceptions=True)
@@ -63,9 +66,8 @@ class RtuServer:
 
     def received(self, data: bytes) -> None:
         self._held += data[: FRAME_BYTES_MAX + 1 - len(self._held)]
-        if self._timer:
-            self._timer.cancel()
-        self._timer = self._loop.call_later(self._silence_s, self._is_silent)
+        if self._silence:
+            self._silence.start(self._silence_ns)
 
     def room(self) -> int:
         return _ROOM_BYTES
