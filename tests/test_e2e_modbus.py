@@ -242,6 +242,15 @@ def test_a_serial_line() -> None:
                 until(lambda: server.status("m1")["snapshot"]["loop_on"], "the broadcast")
 
 
+def test_a_map_says_which_unit_it_is_on_each_line() -> None:
+    lines = [{"path": "a"}, {"path": "b", "units": {"m1": 17}}]
+    with Place() as place:
+        server = place.serve(config(bridges={"modbus": {**DOOR["modbus"], "rtu": lines}}))
+        printed = place.hil("modbus", "map", "m1", "--runtime-dir", str(place.runtime))
+        tcp, a, b = server.ask("status")["bridges"]["modbus"]["listen"]
+        assert printed.startswith(f"m1 is unit 1 at {tcp}, {a}\nm1 is unit 17 at {b}\nm1, a mech")
+
+
 def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
     folder = "--runtime-dir", str(place.runtime)
     table = place.hil("modbus", "map", "m1", *folder)
