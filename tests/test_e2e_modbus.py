@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from e2e_support import PATIENCE_S, Place, Server, config, reload, until
+from e2e_support import PATIENCE_S, SAC_READY_NS, Place, Server, config, reload, until
 from pymodbus.client import AsyncModbusTcpClient, ModbusSerialClient, ModbusTcpClient
 
 TYPES = ModbusTcpClient.DATATYPE
@@ -98,6 +98,21 @@ def test_a_motion_that_something_else_ended_is_refused(server: Server, client: M
     until(lambda: bits(client, 300 + number, M1), "the refused bit")
     assert not bits(client, number, M1)
     client.write_register(0, 2, device_id=M1)  # disable, and the bit of stop is 0 again
+
+
+@pytest.mark.parametrize("end", ["stop", "reset"])
+def test_a_move_of_a_stepper_that_something_else_ended_is_not_done(
+    server: Server, client: ModbusTcpClient, end: str
+) -> None:
+    of = Map(server, "s1")
+    number = of.at("coils", "move_rel")
+    until(lambda: not bits(client, 202, S1), "standstill")
+    words = [number + 1, *client.convert_to_registers(36_000.0, TYPES.FLOAT32)]
+    assert not client.write_registers(of.at("holding_registers", "command"), words, device_id=S1).isError()
+    assert not client.write_coil(of.at("coils", end), True, device_id=S1).isError()
+    until(lambda: bits(client, 300 + number, S1), "the refused bit", 8)
+    assert not bits(client, number, S1)
+    server.ready("s1", since_ns=server.status("s1")["snapshot"]["at_ns"], boot_ns=SAC_READY_NS)
 
 
 def test_what_is_refused_is_an_exception_and_said_in_the_log(server: Server, client: ModbusTcpClient) -> None:
@@ -227,6 +242,15 @@ def test_a_serial_line() -> None:
                 until(lambda: server.status("m1")["snapshot"]["loop_on"], "the broadcast")
 
 
+def test_a_map_says_which_unit_it_is_on_each_line() -> None:
+    lines = [{"path": "a"}, {"path": "b", "units": {"m1": 17}}]
+    with Place() as place:
+        server = place.serve(config(bridges={"modbus": {**DOOR["modbus"], "rtu": lines}}))
+        printed = place.hil("modbus", "map", "m1", "--runtime-dir", str(place.runtime))
+        tcp, a, b = server.ask("status")["bridges"]["modbus"]["listen"]
+        assert printed.startswith(f"m1 is unit 1 at {tcp}, {a}\nm1 is unit 17 at {b}\nm1, a mech")
+
+
 def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
     folder = "--runtime-dir", str(place.runtime)
     table = place.hil("modbus", "map", "m1", *folder)
@@ -246,6 +270,9 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "open": ({"listen": "0.0.0.0:1502"}, "is reached from other computers"),
     "number": ({"units": {"m1": 248}}, "247"),
     "twice": ({"units": {"m1": 1, "s1": 1}}, "unit 1 is m1 and s1"),
+    "none": ({"units": {}}, "there is nothing in it"),
+    "none on a line": ({"rtu": [{"path": "plc", "units": {}}]}, "there is nothing in it"),
+    "lines": ({"rtu": [{"path": "plc"}, {"path": "./plc"}]}, "two lines are at plc"),
     "order": ({"word_order": "middle"}, "word_order"),
     "tls": ({"tls": {"certificate": "a.pem"}}, "key"),
     "line": ({"rtu": [{"baud": 9600}]}, "either a path or a device"),

@@ -101,7 +101,10 @@ class ModbusBridge:
             "closed": closed,
             "turned_away": turned_away,
             "units": self._units.shown(),
-            "lines": {line.address: line.counters() for line in self._lines},
+            "lines": {
+                line.address: {**line.counters(), "units": units.shown()}
+                for line, units in zip(self._lines, self._line_units, strict=True)
+            },
         }
 
     def _identity(self, unit: DoorUnit) -> Identification:

@@ -1,7 +1,8 @@
 """Commands ``hil modbus``."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -59,8 +60,17 @@ def print_map(
     except ControlError as error:
         typer.echo(f"hil: {error}", err=True)
         raise typer.Exit(1) from None
-    for number, axis in status.get("units", {}).items():
-        if axis == answer["device"]:
-            typer.echo(f"{axis} is unit {number} at {', '.join(status['listen'])}")
+    for number, addresses in _addresses(status, answer["device"]).items():
+        typer.echo(f"{answer['device']} is unit {number} at {', '.join(addresses)}")
     for line in formatted(answer, form):
         typer.echo(line)
+
+
+def _addresses(status: Mapping[str, Any], axis: str) -> dict[str, list[str]]:
+    """Addresses at which an axis is there, by the number that it has at them."""
+    found: dict[str, list[str]] = {}
+    for address in status.get("listen", ()):
+        units = status["lines"].get(address, status)["units"]
+        for number in (number for number, name in units.items() if name == axis):
+            found.setdefault(number, []).append(address)
+    return found

@@ -1,6 +1,7 @@
 """Options of the Modbus bridge."""
 
 from pathlib import Path
+from posixpath import normpath
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -62,7 +63,9 @@ class RtuLine(BaseModel):
         default=19200, ge=50, le=4_000_000, description="Speed, by which frames are told apart."
     )
     units: dict[str, UnitNumber] | None = Field(
-        default=None, description="Numbers of the units on this line; null: those of the door."
+        default=None,
+        min_length=1,
+        description="Numbers of the units on this line; null: those of the door.",
     )
 
     @model_validator(mode="after")
@@ -93,6 +96,7 @@ class Options(BaseModel):
     )
     units: dict[str, UnitNumber] | None = Field(
         default=None,
+        min_length=1,
         description=(
             "Numbers of units by axis, as in `{m1: 1, arm.elbow: 2}`; null: all axes in the order of the"
             " bench, from 1 on."
@@ -108,6 +112,19 @@ class Options(BaseModel):
     insecure: bool = Field(
         default=False, description="Let other computers in without `tls`; log and status say so again."
     )
+
+    @field_validator("rtu")
+    @classmethod
+    def _lines_are_apart(cls, rtu: list[RtuLine]) -> list[RtuLine]:
+        places = [line.device or normpath(str(line.path)) for line in rtu]
+        for place in places:
+            if places.count(place) > 1:
+                raise PydanticCustomError(
+                    "lines",
+                    "two lines are at {place}",
+                    {"place": place, "remedy": "give each a place of its own"},
+                )
+        return rtu
 
     @field_validator("listen")
     @classmethod

@@ -62,13 +62,19 @@ def velocity(sac: Sac, velocity_rpm: float) -> None:
 
 
 def move_rel(sac: Sac, angle_deg: float, **how: float) -> Answer:
-    """Move as by ``xm``: at once, and nothing is kept. Whole pulses."""
+    """Move as by ``xm``: at once, and nothing is kept. Whole pulses. Answers ``set_point`` as well where it
+    is known: while it moves, nobody knows where from."""
+    motion = sac.motion
+    stands = not (motion.get("motion_state") or motion.get("pending") or motion.get("queue_position") >= 0)
+    begins_deg = motion.get("commanded_deg")
     setup = sac.parameters.setup()
     per_rev = setup.steps_per_rev << setup.microstep_exponent
     pulses = round(angle_deg / 360 * per_rev)
     if pulses:
         sac.moves.one_shot(Text(one_shot(pulses, _attributes(**how))))
-    return {"pulses": pulses, "angle_deg": pulses * 360 / per_rev}
+    angle = pulses * 360 / per_rev
+    where = {"set_point": begins_deg + angle} if stands else {}
+    return {"pulses": pulses, "angle_deg": angle, **where}
 
 
 def move_abs(sac: Sac, position_deg: float, **how: float) -> Answer:

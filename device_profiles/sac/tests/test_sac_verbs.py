@@ -146,7 +146,14 @@ def test_angles_are_exact_and_absolute(board: Board) -> None:
         assert state.commanded_deg == pytest.approx(pulses * PULSE_DEG, abs=1e-9)
         assert state.pulses == pulses
         assert answer["angle_deg"] == pytest.approx(answer["pulses"] * PULSE_DEG)
+        assert answer["set_point"] == pytest.approx(state.commanded_deg, abs=1e-9)
         assert abs(state.position_deg - board.now.commanded_deg) < 1.0
+
+
+def test_where_it_goes_is_not_told_of_a_move_that_begins_while_it_moves(board: Board) -> None:
+    assert "set_point" in board.do("move_rel", angle_deg=3600.0)
+    board.run(50)
+    assert "set_point" not in board.do("move_rel", angle_deg=-90.0)
 
 
 def test_attributes_of_earlier_commands_add_no_pulses(board: Board) -> None:
@@ -170,6 +177,7 @@ def test_less_than_half_a_pulse_is_no_motion(board: Board) -> None:
     assert board.do("move_rel", angle_deg=0.4) == {
         "pulses": 0,
         "angle_deg": 0.0,
+        "set_point": 0.0,
         "effective_at_ns": board.bench.now_ns,
     }
     assert board.now.motion_state == 0
