@@ -59,7 +59,7 @@ def test_enable_and_move_and_what_they_answer(bench: Bench) -> None:
 def test_a_stepper_moves_by_whole_pulses(bench: Bench) -> None:
     place, server = bench
     answer = place.cli("axis", "s1", "move-rel", "-45", "velocity_rpm=120")
-    assert answer.splitlines()[1:] == ["pulses: -50", "angle_deg: -45"]
+    assert answer.splitlines()[1:] == ["pulses: -50", "angle_deg: -45", "set_point: -45"]
     until(lambda: snapshot(server, "s1")["pulses"] == -50, "the motor")
     assert place.cli("axis", "s1", "pulse").startswith("effective_at_ns: ")
 
