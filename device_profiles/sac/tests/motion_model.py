@@ -14,6 +14,7 @@ Choices, where the manual leaves it open:
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -112,7 +113,17 @@ class Pulse:
     phase: str
 
 
+class TooManyPulses(Exception):
+    """Plan or play of more pulses than were allowed."""
+
+
+RAMP_PULSES_MAX = 1_000_000
+"""Maximum number of pulses of a ramp: a linear one of 1 rad/s2 to 600 RPM has 8 million, a gigabyte."""
+
+
 def flat(periods: list[int], phase: str, exponent: int) -> list[Pulse]:
+    if len(periods) << exponent > RAMP_PULSES_MAX:
+        raise TooManyPulses
     return [Pulse(d, p, phase) for p in periods for d in pulses_of_step(p, exponent)]
 
 
@@ -146,6 +157,8 @@ class Model:
     """Plays commands; times in half-microseconds."""
 
     setup: Setup
+    pulses_max: int = 1 << 60
+    """Maximum number of pulses; ``TooManyPulses`` at the next one."""
     gap: bool = True
     pulses: list[tuple[int, int]] = field(default_factory=list)
     """Pulses as (time, +1 or -1)."""
@@ -155,7 +168,7 @@ class Model:
     state: str = "idle"  # idle, held, start, run
     at: int = -1
     held_base: int = 0
-    todo: list[Pulse] = field(default_factory=list)
+    todo: deque[Pulse] = field(default_factory=deque)
     last: Pulse | None = None
     ramps_down: bool = False
     in_play: int = 0
@@ -197,10 +210,12 @@ class Model:
 
     def _pulse(self, now: int) -> None:
         assert self.command
+        if len(self.pulses) >= self.pulses_max:
+            raise TooManyPulses
         if not self.todo:
             step = pulses_of_step(self.command.cycle, self.setup.exponent)
-            self.todo = [Pulse(d, self.command.cycle, "CRUISE") for d in step]
-        self.last = self.todo.pop(0)
+            self.todo = deque(Pulse(d, self.command.cycle, "CRUISE") for d in step)
+        self.last = self.todo.popleft()
         self.pulses.append((now, -1 if self.command.ccw else 1))
         duration = self.last.duration + 2 * self.setup.correction_us
         if self.setup.correction_us < 0:
@@ -211,7 +226,8 @@ class Model:
         assert self.command
         v0 = self.setup.slow if self.gap and now > self.in_play_until else self.in_play
         self.op_sa.append((now, 1))
-        self.todo, self.ramps_down = plan(self.command, v0, self.setup)
+        pulses, self.ramps_down = plan(self.command, v0, self.setup)
+        self.todo = deque(pulses)
         self.last = None
         self.state = "run"
         if not self.todo and not self.command.continuous:
@@ -305,5 +321,5 @@ class Model:
         if not down:
             return False
         self.command = replace(self.command, continuous=False, dec=dec)
-        self.todo, self.ramps_down = down, True
+        self.todo, self.ramps_down = deque(down), True
         return True
