@@ -119,14 +119,16 @@ class StepGuard(AbstractContextManager[None]):
     def _ring(self, number: int, frame: FrameType | None) -> None:
         bells = self._watchdog.bells()
         is_cpu, self._bells = bells != self._bells, bells
-        # A signal that comes just after the step must not hit whoever runs then.
-        if self._inside:
+        # A signal that comes just after the step must not hit whoever runs then; and one that raised in the
+        # guard's own code would leave it on, to hit whoever runs at the next.
+        is_edge = frame is not None and frame.f_code in _EDGES
+        if self._inside and not is_edge:
             cpu, wall = self._watchdog.bells_in_work()
             if cpu > PARTS:  # the first came before a whole part of the step
                 self._strike(f"one step took more than {self._limit_ns // 1_000_000} ms of CPU time")
             if wall:
                 self._look_at_wait(wall)
-        if is_cpu and not self._aside.is_on:
+        if is_cpu and not self._aside.is_on and not is_edge:
             self._look_at_progress()
 
     def _strike(self, why: str) -> NoReturn:
@@ -178,6 +180,10 @@ class StepGuard(AbstractContextManager[None]):
             f"its steps took {self._limit_ns // 1_000_000} ms of CPU time"
             " and did not come as far in simulated time"
         )
+
+
+_EDGES = {StepGuard.__enter__.__code__, StepGuard.__exit__.__code__}
+"""Code of the guard that runs while a step counts as begun."""
 
 
 class _Aside(AbstractContextManager[None]):
