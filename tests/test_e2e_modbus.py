@@ -293,7 +293,7 @@ def test_options_that_are_wrong_are_refused_with_their_place(place: Place, optio
 def test_an_axis_that_is_not_there(place: Place) -> None:
     bridges = {"modbus": {**DOOR["modbus"], "units": {"m9": 1}}}
     said = place.launch(config("u", bridges=bridges), bench="u").refused()
-    assert "bridges.modbus: units: there is no axis 'm9'; there are m1" in said
+    assert "bridges.modbus.units.m9: there is no axis 'm9' (there are m1)" in said
 
 
 def test_a_port_that_is_taken(place: Place, server: Server) -> None:

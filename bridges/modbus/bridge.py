@@ -41,12 +41,7 @@ class ModbusBridge:
         self._lines: list[RtuServer] = []
 
     def wanted_ports(self) -> Sequence[DoorPort]:
-        return [
-            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud})
-            if line.device
-            else DoorPort(f"modbus{at}", "pty", {"path": line.path})
-            for at, line in enumerate(self._options.rtu)
-        ]
+        return self._options.wanted_ports()
 
     def take_ports(self, ports: Sequence[Port]) -> None:
         self._lines = [

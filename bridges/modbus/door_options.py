@@ -1,5 +1,7 @@
 """Options of the Modbus bridge."""
 
+from collections.abc import Collection, Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from posixpath import normpath
 from typing import Annotated, Literal, Self
@@ -7,7 +9,10 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from bridges.modbus import certificate_files
+from bridges.modbus.certificate_files import CertificateFiles
 from hil.net.endpoint import endpoint, is_loopback
+from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 UNITS = range(1, 248)
@@ -24,7 +29,13 @@ def _apart(units: dict[str, int] | None) -> dict[str, int] | None:
             raise PydanticCustomError(
                 "units",
                 "unit {number} is {other} and {axis}",
-                {"number": number, "other": other, "axis": axis, "remedy": "give each a number of its own"},
+                {
+                    "number": number,
+                    "other": other,
+                    "axis": axis,
+                    "at": (axis,),
+                    "remedy": "give each a number of its own",
+                },
             )
     return units
 
@@ -44,6 +55,10 @@ class Certificates(BaseModel):
             " viewer, operator or admin."
         ),
     )
+
+    @property
+    def files(self) -> CertificateFiles:
+        return CertificateFiles(self.certificate, self.key, self.clients)
 
 
 class RtuLine(BaseModel):
@@ -75,7 +90,7 @@ class RtuLine(BaseModel):
             raise PydanticCustomError("line", "a line has either a path or a device", {"remedy": remedy})
         if self.device is not None and not is_serial_address(self.device):
             raise PydanticCustomError(
-                "serial_url", "device: this is no serial port", {"remedy": SERIAL_FORMS}
+                "serial_url", "this is no serial port", {"at": ("device",), "remedy": SERIAL_FORMS}
             )
         return self
 
@@ -117,12 +132,13 @@ class Options(BaseModel):
     @classmethod
     def _lines_are_apart(cls, rtu: list[RtuLine]) -> list[RtuLine]:
         places = [line.device or normpath(str(line.path)) for line in rtu]
-        for place in places:
-            if places.count(place) > 1:
+        for index, place in enumerate(places):
+            if place in places[:index]:
+                at = (index, "device" if rtu[index].device else "path")
                 raise PydanticCustomError(
                     "lines",
                     "two lines are at {place}",
-                    {"place": place, "remedy": "give each a place of its own"},
+                    {"place": place, "at": at, "remedy": "give each a place of its own"},
                 )
         return rtu
 
@@ -143,9 +159,10 @@ class Options(BaseModel):
         if not (self.insecure or self.tls or is_loopback(endpoint(self.listen)[0])):
             raise PydanticCustomError(
                 "reached",
-                "listen: {listen} is reached from other computers, and Modbus asks nobody who it is",
+                "{listen} is reached from other computers, and Modbus asks nobody who it is",
                 {
                     "listen": self.listen,
+                    "at": ("listen",),
                     "remedy": "listen on 127.0.0.1, add `tls` with certificates, or write `insecure: true`",
                 },
             )
@@ -155,3 +172,29 @@ class Options(BaseModel):
     def is_open(self) -> bool:
         """True if strangers are let in from other computers."""
         return not self.tls and not is_loopback(endpoint(self.listen)[0])
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        """Ports of the lines."""
+        return [
+            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud}, ("rtu", at, "device"))
+            if line.device
+            else DoorPort(f"modbus{at}", "pty", {"path": line.path}, ("rtu", at, "path"))
+            for at, line in enumerate(self.rtu)
+        ]
+
+    def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
+        """Units of axes that are not there; ``hil.vocab.bridge_protocol.BridgeOptions``."""
+        of_lines = ((("rtu", at, "units"), line.units) for at, line in enumerate(self.rtu))
+        for path, units in ((("units",), self.units), *of_lines):
+            for axis in units or ():
+                if axis not in axes:
+                    near = get_close_matches(axis.lower(), axes, n=1)
+                    meant = f'did you mean "{near[0]}"? ' if near else ""
+                    remedy = f"{meant}there are {', '.join(axes)}"
+                    yield OptionProblem((*path, axis), f"there is no axis {axis!r}", remedy, at_key=True)
+
+    def file_problems(self) -> Iterable[OptionProblem]:
+        """Files of certificates that cannot be used."""
+        if self.tls:
+            for what, message, remedy in certificate_files.problems(self.tls.files):
+                yield OptionProblem(("tls", what), message, remedy)

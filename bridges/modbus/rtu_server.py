@@ -21,6 +21,9 @@ from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, 
 
 log = logging.getLogger("hil")
 
+HALVES_S = 10.0
+"""Time after a line's last write, from which on the halves of values that it wrote are forgotten: nobody sees
+whether another master is on it."""
 FRAMES = 16
 """Maximum number of frames that wait: a master sends the next one when it has the answer."""
 _ROOM_BYTES = 4096
@@ -34,7 +37,8 @@ class RtuServer:
         self._port, self._handler, self._units = port, handler, units
         self._silence_ns = silence_ns(baud)
         self._held = bytearray()
-        self._frames: deque[bytes] = deque()
+        self._frames: deque[tuple[Asker, bytes]] = deque()
+        self._wrote_s = 0.0
         self._diagnoses: dict[int, Diagnostics] = {}
         self._silence: SilenceTimer | None = None
         self._work: asyncio.Task[None] | None = None
@@ -50,10 +54,12 @@ class RtuServer:
     async def open(self) -> None:
         """Open the port. Raises PortError."""
         self._loop = asyncio.get_running_loop()
-        self._asker = Asker(Source("modbus line", Role.OPERATOR))
+        self._source = Source("modbus line", Role.OPERATOR)
+        self._asker = Asker(self._source)
         self._silence = SilenceTimer(self._is_silent)
         await self._port.open(self)
-        self._asker = Asker(Source(f"modbus line {self.address}", Role.OPERATOR))
+        self._source = Source(f"modbus line {self.address}", Role.OPERATOR)
+        self._asker = Asker(self._source)
 
     async def close(self) -> None:
         if self._silence:
@@ -76,7 +82,10 @@ class RtuServer:
         """Nothing waits for it."""
 
     def client_left(self, baud: int | None) -> None:
-        self._held.clear()
+        """Take what came for a frame: nothing follows it. The next client is another one, to which no answer
+        for this one goes."""
+        self._is_silent()
+        self._asker = Asker(self._source)
 
     def port_failed(self, reason: str) -> None:
         log.error("bridges.modbus: %s: %s", self.address, reason)
@@ -95,24 +104,25 @@ class RtuServer:
         if len(self._frames) >= FRAMES:
             self._seen["overruns"] += 1
             return
-        self._frames.append(raw)
+        self._frames.append((self._asker, raw))
         if self._work is None or self._work.done():
             self._work = self._loop.create_task(self._serve())
 
     async def _serve(self) -> None:
         while self._frames:
-            raw = self._frames.popleft()
+            asker, raw = self._frames.popleft()
             address, pdu = raw[0], raw[1:-2]
             if address == TO_ALL:
                 for unit in self._units.all():
-                    await self._answer(unit, pdu, is_to_all=True)
+                    await self._answer(asker, unit, pdu, is_to_all=True)
                 continue
             for unit in [each for each in self._units.all() if each.number == address]:
-                if (answer := await self._answer(unit, pdu, is_to_all=False)) is not None:
+                answer = await self._answer(asker, unit, pdu, is_to_all=False)
+                if answer is not None and asker is self._asker:
                     self._port.write(encode(address, answer[0], answer[1:]))
                     self._seen["answers"] += 1
 
-    async def _answer(self, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | None:
+    async def _answer(self, asker: Asker, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | None:
         """Carry out a request, of a broadcast what is written; None: it gets no answer."""
         try:
             request: Request | None = parse(pdu, is_serial_line=True)
@@ -124,12 +134,12 @@ class RtuServer:
         if is_to_all and not (request and (request.write or request.mask)):
             diagnosis.answered(None, is_to_all=True)
             return None
-        answer = await self._done(unit, diagnosis, request, pdu)
+        answer = await self._done(asker, unit, diagnosis, request, pdu)
         diagnosis.answered(answer, is_to_all=is_to_all)
         return answer
 
     async def _done(
-        self, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
+        self, asker: Asker, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
     ) -> bytes | None:
         if request and request.function == Function.DIAGNOSTICS:
             try:
@@ -138,8 +148,16 @@ class RtuServer:
                 return exception(request.function, error.code)
         if request and request.function == Function.REPORT_SERVER_ID:
             return report(unit.info.profile.encode("ascii", "replace"), is_running=True)
-        answer = self._handler.answer_of(self._asker, unit, pdu)
+        self._forget_old_halves(asker, request)
+        answer = self._handler.answer_of(asker, unit, pdu)
         return await answer if isawaitable(answer) else answer
+
+    def _forget_old_halves(self, asker: Asker, request: Request | None) -> None:
+        now_s = self._loop.time()
+        if now_s - self._wrote_s > HALVES_S:
+            asker.halves.clear()
+        if request and (request.write or request.mask):
+            self._wrote_s = now_s
 
     def _diagnosis(self, unit: DoorUnit) -> Diagnostics:
         return self._diagnoses.setdefault(unit.number, Diagnostics())

@@ -7,6 +7,7 @@ import ssl
 from collections import Counter
 from collections.abc import Mapping
 
+from bridges.modbus import certificate_files
 from bridges.modbus.client_role import NoRole, role_of
 from bridges.modbus.door_options import Certificates
 from bridges.modbus.request_handler import Asker, RequestHandler
@@ -97,26 +98,10 @@ class TcpConnections:
 
 def _context(certificates: Certificates) -> ssl.SSLContext:
     """TLS of the door. Raises BridgeError: a file cannot be used."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.verify_mode = ssl.CERT_REQUIRED
-    for what, path in (
-        ("certificate", certificates.certificate),
-        ("key", certificates.key),
-        ("clients", certificates.clients),
-    ):
-        if not path.is_file():
-            raise BridgeError(f"tls.{what}: {path} is no file; write where it is")
+    files = certificates.files
+    for option, message, remedy in certificate_files.problems(files):
+        raise BridgeError(f"tls.{option}: {message}; {remedy}")
     try:
-        context.load_cert_chain(certificates.certificate, certificates.key, password="")
-    except (OSError, ValueError) as error:
-        raise BridgeError(
-            f"tls: {certificates.certificate} and {certificates.key} are no certificate and its key: {error}"
-        ) from None
-    try:
-        context.load_verify_locations(certificates.clients)
-    except (OSError, ValueError) as error:
-        raise BridgeError(
-            f"tls.clients: {certificates.clients} is no authority's certificate: {error}"
-        ) from None
-    return context
+        return certificate_files.context(files)
+    except (OSError, ValueError) as error:  # what no check finds
+        raise BridgeError(f"tls: {error}") from None

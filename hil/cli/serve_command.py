@@ -99,7 +99,7 @@ def read_config(path: Path) -> Any:
 
     try:
         # Also from a shell's `<(...)`, which is a pipe.
-        return parse(path.read_text(), str(path), find_catalogue())
+        return parse(path.read_text(), str(path), find_catalogue(), reads_files=True)
     except ConfigError as error:
         raise fail(str(error), 2) from None
     except UnicodeDecodeError as error:

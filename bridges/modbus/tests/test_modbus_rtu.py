@@ -2,14 +2,20 @@
 
 import asyncio
 import struct
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from served_door import LOOK, READ, WAVE, R
 
+from bridges.modbus import rtu_server
 from bridges.modbus.bridge import ModbusBridge, Options
 from hil.testing import RecordingDesk
+from hil.vocab.desk_protocol import Source
+from hil.vocab.parameters import Parameter
 from hil.vocab.ports import PortError, PortHost, PortStats
+from hil.vocab.verbs import Verb, table_of
 from hil.wire.modbus_rtu.frame import encode
 
 GOOD = encode(1, 4, b"\4" + struct.pack(">f", R))
@@ -74,9 +80,11 @@ def good(pdu: bytes, address: int = 1) -> bytes:
     return encode(address, pdu[0], pdu[1:])
 
 
-def on_line(use: Callable[[Line], Awaitable[None]], **options: object) -> None:
+def on_line(
+    use: Callable[[Line], Awaitable[None]], at: RecordingDesk | None = None, **options: object
+) -> None:
     async def main() -> None:
-        desk, port = RecordingDesk({"look": LOOK}), MemoryPort()
+        desk, port = at or RecordingDesk({"look": LOOK}), MemoryPort()
         line = {"path": "plc", "baud": 115200, **options}
         bridge = ModbusBridge(Options.model_validate({"listen": "127.0.0.1:0", "rtu": [line]}), desk)
         bridge.take_ports([port])
@@ -175,6 +183,89 @@ def test_diagnosis() -> None:
         line.port.host.received(asks(1))
         await asyncio.sleep(0.05)
         assert await line.ask(good(READ)) == GOOD
+
+    on_line(use)
+
+
+TO_DEG = 2000 + 32
+HALF = struct.pack(">BHH", 6, TO_DEG, 0x42B4)  # the high register of 90.0
+REST = struct.pack(">BHH", 6, TO_DEG + 1, 0)
+BOTH = struct.pack(">BHH", 3, TO_DEG, 2)
+
+
+def registers(value: float) -> bytes:
+    return encode(1, 3, b"\4" + struct.pack(">f", value))
+
+
+class Noting(RecordingDesk):
+    """Desk that notes the parameters, too."""
+
+    def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
+        self.given = given
+        return super().ask(source, operation, target, given)
+
+
+def go() -> Noting:
+    desk = Noting({"look": LOOK})
+    for name, device in desk.devices.items():
+        parameter = Parameter("to_deg", "where to", "deg", -1000, 1000, 7.0)
+        verbs = table_of((Verb("wave", "waves"), Verb("go", "goes", (parameter,))))
+        desk.devices[name] = replace(device, verbs=verbs)
+    return desk
+
+
+def test_a_half_written_value_is_read_as_it_was_written_and_means_nothing_yet() -> None:
+    desk = go()
+
+    async def use(line: Line) -> None:
+        assert await line.ask(good(BOTH)) == registers(7.0)
+        assert await line.ask(good(HALF)) == good(HALF)
+        assert await line.ask(good(BOTH)) == encode(1, 3, b"\4\x42\xb4" + struct.pack(">f", 7.0)[2:])
+        await line.ask(good(bytes.fromhex("05 0001 ff00")))
+        assert desk.given == {"name": "go", "parameters": {"to_deg": 7.0}}
+        assert await line.ask(good(REST)) == good(REST)
+        assert await line.ask(good(BOTH)) == registers(90.0)
+
+    on_line(use, desk)
+
+
+def test_halves_go_with_the_client_that_wrote_them() -> None:
+    async def use(line: Line) -> None:
+        assert await line.ask(good(HALF)) == good(HALF)
+        line.port.host.client_left(None)
+        assert await line.ask(good(BOTH)) == registers(7.0)
+        assert await line.ask(good(REST)) == good(REST)
+        line.port.host.client_left(None)
+        assert await line.ask(good(BOTH)) == registers(7.0)
+
+    on_line(use, go())
+
+
+def test_halves_on_a_line_whose_clients_nobody_sees_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rtu_server, "HALVES_S", 0.2)
+
+    async def use(line: Line) -> None:
+        for _ in range(3):  # each write begins the time anew
+            assert await line.ask(good(HALF)) == good(HALF)
+            await asyncio.sleep(0.05)
+        assert (await line.ask(good(BOTH)))[3:5] == b"\x42\xb4"
+        await asyncio.sleep(0.3)
+        assert await line.ask(good(REST)) == good(REST)
+        assert (await line.ask(good(BOTH)))[3:7] == struct.pack(">f", 7.0)[:2] + b"\0\0"
+
+    on_line(use, go())
+
+
+def test_a_frame_of_a_client_that_leaves_at_once_is_carried_out_and_nobody_else_gets_its_answer() -> None:
+    async def use(line: Line) -> None:
+        line.port.host.received(good(WAVE))
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
+        assert line.desk.done == [("m1", "wave")]
+        line.port.host.received(good(WAVE)[:-1])
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
+        assert line.errors == 1
 
     on_line(use)
 
