@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from memory_port import MemoryPort
 from served_door import LOOK, READ, WAVE, R
 
 from bridges.modbus import rtu_server
@@ -14,42 +15,12 @@ from bridges.modbus.bridge import ModbusBridge, Options
 from hil.testing import RecordingDesk
 from hil.vocab.desk_protocol import Source
 from hil.vocab.parameters import Parameter
-from hil.vocab.ports import PortError, PortHost, PortStats
+from hil.vocab.ports import PortError, PortHost
 from hil.vocab.verbs import Verb, table_of
 from hil.wire.modbus_rtu.frame import encode
 
 GOOD = encode(1, 4, b"\4" + struct.pack(">f", R))
 PATIENCE_S = 10.0
-
-
-class MemoryPort:
-    """``hil.vocab.ports.Port`` whose client is the test."""
-
-    address = "memory"
-
-    def __init__(self) -> None:
-        self.sent: asyncio.Queue[bytes] = asyncio.Queue()
-        self.is_open = False
-
-    async def open(self, host: PortHost) -> None:
-        self.host, self.is_open = host, True
-
-    def write(self, data: bytes) -> None:
-        self.sent.put_nowait(data)
-
-    def resume_reading(self) -> None: ...
-
-    def backlog(self) -> int:
-        return 0
-
-    def client_baud(self) -> int | None:
-        return None
-
-    def stats(self) -> PortStats:
-        return PortStats(1, 1, 0, 0, 0, 0)
-
-    async def close(self) -> None:
-        self.is_open = False
 
 
 class Line:
@@ -112,14 +83,17 @@ def test_a_request_and_its_answer() -> None:
 @pytest.mark.parametrize(
     "frame",
     [
-        good(WAVE)[:-1] + b"\0",
-        good(WAVE)[:5],
-        good(WAVE) + b"\1",
-        good(WAVE, 3),
-        good(WAVE, 255),
-        good(READ, 0),
-        b"\1\5\0",
-        b"a" * 300,
+        pytest.param(good(WAVE)[:-1] + b"\0", id="wrong CRC"),
+        pytest.param(good(WAVE)[:-2] + good(WAVE)[:-3:-1], id="wrong CRC: its bytes the other way round"),
+        pytest.param(good(WAVE)[:5], id="short: it breaks off"),
+        pytest.param(b"\1\5\0", id="short: less than a frame"),
+        pytest.param(good(WAVE) + b"\1", id="long by a byte"),
+        pytest.param(b"a" * 300, id="long: more than a frame can have"),
+        pytest.param(good(WAVE) * 2, id="pipelined: no silence between two"),
+        pytest.param(good(WAVE, 3), id="wrong unit"),
+        pytest.param(good(WAVE, 248), id="wrong unit: a reserved one"),
+        pytest.param(good(WAVE, 255), id="wrong unit: no gateway"),
+        pytest.param(good(READ, 0), id="a broadcast that reads"),
     ],
 )
 def test_silence_is_the_answer(frame: bytes) -> None:
@@ -130,12 +104,29 @@ def test_silence_is_the_answer(frame: bytes) -> None:
     on_line(use)
 
 
-def test_a_frame_in_pieces() -> None:
+def test_a_fragmented_frame() -> None:
     async def use(line: Line) -> None:
         frame = good(READ)
         for at in range(len(frame) - 1):
             line.port.host.received(frame[at : at + 1])
         assert await line.ask(frame[-1:]) == GOOD
+
+    on_line(use)
+
+
+@pytest.mark.parametrize(
+    ("pdu", "code"),
+    [
+        pytest.param(bytes.fromhex("63"), 1, id="reserved function"),
+        pytest.param(bytes.fromhex("08 0063 0000"), 1, id="unknown sub-function"),
+        pytest.param(bytes.fromhex("08 000a"), 3, id="sub-function without its data"),
+        pytest.param(bytes.fromhex("04 0000 0000"), 3, id="count 0"),
+        pytest.param(bytes.fromhex("04 0000 007e"), 3, id="oversize count"),
+    ],
+)
+def test_a_good_frame_with_a_bad_request_gets_an_exception(pdu: bytes, code: int) -> None:
+    async def use(line: Line) -> None:
+        assert await line.ask(good(pdu)) == encode(1, pdu[0] | 0x80, bytes([code]))
 
     on_line(use)
 
