@@ -79,9 +79,14 @@ class TcpClient(asyncio.Protocol):
                 while self._visit.is_busy and not self._has_gone:
                     await self._go_on()
         finally:
-            if self._asked:
-                self._asked[1].close()
+            self.forget()
             self._transport.abort()
+
+    def forget(self) -> None:
+        """Drop the request that is being carried out, if any."""
+        if self._asked:
+            self._asked[1].close()
+            self._asked = None
 
     async def _go_on(self) -> None:
         if self._asked:

@@ -73,6 +73,7 @@ class TcpConnections:
             connection.close()
             return
         except BaseException:
+            client.forget()  # with TLS its first request may be there already
             connection.close()
             raise
         await client.serve()

@@ -4,6 +4,8 @@ import asyncio
 import selectors
 from typing import Any
 
+PATIENCE_S = 60.0
+
 
 class Simulated(asyncio.SelectorEventLoop):
     """Loop in which nothing takes time but what sleeps."""
@@ -22,6 +24,9 @@ class _Sleeping(selectors.DefaultSelector):
         self._loop = loop
 
     def select(self, timeout: float | None = None) -> Any:
-        assert timeout is not None, "everybody waits, and nothing will happen"
+        if timeout is None:  # a thread's answer, of getaddrinfo
+            events = super().select(PATIENCE_S)
+            assert events, "everybody waits, and nothing will happen"
+            return events
         self._loop.now_s += timeout
         return super().select(0)

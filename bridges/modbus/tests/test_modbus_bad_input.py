@@ -1,11 +1,12 @@
 """Whatever a client sends: an exception, or silence, or a closed connection, and nobody else notices."""
 
 import asyncio
+import gc
 import struct
 from collections.abc import Awaitable, Callable
 
 import pytest
-from served_door import READ, WAVE, Door, R, RawClient, packet, with_door
+from served_door import READ, WAVE, Door, R, RawClient, open_door, packet, with_door
 
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import CODES, Role, VerbRefused
@@ -249,3 +250,21 @@ def test_a_client_is_an_operator() -> None:
         assert {source for source, _, _ in door.desk.asked} == {Source("modbus client", Role.OPERATOR)}
 
     with_door(use)
+
+
+@pytest.mark.parametrize("leaves", [False, True])
+def test_a_door_that_closes_at_any_moment_leaves_nothing_behind(leaves: bool) -> None:
+    """A request that was begun and never awaited, or a socket, would be a warning, which fails tests."""
+
+    async def main(turns: int) -> None:
+        async with open_door() as door:
+            client = await door.client()
+            client.writer.write(packet(WAVE) * 3)
+            for _ in range(turns):
+                await asyncio.sleep(0)
+            if leaves:
+                client.writer.transport.abort()
+
+    for turns in range(16):
+        asyncio.run(main(turns))
+    gc.collect()

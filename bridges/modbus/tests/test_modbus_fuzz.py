@@ -10,8 +10,8 @@ import random
 import struct
 from collections import Counter
 
-from memory_port import MemoryPort
 from served_door import LOOK, Door, RawClient, packet, with_door
+from served_line import MemoryPort
 from simulated_loop import Simulated
 
 from bridges.modbus.door_units import DoorUnits

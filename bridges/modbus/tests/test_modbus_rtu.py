@@ -2,15 +2,14 @@
 
 import asyncio
 import struct
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from memory_port import MemoryPort
-from served_door import LOOK, READ, WAVE, R
+from served_door import LOOK, READ, WAVE
+from served_line import GOOD, Line, MemoryPort, good, on_line
 
-from bridges.modbus import rtu_server
 from bridges.modbus.bridge import ModbusBridge, Options
 from hil.testing import RecordingDesk
 from hil.vocab.desk_protocol import Source
@@ -18,56 +17,6 @@ from hil.vocab.parameters import Parameter
 from hil.vocab.ports import PortError, PortHost
 from hil.vocab.verbs import Verb, table_of
 from hil.wire.modbus_rtu.frame import encode
-
-GOOD = encode(1, 4, b"\4" + struct.pack(">f", R))
-PATIENCE_S = 10.0
-
-
-class Line:
-    def __init__(self, bridge: ModbusBridge, desk: RecordingDesk, port: MemoryPort) -> None:
-        self.bridge, self.desk, self.port = bridge, desk, port
-
-    async def ask(self, frame: bytes) -> bytes:
-        self.port.host.received(frame)
-        async with asyncio.timeout(PATIENCE_S):
-            return await self.port.sent.get()
-
-    async def is_silent_after(self, frame: bytes) -> bool:
-        """True if what comes next is the answer to a good request."""
-        self.port.host.received(frame)
-        while self.bridge.status()["lines"]["memory"]["frames"] + self.errors < self.heard + 1:
-            await asyncio.sleep(0.001)
-        await asyncio.sleep(0.005)
-        return self.port.sent.empty() and await self.ask(good(READ)) == GOOD
-
-    heard = 0
-
-    @property
-    def errors(self) -> int:
-        return int(self.bridge.status()["lines"]["memory"]["errors"])
-
-
-def good(pdu: bytes, address: int = 1) -> bytes:
-    return encode(address, pdu[0], pdu[1:])
-
-
-def on_line(
-    use: Callable[[Line], Awaitable[None]], at: RecordingDesk | None = None, **options: object
-) -> None:
-    async def main() -> None:
-        desk, port = at or RecordingDesk({"look": LOOK}), MemoryPort()
-        line = {"path": "plc", "baud": 115200, **options}
-        bridge = ModbusBridge(Options.model_validate({"listen": "127.0.0.1:0", "rtu": [line]}), desk)
-        bridge.take_ports([port])
-        await bridge.open()
-        try:
-            assert bridge.status()["listen"][1] == "memory"
-            await use(Line(bridge, desk, port))
-        finally:
-            await bridge.close()
-        assert not port.is_open
-
-    asyncio.run(main())
 
 
 def test_a_request_and_its_answer() -> None:
@@ -232,15 +181,13 @@ def test_halves_go_with_the_client_that_wrote_them() -> None:
     on_line(use, go())
 
 
-def test_halves_on_a_line_whose_clients_nobody_sees_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rtu_server, "HALVES_S", 0.2)
-
+def test_halves_on_a_line_whose_clients_nobody_sees_are_forgotten() -> None:
     async def use(line: Line) -> None:
         for _ in range(3):  # each write begins the time anew
             assert await line.ask(good(HALF)) == good(HALF)
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(6)
         assert (await line.ask(good(BOTH)))[3:5] == b"\x42\xb4"
-        await asyncio.sleep(0.3)
+        await asyncio.sleep(11)
         assert await line.ask(good(REST)) == good(REST)
         assert (await line.ask(good(BOTH)))[3:7] == struct.pack(">f", 7.0)[:2] + b"\0\0"
 
