@@ -12,6 +12,7 @@ from bridges.modbus.client_role import NoRole, role_of
 from bridges.modbus.door_options import Certificates
 from bridges.modbus.request_handler import Asker, RequestHandler
 from bridges.modbus.tcp_client import TcpClient
+from bridges.modbus.turns import Turns
 from hil.net.limits import Limit
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
@@ -39,6 +40,7 @@ class TcpConnections:
     def listen(self, listeners: list[socket.socket]) -> None:
         loop = asyncio.get_running_loop()
         self._said = Limit(log.info, loop)
+        self._turns = Turns()
         self._visitors = Visitors("modbus", CONNECTIONS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
@@ -58,7 +60,7 @@ class TcpConnections:
             self._said.close()
 
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
-        client = TcpClient(self._handler, visit, self._known)
+        client = TcpClient(self._handler, self._turns, visit, self._known)
         # Asyncio does so for its own sockets alone; without it an answer waits 40 ms for the one before.
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         try:

@@ -26,9 +26,10 @@ PROFILE_PATH = "profile_path"
 """Key of the folders in which more boards are."""
 
 
-def parse(text: str, file: str, catalogue: Catalogue, *, reads_files: bool = False) -> BenchConfig:
-    """Read a bench's YAML. ``file`` is the name that problems carry; nothing is opened, but with
-    ``reads_files`` those that the options of bridges name.
+def parse(text: str, file: str, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
+    """Read a bench's YAML. ``file`` is the name that problems carry; nothing is opened. With
+    ``opens_bridges`` its bridges are to be opened: what they could not be opened with is a problem, and the
+    files that their options name are read. A reload leaves them open, whatever their axes become.
 
     Raises:
         ConfigError: with all problems, in file order.
@@ -37,7 +38,7 @@ def parse(text: str, file: str, catalogue: Catalogue, *, reads_files: bool = Fal
     if document.value is None and not document.findings:
         remedy = 'begin with "bench: NAME" and "devices:"'
         raise document.error([Finding((), "the file is empty", remedy)])
-    return _check(document, catalogue, reads_files=reads_files)
+    return _check(document, catalogue, opens_bridges=opens_bridges)
 
 
 def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
@@ -49,7 +50,7 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
     return _check(document_from_mapping(data, "<dict>"), catalogue)
 
 
-def _check(document: Document, catalogue: Catalogue, *, reads_files: bool = False) -> BenchConfig:
+def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
     value, found, profiles = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
@@ -61,8 +62,9 @@ def _check(document: Document, catalogue: Catalogue, *, reads_files: bool = Fals
     if profiles is not None:
         findings += _findings_between(value, profiles)
         findings += framing_findings(value, profiles, catalogue)
-    if reads_files and isinstance(value, dict) and isinstance(value.get(BRIDGES), dict):
-        findings += file_findings(value[BRIDGES])
+    if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
+        findings += bridge_findings(bridges, value["devices"], profiles) if profiles else []
+        findings += file_findings(bridges)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
@@ -152,8 +154,6 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
     yield from joint_findings(value, profiles, real)
     yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
     yield from _same_at(devices)
-    if isinstance(bridges := value.get(BRIDGES), dict):
-        yield from bridge_findings(bridges, devices, profiles)
 
 
 def _plant(raw: Mapping[str, Any], axis: str) -> object:
