@@ -200,6 +200,9 @@ def test_a_frame_of_a_client_that_leaves_at_once_is_carried_out_and_nobody_else_
         line.port.host.client_left(None)
         assert await line.ask(good(READ)) == GOOD
         assert line.desk.done == [("m1", "wave")]
+        line.port.host.received(good(bytes.fromhex("04 0000 0001")))
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
         line.port.host.received(good(WAVE)[:-1])
         line.port.host.client_left(None)
         assert await line.ask(good(READ)) == GOOD
