@@ -66,7 +66,7 @@ class TcpClient(asyncio.Protocol):
 
     def _answer_some(self, most: int) -> None:
         """Answer some of the requests that wait, up to one that takes time."""
-        answers = bytearray()
+        answers, began_s = bytearray(), self._loop.time()
         while most and self._waiting and self._turns.take():
             most -= 1
             packet = self._waiting.popleft()
@@ -78,6 +78,7 @@ class TcpClient(asyncio.Protocol):
             answers += encode(packet.transaction, packet.unit, answer)
         if answers:
             self._transport.write(bytes(answers))
+        self._turns.note(self, self._loop.time() - began_s)
         if self._asked:
             self._visit.is_busy = True
             self._transport.pause_reading()

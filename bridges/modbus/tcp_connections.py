@@ -56,6 +56,7 @@ class TcpConnections:
     async def close(self) -> None:
         if self._visitors:
             self._visitors.close()
+            self._turns.close()
             await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
             self._said.close()
 
