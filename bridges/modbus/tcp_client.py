@@ -4,6 +4,7 @@ client's turn; the rest, and what is behind it, later: answers are in the order 
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
+from time import thread_time
 from typing import Any, cast
 
 from bridges.modbus.request_handler import Asker, RequestHandler
@@ -66,7 +67,7 @@ class TcpClient(asyncio.Protocol):
 
     def _answer_some(self, most: int) -> None:
         """Answer some of the requests that wait, up to one that takes time."""
-        answers, began_s = bytearray(), self._loop.time()
+        answers, began_s = bytearray(), thread_time()
         while most and self._waiting and self._turns.take():
             most -= 1
             packet = self._waiting.popleft()
@@ -78,7 +79,7 @@ class TcpClient(asyncio.Protocol):
             answers += encode(packet.transaction, packet.unit, answer)
         if answers:
             self._transport.write(bytes(answers))
-        self._turns.note(self, self._loop.time() - began_s)
+        self._turns.note(self, thread_time() - began_s)
         if self._asked:
             self._visit.is_busy = True
             self._transport.pause_reading()

@@ -40,7 +40,7 @@ class Turns:
         return True
 
     def note(self, client: Waiting, took_s: float) -> None:
-        """Note how long turns took. A client alone has no limit: it waits for each answer."""
+        """Note the CPU time that turns took. A client alone has no limit: it waits for each answer."""
         if client is not self._last:
             self._over_s += took_s
         self._last = client
