@@ -272,7 +272,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "twice": ({"units": {"m1": 1, "s1": 1}}, "unit 1 is m1 and s1"),
     "none": ({"units": {}}, "there is nothing in it"),
     "none on a line": ({"rtu": [{"path": "plc", "units": {}}]}, "there is nothing in it"),
-    "lines": ({"rtu": [{"path": "plc"}, {"path": "./plc"}]}, "two lines are at plc"),
+    "lines": (
+        {"rtu": [{"path": "plc"}, {"path": "./plc"}]},
+        "the bridge modbus has a port in",
+    ),
     "order": ({"word_order": "middle"}, "word_order"),
     "tls": ({"tls": {"certificate": "a.pem"}}, "key"),
     "line": ({"rtu": [{"baud": 9600}]}, "either a path or a device"),

@@ -64,8 +64,10 @@ ONE = {
     "{rtu: [{path: control.sock}]}": "25: rtu.0.path: the bench has its control socket in the same place,"
     f' "control.sock" ({GIVE})',
     "{rtu: [{path: .}]}": f'25: rtu.0.path: the bench has its folder in the same place, "." ({GIVE})',
-    "{rtu: [{path: a}, {path: b}, {path: ./a}]}": "47: rtu.2.path: two lines are at a (give each a place of"
-    " its own)",
+    "{rtu: [{path: a}, {path: b}, {path: ./a}]}": "47: rtu.2.path: the bridge modbus has a port in the same"
+    f' place, "a" ({GIVE})',
+    "{rtu: [{device: 'socket://a:1'}, {device: 'socket://a:1'}]}": "53: rtu.1.device: the bridge modbus has a"
+    f' port in the same place, "socket://a:1" ({GIVE})',
     "{rtu: [{device: /dev/ttyUSB3}]}": "27: rtu.0.device: device r1 is in the same place,"
     f' "/dev/ttyUSB3" ({GIVE})',
     "{units: {m1: 1, s1: 1}}": "31: units.s1: unit 1 is m1 and s1 (give each a number of its own)",
@@ -186,6 +188,16 @@ def test_files_that_cannot_be_used_are_told_by_the_check(site: Site, case: str) 
     at, _, rest = found.removeprefix("b.yaml:").partition(": bridges.modbus.tls.")
     assert at == place
     assert rest.replace(f"{site.folder}/", "").replace(str(site.folder), ".").startswith(said)
+
+
+def test_all_mistakes_are_told_at_once(site: Site) -> None:
+    given = f"{site.given(key='other.key')}\n    units: {{m2: 1, s1: 1}}\n    rtu: [{{path: m1}}]"
+    assert [each.split(" ")[1] for each in problems(given)] == [
+        "bridges.modbus.tls.key:",
+        "bridges.modbus.units.m2:",
+        "bridges.modbus.units.s1:",
+        "bridges.modbus.rtu.0.path:",
+    ]
 
 
 def test_two_mistakes_in_files_are_both_told(site: Site) -> None:

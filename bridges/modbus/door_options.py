@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from posixpath import normpath
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -19,25 +18,6 @@ UNITS = range(1, 248)
 """Numbers of units; those above are reserved (MODBUS over Serial Line V1.02, 2.2)."""
 UnitNumber = Annotated[int, Field(ge=UNITS[0], le=UNITS[-1])]
 RoleName = Literal["viewer", "operator", "admin"]
-
-
-def _apart(units: dict[str, int] | None) -> dict[str, int] | None:
-    """Check that no two axes have one number."""
-    axes: dict[int, str] = {}
-    for axis, number in (units or {}).items():
-        if (other := axes.setdefault(number, axis)) != axis:
-            raise PydanticCustomError(
-                "units",
-                "unit {number} is {other} and {axis}",
-                {
-                    "number": number,
-                    "other": other,
-                    "axis": axis,
-                    "at": (axis,),
-                    "remedy": "give each a number of its own",
-                },
-            )
-    return units
 
 
 class Certificates(BaseModel):
@@ -94,8 +74,6 @@ class RtuLine(BaseModel):
             )
         return self
 
-    _units_are_apart = field_validator("units")(_apart)
-
 
 class Options(BaseModel):
     """Options under ``bridges.modbus``."""
@@ -128,20 +106,6 @@ class Options(BaseModel):
         default=False, description="Let other computers in without `tls`; log and status say so again."
     )
 
-    @field_validator("rtu")
-    @classmethod
-    def _lines_are_apart(cls, rtu: list[RtuLine]) -> list[RtuLine]:
-        places = [line.device or normpath(str(line.path)) for line in rtu]
-        for index, place in enumerate(places):
-            if place in places[:index]:
-                at = (index, "device" if rtu[index].device else "path")
-                raise PydanticCustomError(
-                    "lines",
-                    "two lines are at {place}",
-                    {"place": place, "at": at, "remedy": "give each a place of its own"},
-                )
-        return rtu
-
     @field_validator("listen")
     @classmethod
     def _has_the_form(cls, listen: str) -> str:
@@ -151,8 +115,6 @@ class Options(BaseModel):
             remedy = "write an address and a port, as in 127.0.0.1:1502"
             raise PydanticCustomError("listen", "{why}", {"why": str(error), "remedy": remedy}) from None
         return listen
-
-    _units_are_apart = field_validator("units")(_apart)
 
     @model_validator(mode="after")
     def _is_meant(self) -> Self:
@@ -183,10 +145,14 @@ class Options(BaseModel):
         ]
 
     def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
-        """Units of axes that are not there; ``hil.vocab.bridge_protocol.BridgeOptions``."""
+        """Units of axes that are not there, and two of one number."""
         of_lines = ((("rtu", at, "units"), line.units) for at, line in enumerate(self.rtu))
         for path, units in ((("units",), self.units), *of_lines):
-            for axis in units or ():
+            taken: dict[int, str] = {}
+            for axis, number in (units or {}).items():
+                if (other := taken.setdefault(number, axis)) != axis:
+                    message = f"unit {number} is {other} and {axis}"
+                    yield OptionProblem((*path, axis), message, "give each a number of its own")
                 if axis not in axes:
                     near = get_close_matches(axis.lower(), axes, n=1)
                     meant = f'did you mean "{near[0]}"? ' if near else ""

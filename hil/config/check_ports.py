@@ -114,8 +114,8 @@ class PortsCheck:
 
     def real(self, name: str, path: KeyPath, at: str) -> None:
         """Note the serial port of a real board. Two boards at one are found elsewhere."""
-        board = _Taken(f"device {name} is", path, (posixpath.normpath(at),), False)
-        if at.startswith("/") and board.place not in (each.place for each in self._taken):
+        board = _Taken(f"device {name} is", path, _real_place(at), False)
+        if board.place not in (each.place for each in self._taken):
             self._taken.append(board)
 
     def clashes(self, runtime_dir: object, bench: object) -> Iterator[Finding]:
@@ -156,7 +156,7 @@ def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]
 
     By convention ``path`` is relative to the bench's runtime directory and None stands for the name of the
     device there; ``host`` and ``port`` are a listener's address, and port 0 any free one; ``url`` is a real
-    serial port, if it is a path.
+    serial port.
     """
     if hasattr(options, "path"):
         yield "path", (name if options.path is None else str(options.path),), True
@@ -164,5 +164,9 @@ def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]
     if host is not None and port:
         yield "port", (str(host).lower(), port), False
     url = getattr(options, "url", None)
-    if isinstance(url, str) and url.startswith("/"):
-        yield "url", (posixpath.normpath(url),), False
+    if isinstance(url, str):
+        yield "url", _real_place(url), False
+
+
+def _real_place(url: str) -> _Place:
+    return (posixpath.normpath(url) if url.startswith("/") else url,)
