@@ -245,8 +245,8 @@ class FuzzedLine:
                 return frame
 
     def _follow(self, address: int, pdu: bytes) -> None:
-        """Note who only listens from now on: 8/4, until 8/1."""
-        to = {1, 2} if address == 0 else {address} & {1, 2}
+        """Note who only listens from now on: 8/4, until 8/1. To all, neither is carried out."""
+        to = {address} & {1, 2}
         if pdu == bytes.fromhex("08 0004 0000"):
             self.quiet |= to
         elif pdu[:3] == bytes.fromhex("08 0001") and pdu[3:] in (b"\0\0", b"\xff\0"):
