@@ -14,7 +14,6 @@ from hil.compose import find_catalogue
 from hil.config import BenchConfig
 from hil.host import signals
 from hil.host.notify import Notifier
-from hil.host.paths import CONTROL_SOCKET
 from hil.host.real_time import Grant
 from hil.host.service import Service, has_terminal
 from hil.live.apply.bench_plan import plan_start
@@ -30,6 +29,7 @@ from hil.operations.desk import Desk
 from hil.operations.make_desk import make_desk
 from hil.operations.reports import status_line
 from hil.operations.table import WATCH_IDLE_S
+from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.bridge_protocol import BridgeError
 
 

@@ -10,6 +10,7 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import EXCEPTIONS, RequestHandler
 from bridges.modbus.rtu_server import RtuServer
 from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
+from bridges.modbus.turns import SHARE
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
@@ -41,12 +42,7 @@ class ModbusBridge:
         self._lines: list[RtuServer] = []
 
     def wanted_ports(self) -> Sequence[DoorPort]:
-        return [
-            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud})
-            if line.device
-            else DoorPort(f"modbus{at}", "pty", {"path": line.path})
-            for at, line in enumerate(self._options.rtu)
-        ]
+        return self._options.wanted_ports()
 
     def take_ports(self, ports: Sequence[Port]) -> None:
         self._lines = [
@@ -131,7 +127,8 @@ def reference() -> str:
     return (
         "## The Modbus bridge\n\n"
         "Functions 1 to 6, 15, 16, 22, 23 and 43/14, on serial lines 8 and 17 as well. At most"
-        f" {CONNECTIONS} connections at a time, of which silent ones give way. Requests of a connection are"
+        f" {CONNECTIONS} connections at a time, of which silent ones give way. Several clients have turns,"
+        f" and together at most {SHARE:.0%} of the event loop's time. Requests of a connection are"
         " answered in their order. A connection whose framing is lost is closed. All registers of one read"
         " are of one moment.\n\n"
         f"`hil modbus map DEVICE` prints a device's map. Version {layout.VERSION} has these blocks:\n\n"

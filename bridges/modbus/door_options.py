@@ -1,32 +1,23 @@
 """Options of the Modbus bridge."""
 
+from collections.abc import Collection, Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from posixpath import normpath
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from bridges.modbus import certificate_files
+from bridges.modbus.certificate_files import CertificateFiles
 from hil.net.endpoint import endpoint, is_loopback
+from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 UNITS = range(1, 248)
 """Numbers of units; those above are reserved (MODBUS over Serial Line V1.02, 2.2)."""
 UnitNumber = Annotated[int, Field(ge=UNITS[0], le=UNITS[-1])]
 RoleName = Literal["viewer", "operator", "admin"]
-
-
-def _apart(units: dict[str, int] | None) -> dict[str, int] | None:
-    """Check that no two axes have one number."""
-    axes: dict[int, str] = {}
-    for axis, number in (units or {}).items():
-        if (other := axes.setdefault(number, axis)) != axis:
-            raise PydanticCustomError(
-                "units",
-                "unit {number} is {other} and {axis}",
-                {"number": number, "other": other, "axis": axis, "remedy": "give each a number of its own"},
-            )
-    return units
 
 
 class Certificates(BaseModel):
@@ -44,6 +35,10 @@ class Certificates(BaseModel):
             " viewer, operator or admin."
         ),
     )
+
+    @property
+    def files(self) -> CertificateFiles:
+        return CertificateFiles(self.certificate, self.key, self.clients)
 
 
 class RtuLine(BaseModel):
@@ -75,11 +70,9 @@ class RtuLine(BaseModel):
             raise PydanticCustomError("line", "a line has either a path or a device", {"remedy": remedy})
         if self.device is not None and not is_serial_address(self.device):
             raise PydanticCustomError(
-                "serial_url", "device: this is no serial port", {"remedy": SERIAL_FORMS}
+                "serial_url", "this is no serial port", {"at": ("device",), "remedy": SERIAL_FORMS}
             )
         return self
-
-    _units_are_apart = field_validator("units")(_apart)
 
 
 class Options(BaseModel):
@@ -113,19 +106,6 @@ class Options(BaseModel):
         default=False, description="Let other computers in without `tls`; log and status say so again."
     )
 
-    @field_validator("rtu")
-    @classmethod
-    def _lines_are_apart(cls, rtu: list[RtuLine]) -> list[RtuLine]:
-        places = [line.device or normpath(str(line.path)) for line in rtu]
-        for place in places:
-            if places.count(place) > 1:
-                raise PydanticCustomError(
-                    "lines",
-                    "two lines are at {place}",
-                    {"place": place, "remedy": "give each a place of its own"},
-                )
-        return rtu
-
     @field_validator("listen")
     @classmethod
     def _has_the_form(cls, listen: str) -> str:
@@ -136,16 +116,15 @@ class Options(BaseModel):
             raise PydanticCustomError("listen", "{why}", {"why": str(error), "remedy": remedy}) from None
         return listen
 
-    _units_are_apart = field_validator("units")(_apart)
-
     @model_validator(mode="after")
     def _is_meant(self) -> Self:
         if not (self.insecure or self.tls or is_loopback(endpoint(self.listen)[0])):
             raise PydanticCustomError(
                 "reached",
-                "listen: {listen} is reached from other computers, and Modbus asks nobody who it is",
+                "{listen} is reached from other computers, and Modbus asks nobody who it is",
                 {
                     "listen": self.listen,
+                    "at": ("listen",),
                     "remedy": "listen on 127.0.0.1, add `tls` with certificates, or write `insecure: true`",
                 },
             )
@@ -155,3 +134,33 @@ class Options(BaseModel):
     def is_open(self) -> bool:
         """True if strangers are let in from other computers."""
         return not self.tls and not is_loopback(endpoint(self.listen)[0])
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        """Ports of the lines."""
+        return [
+            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud}, ("rtu", at, "device"))
+            if line.device
+            else DoorPort(f"modbus{at}", "pty", {"path": line.path}, ("rtu", at, "path"))
+            for at, line in enumerate(self.rtu)
+        ]
+
+    def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
+        """Units of axes that are not there, and two of one number."""
+        of_lines = ((("rtu", at, "units"), line.units) for at, line in enumerate(self.rtu))
+        for path, units in ((("units",), self.units), *of_lines):
+            taken: dict[int, str] = {}
+            for axis, number in (units or {}).items():
+                if (other := taken.setdefault(number, axis)) != axis:
+                    message = f"unit {number} is {other} and {axis}"
+                    yield OptionProblem((*path, axis), message, "give each a number of its own")
+                if axis not in axes:
+                    near = get_close_matches(axis.lower(), axes, n=1)
+                    meant = f'did you mean "{near[0]}"? ' if near else ""
+                    remedy = f"{meant}there are {', '.join(axes)}"
+                    yield OptionProblem((*path, axis), f"there is no axis {axis!r}", remedy, at_key=True)
+
+    def file_problems(self) -> Iterable[OptionProblem]:
+        """Files of certificates that cannot be used."""
+        if self.tls:
+            for what, message, remedy in certificate_files.problems(self.tls.files):
+                yield OptionProblem(("tls", what), message, remedy)

@@ -32,9 +32,11 @@ class DoorUnits:
         self._units: dict[int, DoorUnit] = {}
 
     def open(self) -> None:
-        """Make the units. Raises BridgeError: an axis is not there."""
-        devices = self._desk.describe().devices
-        for axis in self._wanted or ():
+        """Make the units. Raises BridgeError: an axis is not there, or two have one number."""
+        devices, wanted = self._desk.describe().devices, self._wanted or {}
+        if len(set(wanted.values())) < len(wanted):
+            raise BridgeError(f"units: {dict(wanted)}: give each a number of its own")
+        for axis in wanted:
             if axis not in devices:
                 known = ", ".join(devices)
                 raise BridgeError(f"units: there is no axis {axis!r}; there are {known}")

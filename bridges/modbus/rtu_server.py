@@ -6,8 +6,10 @@ Source: MODBUS over Serial Line, Specification and Implementation Guide V1.02, 2
 import asyncio
 import logging
 from collections import Counter, deque
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
+from functools import partial
 from inspect import isawaitable
+from typing import Any
 
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import Asker, RequestHandler
@@ -21,9 +23,13 @@ from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, 
 
 log = logging.getLogger("hil")
 
+HALVES_S = 10.0
+"""Time after a line's last write, from which on the halves of values that it wrote are forgotten: nobody sees
+whether another master is on it."""
 FRAMES = 16
 """Maximum number of frames that wait: a master sends the next one when it has the answer."""
 _ROOM_BYTES = 4096
+_Later = Coroutine[Any, Any, bytes]
 
 
 class RtuServer:
@@ -34,7 +40,8 @@ class RtuServer:
         self._port, self._handler, self._units = port, handler, units
         self._silence_ns = silence_ns(baud)
         self._held = bytearray()
-        self._frames: deque[bytes] = deque()
+        self._frames: deque[tuple[Asker, bytes]] = deque()
+        self._wrote_s = 0.0
         self._diagnoses: dict[int, Diagnostics] = {}
         self._silence: SilenceTimer | None = None
         self._work: asyncio.Task[None] | None = None
@@ -50,15 +57,18 @@ class RtuServer:
     async def open(self) -> None:
         """Open the port. Raises PortError."""
         self._loop = asyncio.get_running_loop()
-        self._asker = Asker(Source("modbus line", Role.OPERATOR))
+        self._source = Source("modbus line", Role.OPERATOR)
+        self._asker = Asker(self._source)
         self._silence = SilenceTimer(self._is_silent)
         await self._port.open(self)
-        self._asker = Asker(Source(f"modbus line {self.address}", Role.OPERATOR))
+        self._source = Source(f"modbus line {self.address}", Role.OPERATOR)
+        self._asker = Asker(self._source)
 
     async def close(self) -> None:
         if self._silence:
             self._silence.close()
             self._silence = None
+        self._frames.clear()
         if self._work:
             self._work.cancel()
             await asyncio.gather(self._work, return_exceptions=True)
@@ -76,12 +86,18 @@ class RtuServer:
         """Nothing waits for it."""
 
     def client_left(self, baud: int | None) -> None:
-        self._held.clear()
+        """Take what came for a frame: nothing follows it. The next client is another one, to which no answer
+        for this one goes."""
+        gone, self._asker = self._asker, Asker(self._source)
+        self._end_frame(gone)
 
     def port_failed(self, reason: str) -> None:
         log.error("bridges.modbus: %s: %s", self.address, reason)
 
     def _is_silent(self) -> None:
+        self._end_frame(self._asker)
+
+    def _end_frame(self, asker: Asker) -> None:
         """Take what came since the last silence for a frame."""
         if not (raw := bytes(self._held)):
             return  # the client has left
@@ -95,24 +111,45 @@ class RtuServer:
         if len(self._frames) >= FRAMES:
             self._seen["overruns"] += 1
             return
-        self._frames.append(raw)
-        if self._work is None or self._work.done():
-            self._work = self._loop.create_task(self._serve())
+        self._frames.append((asker, raw))
+        self._serve()
 
-    async def _serve(self) -> None:
-        while self._frames:
-            raw = self._frames.popleft()
+    def _serve(self) -> None:
+        """Serve frames that wait, up to one that takes time: a read is answered in this pass of the loop."""
+        while self._frames and self._work is None:
+            asker, raw = self._frames.popleft()
             address, pdu = raw[0], raw[1:-2]
-            if address == TO_ALL:
-                for unit in self._units.all():
-                    await self._answer(unit, pdu, is_to_all=True)
-                continue
-            for unit in [each for each in self._units.all() if each.number == address]:
-                if (answer := await self._answer(unit, pdu, is_to_all=False)) is not None:
-                    self._port.write(encode(address, answer[0], answer[1:]))
-                    self._seen["answers"] += 1
+            is_to_all = address == TO_ALL
+            units = [unit for unit in self._units.all() if is_to_all or unit.number == address]
+            later: list[tuple[Diagnostics, _Later]] = []
+            for unit in units:
+                answer = self._begin(asker, unit, pdu, is_to_all=is_to_all)
+                if isawaitable(answer):
+                    later.append((self._diagnosis(unit), answer))
+                elif answer is not None:
+                    self._write(asker, address, answer)
+            if later:
+                self._work = self._loop.create_task(self._finish(asker, address, later))
+                self._work.add_done_callback(partial(self._finished, later))
 
-    async def _answer(self, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | None:
+    async def _finish(self, asker: Asker, address: int, later: list[tuple[Diagnostics, _Later]]) -> None:
+        for diagnosis, each in later:
+            answer = await each
+            diagnosis.answered(answer, is_to_all=address == TO_ALL)
+            self._write(asker, address, answer)
+
+    def _finished(self, later: list[tuple[Diagnostics, _Later]], work: asyncio.Task[None]) -> None:
+        for _, each in later:
+            each.close()  # if it was never begun
+        self._work = None
+        self._serve()
+
+    def _write(self, asker: Asker, address: int, answer: bytes) -> None:
+        if address != TO_ALL and asker is self._asker:
+            self._port.write(encode(address, answer[0], answer[1:]))
+            self._seen["answers"] += 1
+
+    def _begin(self, asker: Asker, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | _Later | None:
         """Carry out a request, of a broadcast what is written; None: it gets no answer."""
         try:
             request: Request | None = parse(pdu, is_serial_line=True)
@@ -121,16 +158,15 @@ class RtuServer:
         diagnosis = self._diagnosis(unit)
         if not diagnosis.takes(request):
             return None
-        if is_to_all and not (request and (request.write or request.mask)):
-            diagnosis.answered(None, is_to_all=True)
-            return None
-        answer = await self._done(unit, diagnosis, request, pdu)
-        diagnosis.answered(answer, is_to_all=is_to_all)
+        is_done = not is_to_all or (request and (request.write or request.mask))
+        answer = self._done(asker, unit, diagnosis, request, pdu) if is_done else None
+        if not isawaitable(answer):
+            diagnosis.answered(answer, is_to_all=is_to_all)
         return answer
 
-    async def _done(
-        self, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
-    ) -> bytes | None:
+    def _done(
+        self, asker: Asker, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
+    ) -> bytes | _Later | None:
         if request and request.function == Function.DIAGNOSTICS:
             try:
                 return diagnosis.answer(request)
@@ -138,8 +174,15 @@ class RtuServer:
                 return exception(request.function, error.code)
         if request and request.function == Function.REPORT_SERVER_ID:
             return report(unit.info.profile.encode("ascii", "replace"), is_running=True)
-        answer = self._handler.answer_of(self._asker, unit, pdu)
-        return await answer if isawaitable(answer) else answer
+        self._forget_old_halves(asker, request)
+        return self._handler.answer_of(asker, unit, pdu)
+
+    def _forget_old_halves(self, asker: Asker, request: Request | None) -> None:
+        now_s = self._loop.time()
+        if now_s - self._wrote_s > HALVES_S:
+            asker.halves.clear()
+        if request and (request.write or request.mask):
+            self._wrote_s = now_s
 
     def _diagnosis(self, unit: DoorUnit) -> Diagnostics:
         return self._diagnoses.setdefault(unit.number, Diagnostics())

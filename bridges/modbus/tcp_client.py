@@ -1,26 +1,32 @@
-"""One connection of Modbus TCP. What needs no waiting is answered where it comes in; the rest, and what is
-behind it, when its turn has come: answers are in the order of requests."""
+"""One connection of Modbus TCP. What needs no waiting is answered where it comes in, as long as it is the
+client's turn; the rest, and what is behind it, later: answers are in the order of requests."""
 
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
+from time import thread_time
 from typing import Any, cast
 
 from bridges.modbus.request_handler import Asker, RequestHandler
+from bridges.modbus.turns import Turns
 from hil.net.visitors import Visit
 from hil.wire.modbus.mbap import MbapPacket, MbapSplitter, encode
 
-AT_ONCE = 16
-"""Requests of a client between two turns of others: half a millisecond."""
+HELD = 16
+"""Requests that may wait for their turn while more are read."""
 
 
 class TcpClient(asyncio.Protocol):
     """Connection of a client. ``known``: finds out who it is once it is connected, None: it may not ask."""
 
     def __init__(
-        self, handler: RequestHandler, visit: Visit, known: Callable[[asyncio.Transport], Asker | None]
+        self,
+        handler: RequestHandler,
+        turns: Turns,
+        visit: Visit,
+        known: Callable[[asyncio.Transport], Asker | None],
     ) -> None:
-        self._handler, self._visit, self._known = handler, visit, known
+        self._handler, self._turns, self._visit, self._known = handler, turns, visit, known
         self._splitter = MbapSplitter()
         self._waiting: deque[MbapPacket] = deque()
         self._asked: tuple[MbapPacket, Coroutine[Any, Any, bytes]] | None = None
@@ -28,8 +34,7 @@ class TcpClient(asyncio.Protocol):
         self._asker: Asker | None = None
         self._loop = asyncio.get_running_loop()
         self._has_gone = False
-        self._turn, self._can_write = asyncio.Event(), asyncio.Event()
-        self._can_write.set()
+        self._asks, self._can_write = asyncio.Event(), True
 
     @property
     def fault(self) -> str:
@@ -43,67 +48,80 @@ class TcpClient(asyncio.Protocol):
         self._asker = asker
 
     def data_received(self, data: bytes) -> None:
+        if self._asker is None:
+            return
         self._waiting += self._splitter.feed(data)
         self._visit.since_s = self._loop.time()
-        if not self._visit.is_busy:
-            self._answer_some()
+        if self._can_write and not self._visit.is_busy:
+            self._answer_some(HELD)
+        elif len(self._waiting) > HELD:
+            self._transport.pause_reading()
 
-    def _answer_some(self) -> None:
+    def has_turn(self, most: int) -> None:
+        """Answer some requests. Who does not read the answers gives way to others."""
+        self._visit.is_busy = False
+        if self._can_write and not self._has_gone:
+            self._answer_some(most)
+            if not self._visit.is_busy and not self._transport.is_closing():
+                self._transport.resume_reading()
+
+    def _answer_some(self, most: int) -> None:
         """Answer some of the requests that wait, up to one that takes time."""
-        answers, asker = bytearray(), self._asker
-        for _ in range(AT_ONCE if asker else 0):
-            if not self._waiting:
-                break
+        answers, began_s = bytearray(), thread_time()
+        while most and self._waiting and self._turns.take():
+            most -= 1
             packet = self._waiting.popleft()
             self._visit.has_asked = True
-            answer = self._handler.answer(asker, packet.unit, packet.pdu)  # type: ignore[arg-type]
+            answer = self._handler.answer(self._asker, packet.unit, packet.pdu)  # type: ignore[arg-type]
             if not isinstance(answer, bytes):
                 self._asked = packet, answer
                 break
             answers += encode(packet.transaction, packet.unit, answer)
         if answers:
             self._transport.write(bytes(answers))
-        if self._asked or self._waiting:
+        self._turns.note(self, thread_time() - began_s)
+        if self._asked:
             self._visit.is_busy = True
             self._transport.pause_reading()
-            self._turn.set()
+            self._asks.set()
+        elif self._waiting:
+            self._visit.is_busy = True
+            if len(self._waiting) > HELD:
+                self._transport.pause_reading()
+            self._turns.queue(self)
         elif self._splitter.fault:
             self._transport.close()
 
     async def serve(self) -> None:
-        """Answer what has to wait, until the client has gone."""
+        """Carry out what takes time, until the client has gone."""
         try:
             while not self._has_gone:
-                await self._turn.wait()
-                self._turn.clear()
-                while self._visit.is_busy and not self._has_gone:
-                    await self._go_on()
+                await self._asks.wait()
+                self._asks.clear()
+                if self._asked:
+                    packet, asked = self._asked
+                    answer = await asked
+                    self._asked = None
+                    self._transport.write(encode(packet.transaction, packet.unit, answer))
+                    self.has_turn(HELD)
         finally:
-            if self._asked:
-                self._asked[1].close()
+            self.forget()
             self._transport.abort()
 
-    async def _go_on(self) -> None:
+    def forget(self) -> None:
+        """Drop the request that is being carried out, if any."""
         if self._asked:
-            packet, asked = self._asked
-            answer = await asked
+            self._asked[1].close()
             self._asked = None
-            self._transport.write(encode(packet.transaction, packet.unit, answer))
-        else:
-            await asyncio.sleep(0)  # the turn of others
-        self._visit.is_busy = False  # who does not read the answers gives way to others
-        await self._can_write.wait()
-        self._answer_some()
-        if not self._visit.is_busy and not self._transport.is_closing():
-            self._transport.resume_reading()
 
     def pause_writing(self) -> None:
-        self._can_write.clear()
+        self._can_write = False
 
     def resume_writing(self) -> None:
-        self._can_write.set()
+        self._can_write = True
+        if not self._visit.is_busy:
+            self.has_turn(HELD)
 
     def connection_lost(self, error: Exception | None) -> None:
         self._has_gone = True
-        self._can_write.set()
-        self._turn.set()
+        self._asks.set()

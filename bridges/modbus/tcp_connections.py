@@ -7,10 +7,12 @@ import ssl
 from collections import Counter
 from collections.abc import Mapping
 
+from bridges.modbus import certificate_files
 from bridges.modbus.client_role import NoRole, role_of
 from bridges.modbus.door_options import Certificates
 from bridges.modbus.request_handler import Asker, RequestHandler
 from bridges.modbus.tcp_client import TcpClient
+from bridges.modbus.turns import Turns
 from hil.net.limits import Limit
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
@@ -38,6 +40,7 @@ class TcpConnections:
     def listen(self, listeners: list[socket.socket]) -> None:
         loop = asyncio.get_running_loop()
         self._said = Limit(log.info, loop)
+        self._turns = Turns()
         self._visitors = Visitors("modbus", CONNECTIONS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
@@ -53,11 +56,12 @@ class TcpConnections:
     async def close(self) -> None:
         if self._visitors:
             self._visitors.close()
+            self._turns.close()
             await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
             self._said.close()
 
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
-        client = TcpClient(self._handler, visit, self._known)
+        client = TcpClient(self._handler, self._turns, visit, self._known)
         # Asyncio does so for its own sockets alone; without it an answer waits 40 ms for the one before.
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         try:
@@ -72,6 +76,7 @@ class TcpConnections:
             connection.close()
             return
         except BaseException:
+            client.forget()  # with TLS its first request may be there already
             connection.close()
             raise
         await client.serve()
@@ -97,26 +102,10 @@ class TcpConnections:
 
 def _context(certificates: Certificates) -> ssl.SSLContext:
     """TLS of the door. Raises BridgeError: a file cannot be used."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.verify_mode = ssl.CERT_REQUIRED
-    for what, path in (
-        ("certificate", certificates.certificate),
-        ("key", certificates.key),
-        ("clients", certificates.clients),
-    ):
-        if not path.is_file():
-            raise BridgeError(f"tls.{what}: {path} is no file; write where it is")
+    files = certificates.files
+    for option, message, remedy in certificate_files.problems(files):
+        raise BridgeError(f"tls.{option}: {message}; {remedy}")
     try:
-        context.load_cert_chain(certificates.certificate, certificates.key, password="")
-    except (OSError, ValueError) as error:
-        raise BridgeError(
-            f"tls: {certificates.certificate} and {certificates.key} are no certificate and its key: {error}"
-        ) from None
-    try:
-        context.load_verify_locations(certificates.clients)
-    except (OSError, ValueError) as error:
-        raise BridgeError(
-            f"tls.clients: {certificates.clients} is no authority's certificate: {error}"
-        ) from None
-    return context
+        return certificate_files.context(files)
+    except (OSError, ValueError) as error:  # what no check finds
+        raise BridgeError(f"tls: {error}") from None

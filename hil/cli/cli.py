@@ -55,7 +55,7 @@ def check(
         return
     from hil.config import diff as difference
 
-    for change in difference(read_config(diff), bench):
+    for change in difference(read_config(diff, opens_bridges=False), bench):
         why = f" ({'; '.join(change.why)})" if change.why else ""
         typer.echo(f"{change.action:8}{change.device or 'the whole bench'}{why}")
 

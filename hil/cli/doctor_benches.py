@@ -10,10 +10,11 @@ from typing import Any
 
 from hil.firmware.nvm import NvmError, decode
 from hil.host.doctor import NO_START, Diagnosis
-from hil.host.paths import CONTROL_SOCKET, SERVICES, STARTING
+from hil.host.paths import SERVICES, STARTING
 from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
+from hil.vocab.address import CONTROL_SOCKET
 
 PATIENCE_S = 3.0
 START_S = 60.0

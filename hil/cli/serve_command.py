@@ -92,14 +92,15 @@ def serve(
         raise fail(f"hil: {error}", 2) from None
 
 
-def read_config(path: Path) -> Any:
-    """Read a configuration. Raises typer.Exit: it has problems, which were said."""
+def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
+    """Read a configuration. Raises typer.Exit: it has problems, which were said. ``opens_bridges``: whether
+    its bridges are to be opened."""
     from hil.compose import find_catalogue
     from hil.config import ConfigError, parse
 
     try:
         # Also from a shell's `<(...)`, which is a pipe.
-        return parse(path.read_text(), str(path), find_catalogue())
+        return parse(path.read_text(), str(path), find_catalogue(), opens_bridges=opens_bridges)
     except ConfigError as error:
         raise fail(str(error), 2) from None
     except UnicodeDecodeError as error:

@@ -1,17 +1,17 @@
 """Checks of a bench's text or mapping, which find every problem at once."""
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from hil.config.catalogue import Catalogue, ProfileInfo, Unusable
+from hil.config.bridge_findings import BRIDGES, bridge_findings, file_findings, read_bridges
+from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, document_from_mapping
-from hil.config.explain import findings_of, shown, suggestion
+from hil.config.explain import findings_of
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
@@ -26,8 +26,10 @@ PROFILE_PATH = "profile_path"
 """Key of the folders in which more boards are."""
 
 
-def parse(text: str, file: str, catalogue: Catalogue) -> BenchConfig:
-    """Read a bench's YAML. ``file`` is the name that problems carry; nothing is opened.
+def parse(text: str, file: str, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
+    """Read a bench's YAML. ``file`` is the name that problems carry; nothing is opened. With
+    ``opens_bridges`` its bridges are to be opened: what they could not be opened with is a problem, and the
+    files that their options name are read. A reload leaves them open, whatever their axes become.
 
     Raises:
         ConfigError: with all problems, in file order.
@@ -36,7 +38,7 @@ def parse(text: str, file: str, catalogue: Catalogue) -> BenchConfig:
     if document.value is None and not document.findings:
         remedy = 'begin with "bench: NAME" and "devices:"'
         raise document.error([Finding((), "the file is empty", remedy)])
-    return _check(document, catalogue)
+    return _check(document, catalogue, opens_bridges=opens_bridges)
 
 
 def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
@@ -48,7 +50,7 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
     return _check(document_from_mapping(data, "<dict>"), catalogue)
 
 
-def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
+def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
     value, found, profiles = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
@@ -60,6 +62,9 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     if profiles is not None:
         findings += _findings_between(value, profiles)
         findings += framing_findings(value, profiles, catalogue)
+    if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
+        findings += bridge_findings(bridges, value["devices"], profiles) if profiles else []
+        findings += file_findings(bridges)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
     if config is None or findings:
@@ -109,10 +114,13 @@ def _completed(
     value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
     if isinstance(segments := given.get("segments"), dict):
         value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
-    if isinstance(bridges := given.get("bridges"), dict):
-        value["bridges"], wrong = _bridges(bridges, catalogue.bridges, document)
+    for name, raw in given["devices"].items():
+        if isinstance(raw, dict) and isinstance(at := raw.get("at"), str):
+            ports.real(name, ("devices", name, "at"), at)
+    if isinstance(bridges := given.get(BRIDGES), dict):
+        value[BRIDGES], wrong = read_bridges(bridges, catalogue, document, ports)
         findings += wrong
-    findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"))]
+    findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"), given.get("bench"))]
     profiles = {name: device.profile for name, device in devices.items() if device.profile}
     are_all = profiles and len(profiles) == len(given["devices"])
     return value, findings, profiles if are_all else None
@@ -130,36 +138,6 @@ def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
             port = ports.read(f"{name}.{tap}", path, keys.get("port", DEFAULT_PORT))
             done[tap] = {"real": port.kind == "serial", **keys, "port": port}
     return {**segment, "taps": done}
-
-
-def _bridges(
-    raw: Mapping[str, object], kinds: Mapping[str, type[BaseModel]], document: Document
-) -> tuple[dict[str, BaseModel], list[Finding]]:
-    """Read the options of each bridge; answers them and the findings. ``~`` stands for the defaults."""
-    options: dict[str, BaseModel] = {}
-    findings: list[Finding] = []
-    for name, given in raw.items():
-        path = ("bridges", name)
-        if name not in kinds:
-            findings.append(
-                Finding(path, f"there is no bridge {shown(name)}", suggestion(name, kinds), at_key=True)
-            )
-            continue
-        if given is not None and not isinstance(given, Mapping):
-            findings.append(
-                Finding(path, f"options are wanted here, not {shown(given)}", "write {} for none")
-            )
-            continue
-        try:
-            # As JSON, so that strict still reads a path or an enumeration from text.
-            options[name] = kinds[name].model_validate_json(json.dumps(dict(given or {})), strict=True)
-        except Unusable as error:
-            findings.append(
-                Finding(path, f"bridge {name} cannot be used: {error}", error.remedy, at_key=True)
-            )
-        except ValidationError as error:
-            findings += findings_of(error, kinds[name], path, document)
-    return options, findings
 
 
 def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:

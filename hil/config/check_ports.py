@@ -4,6 +4,8 @@ import difflib
 import json
 import posixpath
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
@@ -11,8 +13,21 @@ from hil.config.catalogue import Unusable
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.model import PortConfig
+from hil.vocab.address import CONTROL_SOCKET
+from hil.vocab.bridge_protocol import DoorPort
 
 DEFAULT_PORT = "pty"
+_Place = tuple[object, ...]
+
+
+class _Taken(NamedTuple):
+    """Place of a port. ``who``: whose it is, with a verb; ``path``: the option that says so; ``is_path``: the
+    place is a path in the bench's runtime directory."""
+
+    who: str
+    path: KeyPath
+    place: _Place
+    is_path: bool
 
 
 class _NoOptions(BaseModel):
@@ -25,14 +40,16 @@ class PortsCheck:
     def __init__(self, document: Document, kinds: Mapping[str, type[BaseModel]]) -> None:
         self._document = document
         self._kinds = kinds
-        self._read: list[tuple[str, KeyPath, PortConfig]] = []
+        self._taken: list[_Taken] = []
         self.findings: list[Finding] = []
 
     def read(self, label: str, path: KeyPath, value: object) -> PortConfig:
         """Read the port at a key path; ``label`` is its name in the bench."""
         port = self._port(path, value)
         if port is not None:
-            self._read.append((label, path, port))
+            who = f"device {label} has its port"
+            places = _places(label, port.options)
+            self._taken += [_Taken(who, (*path, key), place, is_path) for key, place, is_path in places]
         # After a finding the value no longer matters, but it must not raise a second one.
         return port or PortConfig(kind="", options=_NoOptions())
 
@@ -88,28 +105,68 @@ class PortsCheck:
             ]
             return None
 
-    def clashes(self, runtime_dir: object) -> Iterator[Finding]:
-        """Findings of ports in a place that another port has already."""
-        taken: dict[tuple[object, ...], str] = {}
-        directory = runtime_dir if isinstance(runtime_dir, str) else ""
-        for label, path, port in self._read:
-            for place, key in _places(label, port.options, directory):
-                owner = taken.setdefault(place, label)
-                if owner != label:
-                    where = shown(":".join(map(str, place)))
-                    message = f"device {owner} has its port in the same place, {where}"
-                    yield Finding((*path, key), message, "give each device a place of its own")
+    def want(self, owner: str, path: KeyPath, port: DoorPort) -> None:
+        """Note a port that a bridge will want; ``path``: the option that says where it is."""
+        with suppress(Unusable):
+            if model := self._kinds.get(port.kind):
+                places = _places("", model(**port.options))
+                self._taken += [_Taken(f"{owner} has a port", path, *place[1:]) for place in places]
+
+    def real(self, name: str, path: KeyPath, at: str) -> None:
+        """Note the serial port of a real board. Two boards at one are found elsewhere."""
+        board = _Taken(f"device {name} is", path, _real_place(at), False)
+        if board.place not in (each.place for each in self._taken):
+            self._taken.append(board)
+
+    def clashes(self, runtime_dir: object, bench: object) -> Iterator[Finding]:
+        """Findings of ports in a place that another port has already, or the bench itself."""
+        directory = posixpath.join(runtime_dir, str(bench)) if isinstance(runtime_dir, str) else ""
+        taken: dict[_Place, str] = {
+            (posixpath.normpath(directory or "."),): "the bench has its folder",
+            (
+                posixpath.normpath(posixpath.join(directory, CONTROL_SOCKET)),
+            ): "the bench has its control	socket",
+        }
+        for each in self._taken:
+            place = each.place
+            if each.is_path:
+                place = (posixpath.normpath(posixpath.join(directory, str(place[0]))),)
+            where, remedy = shown(":".join(map(str, place))), "give each device a place of its own"
+            if who := taken.get(place):
+                yield Finding(each.path, f"{who} in the same place, {where}", remedy)
+            elif each.is_path and (inner := _folder_and_port(str(place[0]), taken)):
+                message = f"{taken[inner]} at {shown(inner[0])}, and what is a port is no folder of another"
+                yield Finding(each.path, message, remedy)
+            else:
+                taken[place] = each.who
 
 
-def _places(device: str, options: BaseModel, runtime_dir: str) -> Iterator[tuple[tuple[object, ...], str]]:
-    """Places of a port by its options, each with the option that says so.
+def _folder_and_port(path: str, taken: Mapping[_Place, str]) -> _Place | None:
+    """Find a place in the folder that a path would be, or in whose folder it would be."""
+    for place, who in taken.items():
+        if len(place) == 1 and not who.endswith("its folder"):
+            other = str(place[0])
+            if other.startswith(f"{path}/") or path.startswith(f"{other}/"):
+                return place
+    return None
 
-    By convention ``path`` is relative to the runtime directory and None stands for the device's name there;
-    ``host`` and ``port`` are a listener's address, and port 0 any free one.
+
+def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]:
+    """Places of a port by its options, each behind the option that says so; True: it is a path.
+
+    By convention ``path`` is relative to the bench's runtime directory and None stands for the name of the
+    device there; ``host`` and ``port`` are a listener's address, and port 0 any free one; ``url`` is a real
+    serial port.
     """
     if hasattr(options, "path"):
-        path = device if options.path is None else str(options.path)
-        yield (posixpath.normpath(posixpath.join(runtime_dir, path)),), "path"
+        yield "path", (name if options.path is None else str(options.path),), True
     host, port = getattr(options, "host", None), getattr(options, "port", None)
     if host is not None and port:
-        yield (str(host).lower(), port), "port"
+        yield "port", (str(host).lower(), port), False
+    url = getattr(options, "url", None)
+    if isinstance(url, str):
+        yield "url", _real_place(url), False
+
+
+def _real_place(url: str) -> _Place:
+    return (posixpath.normpath(url) if url.startswith("/") else url,)

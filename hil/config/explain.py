@@ -74,7 +74,7 @@ def findings_of(
     findings: list[Finding] = []
     missing: list[Finding] = []
     for detail in error.errors(include_url=False):
-        path = (*prefix, *detail["loc"])
+        path = (*prefix, *detail["loc"], *detail.get("ctx", {}).get("at", ()))
         if detail["type"] == "missing":
             remedy = f'add the line "{path[-1]}: ..."'
             missing.append(Finding(path, "this key is missing", remedy))
@@ -125,8 +125,13 @@ def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         return f"{shown(value)} is not a name", remedy
     if kind == "string_pattern_mismatch":
         return f"{shown(value)} has the wrong form", f"the form is {context.get('pattern')}"
-    if kind == "too_short":
-        return "there is nothing in it", "add one at least"
+    if kind == "list_type":
+        return f"a list is wanted here, not {shown(value)}", "write [] for none, or leave the key out"
+    if kind in ("too_short", "string_too_short"):
+        return "there is nothing in it", "add one at least" if kind == "too_short" else "write what it is"
+    if kind == "too_long":
+        many = f"{context.get('actual_length')}, and at most {context.get('max_length')} can be"
+        return f"there are {many}", "take some out"
     return detail["msg"], "see the key in the configuration reference"
 
 

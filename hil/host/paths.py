@@ -6,8 +6,8 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-CONTROL_SOCKET = "control.sock"
-"""Name of the control socket in the bench's runtime directory. No device can have it: it has a dot."""
+from hil.vocab.address import CONTROL_SOCKET
+
 STARTING = stat.S_IXUSR
 """Mode bit of a control socket until its bench serves; on a socket this bit has no other meaning."""
 SERVICES = Path("/run/hil")

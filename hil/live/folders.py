@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from hil.host.paths import CONTROL_SOCKET, make_folder
+from hil.host.paths import make_folder
 from hil.host.trust import distrust
 from hil.live.refusals import StartError
 from hil.net.control_client import already_running, listener
+from hil.vocab.address import CONTROL_SOCKET
 
 
 @contextmanager

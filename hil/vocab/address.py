@@ -17,6 +17,8 @@ from typing import NamedTuple, TypeVar
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 """Pattern of the name of a bench, a device, a segment, a tap, a UART and an axis."""
+CONTROL_SOCKET = "control.sock"
+"""Name of the control socket in the bench's runtime directory. No device can have it: it has a dot."""
 
 Part_co = TypeVar("Part_co", covariant=True)
 

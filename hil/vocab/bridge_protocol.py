@@ -1,7 +1,7 @@
 """Contract of a bridge: ``Bridge``, ``BenchDoor`` if it reaches other benches too, and ``PortDoor`` if it has
-ports of its own."""
+ports of its own. Its options may be ``BridgeOptions``, so that more than their form is checked."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -62,11 +62,13 @@ class BenchDoor(Protocol):
 
 
 class DoorPort(NamedTuple):
-    """Port that a bridge wants to have: its name, its kind and that kind's options."""
+    """Port that a bridge wants to have: its name, its kind and that kind's options. ``place``: path to the
+    option of the bridge that says where it is."""
 
     name: str
     kind: str
     options: Mapping[str, Any]
+    place: tuple[str | int, ...] = ()
 
 
 @runtime_checkable
@@ -78,3 +80,27 @@ class PortDoor(Protocol):
 
     def take_ports(self, ports: Sequence[Port]) -> None:
         """Take the ports that were wanted, in that order, before ``open``. None of them is open."""
+
+
+class OptionProblem(NamedTuple):
+    """Mistake in a bridge's options, which have the right form. ``path``: of the option, from the bridge's
+    on; ``at_key``: the key is wrong, not its value."""
+
+    path: tuple[str | int, ...]
+    message: str
+    remedy: str
+    at_key: bool = False
+
+
+@runtime_checkable
+class BridgeOptions(Protocol):
+    """Options of a bridge that can be wrong beside others of the configuration, or as to their files."""
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        """Ports that the bridge will want, so that no other port is in the same place."""
+
+    def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
+        """Mistakes on this bench. ``axes``: addresses of its devices and of their further axes."""
+
+    def file_problems(self) -> Iterable[OptionProblem]:
+        """Mistakes in files that the options name. They are read."""

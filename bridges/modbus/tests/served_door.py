@@ -13,7 +13,8 @@ from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import SimTimeNs
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
+"""Time that a test of a computer with much other work may take for one answer."""
 NOTHING_S = 0.2
 WAVE = bytes.fromhex("05 0000 ff00")
 READ = bytes.fromhex("04 03e8 0002")

@@ -1,6 +1,7 @@
 """Mutated requests: each gets an answer of its function, and the units stay in order.
 
-``HIL_FUZZ`` sets how many are tried (100,000; ``make fuzz``: 10,000,000), ``HIL_FUZZ_SEED`` where they start.
+``HIL_FUZZ`` sets how many are tried over TCP (100,000; ``make fuzz``: 10,000,000), with a tenth of it on a
+serial line, in simulated time; ``HIL_FUZZ_SEED`` where they start.
 """
 
 import asyncio
@@ -10,12 +11,19 @@ import struct
 from collections import Counter
 
 from served_door import LOOK, Door, RawClient, packet, with_door
+from served_line import MemoryPort
+from simulated_loop import Simulated
 
+from bridges.modbus.door_units import DoorUnits
+from bridges.modbus.request_handler import RequestHandler
+from bridges.modbus.rtu_server import RtuServer
 from hil.testing import RecordingDesk
 from hil.vocab.desk_protocol import AxisField
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb, table_of
+from hil.wire.modbus.identification import Identification
 from hil.wire.modbus.mbap import MbapSplitter
+from hil.wire.modbus_rtu.frame import Frame, encode
 
 CASES = int(os.environ.get("HIL_FUZZ", "100000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
@@ -36,8 +44,16 @@ VERBS = (
 )
 
 
-def desk() -> RecordingDesk:
-    made = RecordingDesk({"look": LOOK, "set": None, "pin": None})
+class Forgetful(RecordingDesk):
+    """Desk that need not remember millions of requests."""
+
+    def forget(self) -> None:
+        self.asked.clear()
+        self.done.clear()
+
+
+def desk() -> Forgetful:
+    made = Forgetful({"look": LOOK, "set": None, "pin": None})
     for name in ("m1", "m2"):
         device = made.devices[name]
         fields = {"r": AxisField("r", "f32", "deg", "set-point", 0, True, True)} if device.fields else {}
@@ -55,7 +71,7 @@ class Mutant:
 
     def pdu(self) -> bytes:
         chance, address = self._chance, self._chance.choice(SPREAD)
-        function = chance.choice((1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 43))
+        function = chance.choice((1, 2, 3, 4, 5, 6, 8, 15, 16, 17, 22, 23, 43))
         count = chance.choice((1, 2, 3, 4, chance.randrange(130)))
         words = [chance.choice((0, 1, 0x7FC0, 0xFFFF, chance.randrange(1 << 16))) for _ in range(count)]
         body = struct.pack(f">{count}H", *words)
@@ -66,6 +82,10 @@ class Mutant:
                 said = struct.pack(">HH", address, chance.choice((0, 0xFF00)))
             case 6:
                 said = struct.pack(">HH", address, chance.randrange(1 << 16))
+            case 8:
+                said = struct.pack(">HH", chance.randrange(23), chance.choice((0, 0, 0xFF00, count)))
+            case 17:
+                said = b""
             case 15:
                 size = -(-count // 8)
                 said = struct.pack(">HHB", address, count, size) + chance.randbytes(size)
@@ -125,6 +145,7 @@ def test_every_request_has_its_answer() -> None:
         client, seen = await door.client(), Counter[str]()
         for _ in range(0, CASES, AT_ONCE):
             seen += await asked(client, [mutant.pdu() for _ in range(AT_ONCE)], chance)
+            door.desk.forget()
         assert {"answered", "01", "02", "03", "10"} <= seen.keys(), seen
         assert min(seen[kind] for kind in ("answered", "01", "02", "03")) > CASES / 100, seen
         status = door.bridge.status()
@@ -154,7 +175,108 @@ def test_streams_that_lose_their_framing_end() -> None:
                 assert await client.is_closed()
             client.writer.transport.abort()
             assert (await other.ask(bytes.fromhex("04 0000 0001")))[:2] == b"\x04\x02"
+            door.desk.forget()
         assert door.bridge.status()["closed"]["framing"] > 0
         await asyncio.sleep(0)
 
     with_door(use, desk())
+
+
+def fault_of(frame: bytes) -> str:
+    return Frame(0, frame).fault
+
+
+class FuzzedLine:
+    """Line whose frames are spoilt. ``quiet``: units that only listen, by what they were told."""
+
+    def __init__(self, port: MemoryPort, chance: random.Random) -> None:
+        self._port, self._chance = port, chance
+        self._mutant = Mutant(chance)
+        self.quiet: set[int] = set()
+        self.seen: Counter[str] = Counter()
+
+    async def heard(self, data: bytes) -> bytes | None:
+        """Send bytes in pieces, and a silence; answers what came."""
+        while data:
+            size = self._chance.randrange(1, 300)
+            self._port.host.received(data[:size])
+            data = data[size:]
+        await asyncio.sleep(0.01)
+        return None if self._port.sent.empty() else self._port.sent.get_nowait()
+
+    async def try_one(self) -> None:
+        chance, pdu = self._chance, self._mutant.pdu()
+        address = chance.choice((1, 1, 1, 2, 2, 0, 3, 248))
+        frame = self._spoilt(encode(address, pdu[0], pdu[1:253]))
+        is_good = 4 <= len(frame) <= 256 and not fault_of(frame)
+        address, pdu = frame[0], frame[1:-2]
+        was_quiet = address in self.quiet
+        if is_good:
+            self._follow(address, pdu)
+        answer = await self.heard(frame)
+        assert self._port.sent.empty(), frame.hex()
+        if not is_good or address not in (1, 2) or was_quiet or address in self.quiet:
+            assert answer is None, frame.hex()
+            self.seen["silence"] += 1
+            return
+        assert answer is not None, frame.hex()
+        assert not fault_of(answer), frame.hex()
+        assert len(answer) <= 256, frame.hex()
+        assert answer[0] == address, frame.hex()
+        assert answer[1] in (pdu[0], pdu[0] | 0x80), (frame.hex(), answer.hex())
+        if is_refused := answer[1] & 0x80 != 0:
+            assert answer[2] in CODES, frame.hex()
+        self.seen["refused" if is_refused else "answered"] += 1
+
+    def _spoilt(self, frame: bytes) -> bytes:
+        """A frame, often as it is. Any bytes may have a good CRC, one in 65536."""
+        chance = self._chance
+        match chance.randrange(16):
+            case 0:
+                at = chance.randrange(len(frame))
+                return frame[:at] + chance.randbytes(1) + frame[at + 1 :]
+            case 1:
+                return frame[: chance.randrange(1, len(frame))]
+            case 2:
+                return frame + chance.randbytes(chance.randrange(1, 40))
+            case 3:
+                return chance.randbytes(chance.randrange(1, 600))
+            case _:
+                return frame
+
+    def _follow(self, address: int, pdu: bytes) -> None:
+        """Note who only listens from now on: 8/4, until 8/1. To all, neither is carried out."""
+        to = {address} & {1, 2}
+        if pdu == bytes.fromhex("08 0004 0000"):
+            self.quiet |= to
+        elif pdu[:3] == bytes.fromhex("08 0001") and pdu[3:] in (b"\0\0", b"\xff\0"):
+            self.quiet -= to
+
+
+def test_frames_on_a_line_have_an_answer_or_none() -> None:
+    version = bytes.fromhex("0000 0001")
+
+    async def main() -> None:
+        port, at = MemoryPort(), desk()
+        units = DoorUnits(at, None, is_low_first=False)
+        units.open()
+        handler = RequestHandler(at, units, lambda unit: Identification("hil", unit.info.name, "1"))
+        server, line = RtuServer(port, 115200, handler, units), FuzzedLine(port, random.Random(SEED))
+        await server.open()
+        try:
+            for number in range(CASES // 10):
+                await line.try_one()
+                if number % 100 == 0:
+                    for unit in line.quiet:
+                        await line.heard(encode(unit, 8, bytes.fromhex("0001 0000")))
+                    line.quiet.clear()
+                    at.forget()
+                    assert await line.heard(encode(1, 4, version)) == encode(1, 4, b"\2\0\1")
+            seen = line.seen
+            assert min(seen[kind] for kind in ("silence", "refused", "answered")) > CASES / 200, seen
+        finally:
+            await server.close()
+            await handler.close()
+
+    with asyncio.Runner(loop_factory=Simulated) as runner:
+        runner.run(main())

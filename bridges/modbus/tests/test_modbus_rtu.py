@@ -2,93 +2,21 @@
 
 import asyncio
 import struct
-from collections.abc import Awaitable, Callable
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import pytest
-from served_door import LOOK, READ, WAVE, R
+from served_door import LOOK, READ, WAVE
+from served_line import GOOD, Line, MemoryPort, good, on_line
 
 from bridges.modbus.bridge import ModbusBridge, Options
 from hil.testing import RecordingDesk
-from hil.vocab.ports import PortError, PortHost, PortStats
+from hil.vocab.desk_protocol import Source
+from hil.vocab.parameters import Parameter
+from hil.vocab.ports import PortError, PortHost
+from hil.vocab.verbs import Verb, table_of
 from hil.wire.modbus_rtu.frame import encode
-
-GOOD = encode(1, 4, b"\4" + struct.pack(">f", R))
-PATIENCE_S = 10.0
-
-
-class MemoryPort:
-    """``hil.vocab.ports.Port`` whose client is the test."""
-
-    address = "memory"
-
-    def __init__(self) -> None:
-        self.sent: asyncio.Queue[bytes] = asyncio.Queue()
-        self.is_open = False
-
-    async def open(self, host: PortHost) -> None:
-        self.host, self.is_open = host, True
-
-    def write(self, data: bytes) -> None:
-        self.sent.put_nowait(data)
-
-    def resume_reading(self) -> None: ...
-
-    def backlog(self) -> int:
-        return 0
-
-    def client_baud(self) -> int | None:
-        return None
-
-    def stats(self) -> PortStats:
-        return PortStats(1, 1, 0, 0, 0, 0)
-
-    async def close(self) -> None:
-        self.is_open = False
-
-
-class Line:
-    def __init__(self, bridge: ModbusBridge, desk: RecordingDesk, port: MemoryPort) -> None:
-        self.bridge, self.desk, self.port = bridge, desk, port
-
-    async def ask(self, frame: bytes) -> bytes:
-        self.port.host.received(frame)
-        async with asyncio.timeout(PATIENCE_S):
-            return await self.port.sent.get()
-
-    async def is_silent_after(self, frame: bytes) -> bool:
-        """True if what comes next is the answer to a good request."""
-        self.port.host.received(frame)
-        while self.bridge.status()["lines"]["memory"]["frames"] + self.errors < self.heard + 1:
-            await asyncio.sleep(0.001)
-        await asyncio.sleep(0.005)
-        return self.port.sent.empty() and await self.ask(good(READ)) == GOOD
-
-    heard = 0
-
-    @property
-    def errors(self) -> int:
-        return int(self.bridge.status()["lines"]["memory"]["errors"])
-
-
-def good(pdu: bytes, address: int = 1) -> bytes:
-    return encode(address, pdu[0], pdu[1:])
-
-
-def on_line(use: Callable[[Line], Awaitable[None]], **options: object) -> None:
-    async def main() -> None:
-        desk, port = RecordingDesk({"look": LOOK}), MemoryPort()
-        line = {"path": "plc", "baud": 115200, **options}
-        bridge = ModbusBridge(Options.model_validate({"listen": "127.0.0.1:0", "rtu": [line]}), desk)
-        bridge.take_ports([port])
-        await bridge.open()
-        try:
-            assert bridge.status()["listen"][1] == "memory"
-            await use(Line(bridge, desk, port))
-        finally:
-            await bridge.close()
-        assert not port.is_open
-
-    asyncio.run(main())
 
 
 def test_a_request_and_its_answer() -> None:
@@ -104,14 +32,17 @@ def test_a_request_and_its_answer() -> None:
 @pytest.mark.parametrize(
     "frame",
     [
-        good(WAVE)[:-1] + b"\0",
-        good(WAVE)[:5],
-        good(WAVE) + b"\1",
-        good(WAVE, 3),
-        good(WAVE, 255),
-        good(READ, 0),
-        b"\1\5\0",
-        b"a" * 300,
+        pytest.param(good(WAVE)[:-1] + b"\0", id="wrong CRC"),
+        pytest.param(good(WAVE)[:-2] + good(WAVE)[:-3:-1], id="wrong CRC: its bytes the other way round"),
+        pytest.param(good(WAVE)[:5], id="short: it breaks off"),
+        pytest.param(b"\1\5\0", id="short: less than a frame"),
+        pytest.param(good(WAVE) + b"\1", id="long by a byte"),
+        pytest.param(b"a" * 300, id="long: more than a frame can have"),
+        pytest.param(good(WAVE) * 2, id="pipelined: no silence between two"),
+        pytest.param(good(WAVE, 3), id="wrong unit"),
+        pytest.param(good(WAVE, 248), id="wrong unit: a reserved one"),
+        pytest.param(good(WAVE, 255), id="wrong unit: no gateway"),
+        pytest.param(good(READ, 0), id="a broadcast that reads"),
     ],
 )
 def test_silence_is_the_answer(frame: bytes) -> None:
@@ -122,12 +53,29 @@ def test_silence_is_the_answer(frame: bytes) -> None:
     on_line(use)
 
 
-def test_a_frame_in_pieces() -> None:
+def test_a_fragmented_frame() -> None:
     async def use(line: Line) -> None:
         frame = good(READ)
         for at in range(len(frame) - 1):
             line.port.host.received(frame[at : at + 1])
         assert await line.ask(frame[-1:]) == GOOD
+
+    on_line(use)
+
+
+@pytest.mark.parametrize(
+    ("pdu", "code"),
+    [
+        pytest.param(bytes.fromhex("63"), 1, id="reserved function"),
+        pytest.param(bytes.fromhex("08 0063 0000"), 1, id="unknown sub-function"),
+        pytest.param(bytes.fromhex("08 000a"), 3, id="sub-function without its data"),
+        pytest.param(bytes.fromhex("04 0000 0000"), 3, id="count 0"),
+        pytest.param(bytes.fromhex("04 0000 007e"), 3, id="oversize count"),
+    ],
+)
+def test_a_good_frame_with_a_bad_request_gets_an_exception(pdu: bytes, code: int) -> None:
+    async def use(line: Line) -> None:
+        assert await line.ask(good(pdu)) == encode(1, pdu[0] | 0x80, bytes([code]))
 
     on_line(use)
 
@@ -175,6 +123,90 @@ def test_diagnosis() -> None:
         line.port.host.received(asks(1))
         await asyncio.sleep(0.05)
         assert await line.ask(good(READ)) == GOOD
+
+    on_line(use)
+
+
+TO_DEG = 2000 + 32
+HALF = struct.pack(">BHH", 6, TO_DEG, 0x42B4)  # the high register of 90.0
+REST = struct.pack(">BHH", 6, TO_DEG + 1, 0)
+BOTH = struct.pack(">BHH", 3, TO_DEG, 2)
+
+
+def registers(value: float) -> bytes:
+    return encode(1, 3, b"\4" + struct.pack(">f", value))
+
+
+class Noting(RecordingDesk):
+    """Desk that notes the parameters, too."""
+
+    def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
+        self.given = given
+        return super().ask(source, operation, target, given)
+
+
+def go() -> Noting:
+    desk = Noting({"look": LOOK})
+    for name, device in desk.devices.items():
+        parameter = Parameter("to_deg", "where to", "deg", -1000, 1000, 7.0)
+        verbs = table_of((Verb("wave", "waves"), Verb("go", "goes", (parameter,))))
+        desk.devices[name] = replace(device, verbs=verbs)
+    return desk
+
+
+def test_a_half_written_value_is_read_as_it_was_written_and_means_nothing_yet() -> None:
+    desk = go()
+
+    async def use(line: Line) -> None:
+        assert await line.ask(good(BOTH)) == registers(7.0)
+        assert await line.ask(good(HALF)) == good(HALF)
+        assert await line.ask(good(BOTH)) == encode(1, 3, b"\4\x42\xb4" + struct.pack(">f", 7.0)[2:])
+        await line.ask(good(bytes.fromhex("05 0001 ff00")))
+        assert desk.given == {"name": "go", "parameters": {"to_deg": 7.0}}
+        assert await line.ask(good(REST)) == good(REST)
+        assert await line.ask(good(BOTH)) == registers(90.0)
+
+    on_line(use, desk)
+
+
+def test_halves_go_with_the_client_that_wrote_them() -> None:
+    async def use(line: Line) -> None:
+        assert await line.ask(good(HALF)) == good(HALF)
+        line.port.host.client_left(None)
+        assert await line.ask(good(BOTH)) == registers(7.0)
+        assert await line.ask(good(REST)) == good(REST)
+        line.port.host.client_left(None)
+        assert await line.ask(good(BOTH)) == registers(7.0)
+
+    on_line(use, go())
+
+
+def test_halves_on_a_line_whose_clients_nobody_sees_are_forgotten() -> None:
+    async def use(line: Line) -> None:
+        for _ in range(3):  # each write begins the time anew
+            assert await line.ask(good(HALF)) == good(HALF)
+            await asyncio.sleep(6)
+        assert (await line.ask(good(BOTH)))[3:5] == b"\x42\xb4"
+        await asyncio.sleep(11)
+        assert await line.ask(good(REST)) == good(REST)
+        assert (await line.ask(good(BOTH)))[3:7] == struct.pack(">f", 7.0)[:2] + b"\0\0"
+
+    on_line(use, go())
+
+
+def test_a_frame_of_a_client_that_leaves_at_once_is_carried_out_and_nobody_else_gets_its_answer() -> None:
+    async def use(line: Line) -> None:
+        line.port.host.received(good(WAVE))
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
+        assert line.desk.done == [("m1", "wave")]
+        line.port.host.received(good(bytes.fromhex("04 0000 0001")))
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
+        line.port.host.received(good(WAVE)[:-1])
+        line.port.host.client_left(None)
+        assert await line.ask(good(READ)) == GOOD
+        assert line.errors == 1
 
     on_line(use)
 

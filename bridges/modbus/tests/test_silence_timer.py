@@ -2,41 +2,18 @@
 
 import asyncio
 import os
-import selectors
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from simulated_loop import Simulated
 
 from bridges.modbus import silence_timer
 from bridges.modbus.silence_timer import SilenceTimer
 
 ms_NS = 1_000_000
 PATIENCE_S = 10.0
-
-
-class Simulated(asyncio.SelectorEventLoop):
-    """Loop in which nothing takes time but what sleeps."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-        super().__init__(_Sleeping(self))
-
-    def time(self) -> float:
-        return self.now_s
-
-
-class _Sleeping(selectors.DefaultSelector):
-    def __init__(self, loop: Simulated) -> None:
-        super().__init__()
-        self._loop = loop
-
-    def select(self, timeout: float | None = None) -> Any:
-        assert timeout is not None, "everybody waits, and nothing will happen"
-        self._loop.now_s += timeout
-        return super().select(0)
 
 
 class Told:

@@ -19,10 +19,10 @@ import pytest
 from hil.compose import find_catalogue
 from hil.config import parse
 from hil.daemon import Daemon, Serving
-from hil.host.paths import CONTROL_SOCKET
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS
 from hil.sim.inputs import MAX_BURSTS
+from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.desk_protocol import LOCAL
 from hil.vocab.faults import FAULT_KINDS
 from hil.vocab.verbs import CODES, VerbRefused

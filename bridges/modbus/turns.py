@@ -1,0 +1,77 @@
+"""Turns of clients: how much of the event loop the door's requests may take, and who is next."""
+
+import asyncio
+from collections import deque
+from typing import Protocol
+
+IN_A_PASS = 4
+"""Requests of all clients between two looks at what else has come, as for serial ports: some 0.2 ms."""
+SHARE = 0.4
+"""Largest part of the time for several clients: most of what comes at a port finds the loop free."""
+BURST_S = 0.001
+"""Time of turns that may be over the share, for clients that happen to ask at once."""
+
+
+class Waiting(Protocol):
+    """Waiting client."""
+
+    def has_turn(self, most: int) -> None:
+        """Answer some requests, and queue again if more of them wait."""
+
+
+class Turns:
+    """Turns on the running loop: so many in each pass, then those who wait, one after the other."""
+
+    def __init__(self) -> None:
+        self._left = IN_A_PASS
+        self._queue: deque[Waiting] = deque()
+        self._next: asyncio.Handle | None = None
+        self._loop = asyncio.get_running_loop()
+        self._last: Waiting | None = None
+        self._over_s, self._at_s = 0.0, self._loop.time()
+        """Time that turns were over their share, at that time."""
+
+    def take(self) -> bool:
+        """Take a turn for one request, if this pass has one left."""
+        if not self._left:
+            return False
+        self._left -= 1
+        self._go_on_in_the_next_pass()
+        return True
+
+    def note(self, client: Waiting, took_s: float) -> None:
+        """Note the CPU time that turns took. A client alone has no limit: it waits for each answer."""
+        if client is not self._last:
+            self._over_s += took_s
+        self._last = client
+
+    def queue(self, client: Waiting) -> None:
+        """Tell a client when it is its turn. Once for each call."""
+        self._queue.append(client)
+        self._go_on_in_the_next_pass()
+
+    def close(self) -> None:
+        """Give no more turns."""
+        self._queue.clear()
+        if self._next:
+            self._next.cancel()
+
+    def _go_on_in_the_next_pass(self) -> None:
+        if self._next is None:
+            self._next = self._loop.call_soon(self._go_on)
+
+    def _go_on(self) -> None:
+        now_s = self._loop.time()
+        self._over_s = max(0.0, self._over_s - SHARE * (now_s - self._at_s))
+        self._at_s = now_s
+        if self._over_s > BURST_S:
+            self._left = 0
+            self._next = self._loop.call_later(self._over_s / SHARE, self._go_on)
+            return
+        self._next = None
+        self._left = IN_A_PASS
+        while self._left and self._queue:
+            client = self._queue.popleft()
+            client.has_turn(1 if self._queue else self._left)
+        if self._queue:
+            self._go_on_in_the_next_pass()
