@@ -27,18 +27,19 @@ class Arrival:
     def __post_init__(self) -> None:
         self._progress_ns = self.since_ns
         self._nearest_deg = float("inf")
+        self._has_moved = False
 
     def look(self, reading: Reading) -> Verdict:
         """Say how the motion does, by a reading."""
         if reading.at_ns <= self.since_ns:
             return "under_way"
         off_deg = abs(reading.values["position_deg"] - self.target_deg)
-        moves = reading.bits.get("status.moving")
-        if off_deg <= self.within_deg and not moves:
-            shown = moves is None or reading.at_ns > self.since_ns + SHOWS_NS or self._nearest_deg > off_deg
-            if shown:
-                return "arrived"
+        moves = reading.bits.get("status.moving")  # None: the map has no such bit
+        self._has_moved = self._has_moved or bool(moves)
+        has_begun = self._has_moved or reading.at_ns > self.since_ns + SHOWS_NS
+        if off_deg <= self.within_deg and (moves is None or (not moves and has_begun)):
+            return "arrived"
         if moves or off_deg < self._nearest_deg - self.within_deg / 10:
             self._progress_ns = reading.at_ns
-            self._nearest_deg = min(off_deg, self._nearest_deg)
+            self._nearest_deg = off_deg
         return "short" if reading.at_ns > self._progress_ns + SHOWS_NS + SETTLES_NS else "under_way"
