@@ -14,6 +14,7 @@ from hil.core import Core
 from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import YAML, BoardPlaces, find_places
 from hil.discovery.installed import BRIDGES, PORTS
+from hil.host.regular_file import read_text
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.bridge_protocol import Bridge, DoorPort
 from hil.vocab.desk_protocol import Desk
@@ -58,6 +59,7 @@ def find_catalogue(
         found.wrong_paths,
         lambda folders: find_catalogue(extra_ports, folders),
         _refused_motors,
+        read_text,
         Framings(boards),
     )
 

@@ -50,7 +50,7 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
-    value, found, profiles = _completed(document, catalogue)
+    value, found, profiles, elsewhere = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
     config: BenchConfig | None = None
     try:
@@ -62,8 +62,9 @@ def _check(document: Document, catalogue: Catalogue) -> BenchConfig:
         findings += framing_findings(value, profiles, catalogue)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
-    if config is None or findings:
-        raise ConfigError([*document.error(findings).problems, *_of_boards(value, catalogue)])
+    if config is None or findings or elsewhere:
+        of_boards = _of_boards(value, catalogue)
+        raise ConfigError([*document.error(findings).problems, *elsewhere, *of_boards])
     return config
 
 
@@ -91,12 +92,12 @@ def _of_boards(value: Any, catalogue: Catalogue) -> list[Problem]:
 
 def _completed(
     document: Document, catalogue: Catalogue
-) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None]:
-    """Complete a document with the catalogue's defaults: its value, the findings, and the profiles of all
-    devices; None for these if there are none, or not all are known."""
+) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem]]:
+    """Complete a document with the catalogue's defaults: its value, the findings, the profiles of all
+    devices, None for these if there are none, or not all are known, and problems of files that it names."""
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
-        return given, [], None
+        return given, [], None, []
     ports = PortsCheck(document, catalogue.ports)
     devices = {
         name: DeviceCheck(name, raw, document, catalogue, ports)
@@ -115,7 +116,8 @@ def _completed(
     findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"))]
     profiles = {name: device.profile for name, device in devices.items() if device.profile}
     are_all = profiles and len(profiles) == len(given["devices"])
-    return value, findings, profiles if are_all else None
+    elsewhere = list(dict.fromkeys(problem for device in devices.values() for problem in device.problems))
+    return value, findings, profiles if are_all else None, elsewhere
 
 
 def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:

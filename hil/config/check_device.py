@@ -6,11 +6,13 @@ from typing import Any
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
+from hil.config.device_map import MapCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import nearest, no_such, suggestion
 from hil.config.flash_model import BUILT_IN_TABLES
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
+from hil.vocab.problem import Problem
 
 _AT_UARTS = ("at", "port", "network", "ports", "baud", "bauds")
 """Keys that need a serial interface."""
@@ -41,7 +43,7 @@ REAL_BAUD = 115200
 
 class DeviceCheck:
     """Check of one device's mapping. ``completed`` has the defaults that its profile gives, ``findings`` the
-    mistakes; ``profile`` is None if there is none of its name."""
+    mistakes, ``problems`` those in a file that it names; ``profile`` is None if there is none of its name."""
 
     def __init__(
         self,
@@ -56,6 +58,8 @@ class DeviceCheck:
         self.raw = raw
         self.document = document
         self.findings: list[Finding] = []
+        self.problems: list[Problem] = []
+        self._read_text = catalogue.read_text
         self.profile = self._profile(catalogue)
         self.board = catalogue.boards.get(self.profile.name) if self.profile else None
         self.completed = self._completed(ports)
@@ -66,6 +70,7 @@ class DeviceCheck:
             self._no_uarts(profile, result)
         else:
             self._ports(result, ports)
+        self._map(result)
         result.setdefault("hardware", "")
         if profile is None:
             self._load_of(result, AxisCheck(self.path, self.raw, None, self.document))
@@ -84,6 +89,14 @@ class DeviceCheck:
             self._hardware(profile, result["hardware"])
             self._table(profile)
         return result
+
+    def _map(self, result: dict[str, Any]) -> None:
+        """Read the map of the board's own registers."""
+        if self.raw.get("map") is not None:
+            check = MapCheck(self.path, self.raw, self.document, self.profile, self._read_text)
+            result["map"] = check.read()
+            self.findings += check.findings
+            self.problems += check.problems
 
     def _ports(self, result: dict[str, Any], ports: PortsCheck) -> None:
         """Read the ports: ``port``, ``network``, and those of ``ports``."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from hil.config.document import Document, Finding, KeyPath
+from hil.config.document import Finding, KeyPath
 from hil.registers.drive_map import Place
 from hil.wire.modbus.pdu import Table
 
@@ -14,8 +14,9 @@ _WORDS = {
 }
 
 
-def overlap_findings(places: Mapping[KeyPath, Place], document: Document) -> Iterator[Finding]:
-    """Findings of entries that share a register or a bit with one before them. ``places``: in file order."""
+def overlap_findings(places: Mapping[KeyPath, Place], lines: Mapping[KeyPath, int]) -> Iterator[Finding]:
+    """Findings of entries that share a register or a bit with one before them. ``places``: in file order;
+    ``lines``: where they are in the file."""
     taken: dict[tuple[Table, int], list[tuple[KeyPath, Place]]] = {}
     for path, place in places.items():
         registers = range(place.address, place.address + place.width)
@@ -27,7 +28,7 @@ def overlap_findings(places: Mapping[KeyPath, Place], document: Document) -> Ite
         )
         if clash := next(clashes, None):
             register, (other_path, other) = clash
-            yield Finding(*_told(path, place, register, other_path, other, document))
+            yield Finding(*_told(path, place, register, other_path, other, lines[other_path]))
             continue  # what it would have is not taken from a third
         for register in registers:
             taken.setdefault((place.table, register), []).append((path, place))
@@ -39,11 +40,10 @@ def _share(one: Place, other: Place) -> bool:
 
 
 def _told(
-    path: KeyPath, place: Place, register: int, other_path: KeyPath, other: Place, document: Document
+    path: KeyPath, place: Place, register: int, other_path: KeyPath, other: Place, line: int
 ) -> tuple[KeyPath, str, str]:
     word = _WORDS[place.table]
-    line = document.keys[other_path].line
-    whose = f"{'.'.join(map(str, other_path))} (line {line})"
+    whose = ".".join(map(str, other_path)) + (f" (line {line})" if line else "")
     at, free = (*path, word), "write a register that is free"
     if place.is_bit and other.is_bit:
         if place.bit is None:

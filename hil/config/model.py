@@ -14,10 +14,13 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
+from hil.config.drive_map_model import MapText
+from hil.config.drive_map_text import drive_map_of
 from hil.config.explain import StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.path_values import usable_path
 from hil.config.shaft_load import LoadConfig
+from hil.registers.drive_map import DriveMap
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
@@ -145,6 +148,11 @@ class DeviceConfig(StrictModel):
         description="Axes of a board with several, by their names in the profile, as in `elbow`: what differs"
         " from the profile.",
     )
+    map: MapText | None = Field(
+        default=None,
+        description="Of a drive, which has registers of its own: where each of its values is, as the path of"
+        " a file, looked up from the configuration's folder, or written out; null: as its profile has it.",
+    )
     setpoints: SetpointsConfig | None = Field(
         default=None,
         description="What becomes of the axis when set-points of `position`, `velocity` or `torque` stay"
@@ -185,6 +193,11 @@ class DeviceConfig(StrictModel):
         """Speeds of the UARTs by their names."""
         own = {profile.first_uart: self.baud} | dict(self.bauds)
         return {name: own.get(name, numbers.baud) for name, numbers in profile.uarts.items()}
+
+    def drive_map(self, profile: ProfileInfo) -> DriveMap | None:
+        """Map of the board's own registers; None: it has none."""
+        text = self.map or profile.map
+        return drive_map_of(text) if text else None
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""
