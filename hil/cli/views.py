@@ -57,6 +57,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
+    remarks += [(row["device"], [_drive_line(row["drive"])]) for row in status["devices"] if "drive" in row]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
@@ -80,6 +81,14 @@ def _bridge_line(row: dict[str, Any]) -> str:
     return f"{row['root']} at {doors}: {counts}{warning}"
 
 
+def _drive_line(drive: dict[str, Any]) -> str:
+    age_ms, p50_ms, p99_ms = (drive[key] for key in ("age_ms", "round_trip_p50_ms", "round_trip_p99_ms"))
+    age = "nothing was read yet" if age_ms is None else f"read {age_ms:.0f} ms ago"
+    trips = "" if p50_ms is None else f", round trip p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms"
+    counts = f"{drive['polls']} polls, {drive['time_outs']} time-outs, {drive['exceptions']} exceptions"
+    return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects"
+
+
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
     table = Table(box=None)
     for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
@@ -94,13 +103,16 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
 
 
 def _motion(shot: dict[str, Any]) -> tuple[str, str, str]:
-    return f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot)
+    speed = shot.get("velocity_rpm")
+    return f"{shot['position_deg']:.2f}", "-" if speed is None else f"{speed:.1f}", _mode(shot)
 
 
 def _mode(shot: dict[str, Any]) -> str:
     """State of an axis: a servo's mode and loop, a stepper's state."""
     from hil.core.abi import MotionState
 
+    if "enabled" in shot:
+        return "real" if shot["enabled"] else "real off"
     if "motion_state" in shot:
         return MotionState(int(shot["motion_state"])).name
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")

@@ -18,6 +18,7 @@ from hil.config.joint_findings import joint_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
+from hil.config.real_places import same_at
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
 from hil.vocab.problem import ConfigError, Problem
@@ -177,7 +178,7 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
     }
     yield from joint_findings(value, profiles, real)
     yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
-    yield from _same_at(devices)
+    yield from same_at(devices)
 
 
 def _plant(raw: Mapping[str, Any], axis: str) -> object:
@@ -185,13 +186,3 @@ def _plant(raw: Mapping[str, Any], axis: str) -> object:
     axes = raw.get("axes")
     own = axes.get(axis) if isinstance(axes, dict) else None
     return (own.get("plant") if isinstance(own, dict) else None) or raw.get("plant")
-
-
-def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
-    """Findings of real boards at a port that another one has."""
-    taken: dict[str, str] = {}
-    for name, raw in devices.items():
-        if isinstance(at := raw.get("at"), str) and taken.setdefault(at, name) != name:
-            yield Finding(
-                ("devices", name, "at"), f"device {taken[at]} is there", "each board has its own port"
-            )

@@ -62,7 +62,7 @@ def _places(
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:
-            places[name] = {faults.PORT}
+            places[name] = set() if profile.map else {faults.PORT}  # a drive has no line of bytes here
         else:
             places |= _of_twin(name, profile, full)
     for name, segment in segments.items() if isinstance(segments, dict) else ():

@@ -24,11 +24,19 @@ from hil.registers.drive_map import DriveMap
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
+from hil.wire.drive_address import AddressRefused, DriveAddress, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 
-def _serial_url(value: Any) -> Any:
-    if isinstance(value, str) and not is_serial_address(value):
+def _real_address(value: Any) -> Any:
+    if isinstance(value, str) and is_drive_address(value):
+        try:
+            drive_address(value)
+        except AddressRefused as error:
+            raise PydanticCustomError(
+                "drive_address", "{what}", {"what": str(error), "remedy": error.remedy}
+            ) from None
+    elif isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
 
@@ -86,11 +94,13 @@ class DeviceConfig(StrictModel):
     """A board, emulated or real."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
-    at: Annotated[str, BeforeValidator(_serial_url)] | None = Field(
+    at: Annotated[str, BeforeValidator(_real_address)] | None = Field(
         default=None,
         description="A real board instead of an emulated one: the path or URL of its serial port"
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
-        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there.",
+        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there. Of a drive"
+        " with a `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
+        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path.",
     )
     port: PortConfig | None = Field(
         default=None,
@@ -162,7 +172,8 @@ class DeviceConfig(StrictModel):
         default=None,
         ge=1,
         le=200,
-        description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
+        description="How often a run types a set-point at a real servo (`at`), which answers each, or writes"
+        " it to a real drive that follows set-points; null: 50.",
     )
     line_delay_ms: float | None = Field(
         default=None,
@@ -172,6 +183,13 @@ class DeviceConfig(StrictModel):
         " back, as over a network or on a busy computer: a run tells the board its motions so much earlier,"
         " and waits so much longer for its answers; null: 0.",
     )
+    poll_interval_ms: float | None = Field(
+        default=None,
+        ge=1,
+        le=10_000,
+        description="Interval in which the state of a real drive (`at: modbus+...`) is read; a slow line"
+        " makes it longer; null: 20.",
+    )
     spi_previous_command: int = Field(
         default=0xFFFF,
         ge=0,
@@ -179,6 +197,11 @@ class DeviceConfig(StrictModel):
         description="The SPI frame sent before the first one. The encoder answers one frame late, so the"
         " first answer belongs to this; 0xFFFF reads the angle.",
     )
+
+    @property
+    def drive_address(self) -> DriveAddress | None:
+        """Address on Modbus of a real drive; None: it is none."""
+        return drive_address(self.at) if self.at and is_drive_address(self.at) else None
 
     def port_of(self, uart: str) -> PortConfig | None:
         """Port of a UART by its name; empty: of the first."""
@@ -370,6 +393,11 @@ class BenchConfig(StrictModel):
         return {name: device for name, device in self.devices.items() if device.at is None}
 
     @property
+    def drives(self) -> dict[str, DeviceConfig]:
+        """The real boards that are Modbus drives."""
+        return {name: device for name, device in self.devices.items() if device.drive_address}
+
+    @property
     def real(self) -> dict[str, DeviceConfig]:
-        """The real boards."""
+        """The real boards, drives among them."""
         return {name: device for name, device in self.devices.items() if device.at is not None}

@@ -1,4 +1,4 @@
-"""Watch over the end of a motion: by what the drive tells, it is under way, has come, or has stopped short."""
+"""Watch over the end of a motion: by what the drive tells: under way, arrived, or stopped short."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -39,7 +39,11 @@ def drive_fields(of: DriveMap) -> dict[str, AxisField]:
     for name in ("velocity_rpm", "current_A", "fault_code"):
         if name in of.values:
             rows.append((name, "f64", _UNITS.get(name, ""), TOLD[name], False))
-    meanings = {"enabled": "1 while the loop is on", "moving": "1 while it moves", "fault": "1: it has a fault"}
+    meanings = {
+        "enabled": "1 while the loop is on",
+        "moving": "1 while it moves",
+        "fault": "1: it has a fault",
+    }
     rows += [(name, "i32", "", about, False) for name, about in meanings.items()]
     rows += [(*row, False) for row in _LINK]
     offsets = {row[0]: OFFSETS.get(row[0], _OWN_OFFSETS.get(row[0], 0)) for row in rows}

@@ -1,6 +1,5 @@
 """Verbs of a real Modbus drive, those that its map allows. They have the words of a twin's."""
 
-
 from hil.registers.drive_map import DriveMap
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb
@@ -61,5 +60,3 @@ def _ramps(of: DriveMap) -> tuple[Parameter, ...]:
             kept = f"{about}; left out: as the drive has it"
             found.append(Parameter(name, kept, unit, 0.01, most, is_optional=True))
     return tuple(found)
-
-

@@ -11,6 +11,7 @@ from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
+from hil.operations.drive_operations import DriveOperations
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
@@ -37,18 +38,23 @@ class BoardOperations:
     out dialogues."""
 
     def __init__(
-        self, sim: BenchRuntime, places: Places, configured: Configured, axes: Axes, real: RealAxes
+        self,
+        sim: BenchRuntime,
+        places: Places,
+        configured: Configured,
+        axes: Axes,
+        real: RealAxes,
+        drives: DriveOperations,
     ) -> None:
-        self._sim, self._places, self._configured, self._axes, self._real = (
-            sim,
-            places,
-            configured,
-            axes,
-            real,
-        )
+        self._sim, self._places, self._configured = sim, places, configured
+        self._axes, self._real, self._drives = axes, real, drives
 
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
         """Reset a board; a real one by a dialogue."""
+        if asked.target in self._drives:
+            if "reset" not in self._places.drives[asked.target].drive.verbs:
+                raise VerbRefused("cannot", f"the map of {asked.target} has no control bit reset")
+            return self._drives.do(asked.target, "reset", {})
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, "reset")
         return Done(self._sim.give(self._twin(asked.target), Reset()), {})
@@ -60,8 +66,10 @@ class BoardOperations:
             raise VerbRefused("bad_parameter", f"pins of {asked.target} are {', '.join(pins)}")
         return self._give(asked, Pin(pin, int(level)))
 
-    def set_field(self, asked: Asked, field: str, value: Any) -> Done:
+    def set_field(self, asked: Asked, field: str, value: Any) -> Done | Coroutine[Any, Any, Done]:
         """Set a field of the axis; answers its value."""
+        if asked.target in self._drives:
+            return self._drives.set_field(asked.target, field, value)
         fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
         if field not in fields:
             raise VerbRefused(
@@ -82,6 +90,8 @@ class BoardOperations:
 
     def _type(self, target: str, data: bytes) -> Done:
         name, uart = address_of(target)
+        if name in self._drives:
+            raise self._drives.refuse(name)
         board, device = self._places.boards.get(name), self._sim.devices.get(name)
         if uart not in (device.uarts if device else ("", MAIN)):
             known = device.uarts if device else {MAIN: None}
@@ -104,6 +114,8 @@ class BoardOperations:
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
     ) -> Done | Coroutine[Any, Any, Done]:
         """Carry out a verb of the board's own table."""
+        if asked.target in self._drives:
+            return self._drives.do(asked.target, verb.name, parameters)
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
         device, part = self._twin(asked.target), address_of(asked.target).part
@@ -141,13 +153,19 @@ class BoardOperations:
 
     def state(self, asked: Asked) -> dict[str, float | None]:
         """State of an axis; None for what is no number."""
+        if asked.target in self._drives:
+            return self._drives.state(asked.target)
         state = self._sim.snapshot(asked.target).as_dict()
         return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
 
     def packed(self, asked: Asked) -> bytes:
+        if asked.target in self._drives:
+            return self._drives.packed(asked.target)
         return packed(self._sim.snapshot(asked.target).values)
 
     def look(self, asked: Asked) -> AxisLook:
+        if asked.target in self._drives:
+            return self._drives.look(asked.target)
         axis, shot = self._axis(asked), self._sim.snapshot(asked.target)
         return AxisLook(packed(shot.values), axis.kind.motion(shot), self._twin(asked.target).failed)
 
@@ -160,6 +178,8 @@ class BoardOperations:
         set_point: float | None = None,
     ) -> dict[str, bool]:
         """Wait until what a verb began has ended; answers whether something else ended it."""
+        if asked.target in self._drives:
+            return await self._drives.wait(asked.target, effective_at_ns, at_most_s)
         sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
         last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
         pause_s = _POLL_NS / 1e9 / speed
@@ -194,6 +214,8 @@ class BoardOperations:
         return device
 
     def _axis(self, asked: Asked) -> CoreAxis:
+        if asked.target in self._drives:
+            raise self._drives.refuse(asked.target)
         if asked.target not in self._sim.roster.axes:
             raise VerbRefused("no_device", f"no axis {asked.target!r}; a reload has taken it away")
         return self._sim.roster.axis(asked.target)

@@ -6,6 +6,7 @@ from functools import lru_cache
 from hil.core import AxisKind
 from hil.core.fields import FIELDS, OFFSETS
 from hil.live.configured import Configured
+from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.settable import SETTABLE
 from hil.vocab.address import Address, address_of
@@ -17,13 +18,17 @@ from hil.vocab.verbs import Verb
 class Devices(Mapping[str, DeviceInfo]):
     """Devices, and further axes of them, by address, of the configuration at the moment of the look."""
 
-    def __init__(self, sim: BenchRuntime, configured: Configured) -> None:
+    def __init__(self, sim: BenchRuntime, places: Places, configured: Configured) -> None:
         self._sim = sim
+        self._drives = places.drives
         self._configured = configured
 
     def __getitem__(self, address: str) -> DeviceInfo:
         name, part = address_of(address)
         device = self._configured.config.devices[name]
+        if not part and (control := self._drives.get(name)):
+            drive = control.drive
+            return DeviceInfo(name, device.profile, True, drive.verbs, drive.fields)
         board = self._configured.catalogue.boards[device.profile]
         if device.at is not None and not part:
             return _real(name, device.profile, board)

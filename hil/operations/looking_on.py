@@ -10,6 +10,7 @@ from hil.live.clock import WallClock
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
+from hil.operations.drive_operations import DriveSamples
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
@@ -39,6 +40,8 @@ class LookingOn:
         """Begin a watch, as ``Desk.watch``; a target of samples is a twin."""
         try:
             match what:
+                case Watched.SAMPLES if control := self._places.drives.get(target):
+                    return DriveSamples(control, float(interval_ns), call)
                 case Watched.SAMPLES:
                     return Samples(self._watches.sampler, target, interval_ns, call)
                 case Watched.PACKETS:
@@ -60,6 +63,10 @@ class LookingOn:
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """Begin a watch that keeps samples; answers its number, for those who come back for them."""
+        if asked.target in self._places.drives:
+            raise VerbRefused(
+                "cannot", f"{asked.target} is a real drive: its polls are no samples; ask for its state"
+            )
         kind = self._sim.roster.axis(asked.target).kind
         try:
             names = check_signals(signals or kind.default_signals, kind)

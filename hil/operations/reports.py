@@ -11,6 +11,7 @@ from hil.core.core import octaves
 from hil.host.real_time import Grant
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
+from hil.live.drives.real_drive import RealDrive
 from hil.live.fault_registry import FaultRegistry
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
@@ -71,7 +72,7 @@ class Reports:
             "axes": [],
             "failed": None,
         }
-        if name in self.places.boards:
+        if name in self.places.boards or name in self.places.drives:
             return row | {"hardware": "real", "at": config.at}
         device = self.sim.devices[name]
         ports = {
@@ -95,7 +96,8 @@ class Reports:
         for row in listed["devices"]:
             name = row["device"]
             board = self.places.boards.get(name)
-            row |= _of_board(board) if board else self._of_twin(name)
+            drive = self.places.drives.get(name)
+            row |= _of_drive(drive.drive) if drive else _of_board(board) if board else self._of_twin(name)
         return listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
@@ -172,6 +174,29 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
         "snapshot": None,
         "snapshots": {},
         "board": {"connects": line.connects, "rx_bytes": line.rx_bytes, "tx_bytes": line.tx_bytes},
+    }
+
+
+def _of_drive(drive: RealDrive) -> dict[str, Any]:
+    told = {name: value if abs(value) < float("inf") else None for name, value in drive.values().items()}
+    link, age_ms = drive.link, told["age_ms"]
+    notes = [] if link.is_there else [f"{drive.spec.address}: {link.why}; it is tried again"]
+    notes += [drive.fault] if link.is_there and drive.fault else []
+    return {
+        **_counters(NO_PORT),
+        "backlog_bytes": 0,
+        "overrun_bytes": 0,
+        "note": "; ".join(notes) or None,
+        "flash": "ok",
+        "port_failure": None,
+        "snapshot": told if drive.reading else None,
+        "snapshots": {},
+        "drive": {
+            "state": link.state,
+            "age_ms": age_ms,
+            **{name: told[name] for name in ("polls", "writes", "time_outs", "garbled", "exceptions")},
+            **{name: told[name] for name in ("reconnects", "round_trip_p50_ms", "round_trip_p99_ms")},
+        },
     }
 
 

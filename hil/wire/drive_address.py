@@ -118,7 +118,9 @@ def _keys(scheme: str, query: str) -> Iterator[tuple[str, str]]:
         raise AddressRefused("what is behind ? is not of the form key=value", remedy) from None
     for key, value in pairs:
         if key not in known:
-            raise AddressRefused(f"there is no {key[:20]!r} in this address", f"known are: {', '.join(known)}")
+            raise AddressRefused(
+                f"there is no {key[:20]!r} in this address", f"known are: {', '.join(known)}"
+            )
         if key in seen:
             raise AddressRefused(f"{key} is there twice", "leave one of them out")
         seen.add(key)

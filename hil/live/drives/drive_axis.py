@@ -15,6 +15,7 @@ from hil.live.drives.drive_motion import DriveMotion
 from hil.live.drives.real_drive import ASKING, RealDrive
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
 from hil.vocab.path import Path
+from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
 LEAD_NS = 250_000_000
@@ -123,7 +124,7 @@ class DriveAxis:
         if (end_ns := motion.stream_end_ns) is not None:  # its last set-point may be on its way
             at_ns = min(at_ns, end_ns)
         return AxisState(
-            at_ns,
+            SimTimeNs(at_ns),
             drive.commanded_deg,
             drive.position_deg,
             self._is_moving,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hil.drives.drive_link import LOST_AFTER
+from hil.drives.drive_verbs import FOLLOW_RPM, FOLLOW_RPM_PER_S
 from hil.firmware.set_point_paths import length_ns, trapezoid
 from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_line import URGENT
@@ -40,7 +41,8 @@ class DriveControl:
         async with self._lock:
             self._check_there()
             try:
-                return await getattr(self, f"_{verb}")(**given)
+                answer: dict[str, float] = await getattr(self, f"_{verb}")(**given)
+                return answer
             except ASKING as error:
                 raise VerbRefused("not_now", f"{verb}: {error}") from None
 
@@ -72,7 +74,9 @@ class DriveControl:
                 raise VerbRefused("not_now", f"{drive.name} was lost meanwhile: {drive.link.why}")
             await asyncio.sleep(_POLL_S)
         said = f"; {drive.fault}" if drive.fault else ""
-        raise VerbRefused("not_now", f"{drive.name} was told so, and after {TAKES_S:g} s it is not {what}{said}")
+        raise VerbRefused(
+            "not_now", f"{drive.name} was told so, and after {TAKES_S:g} s it is not {what}{said}"
+        )
 
     # ---- verbs, by their names ----
 
@@ -123,7 +127,10 @@ class DriveControl:
             if motion.failure:
                 raise VerbRefused("not_now", motion.failure)
             return {"set_point": position_deg}
-        assert velocity_rpm is not None and acceleration_rpm_per_s is not None  # noqa: PT018: their defaults
+        velocity_rpm, acceleration_rpm_per_s = (
+            velocity_rpm or FOLLOW_RPM,
+            acceleration_rpm_per_s or FOLLOW_RPM_PER_S,
+        )
         here_deg, start_ns = self.axis.now().position_deg, now_ns + BEGIN_NS
         per_s, per_s2 = velocity_rpm * DEG_PER_S, acceleration_rpm_per_s * DEG_PER_S
         path = trapezoid(here_deg, 0.0, position_deg, per_s, per_s2)

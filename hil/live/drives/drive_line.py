@@ -115,7 +115,9 @@ class DriveLine:
                 why = await self._serve()
             except PlaceLost as error:
                 why = str(error)
-            except Exception as error:  # hil's own error: this line stands still for a while, the others go on
+            except (
+                Exception
+            ) as error:  # hil's own error: this line stands still for a while, the others go on
                 why = f"{self.place}: an error of hil, see its log: {error!r}"
                 log.exception("the line to %s", self.place)
             self._client.close()

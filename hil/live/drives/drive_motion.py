@@ -5,7 +5,7 @@ it is sent when the drive is back.
 """
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Coroutine
 from contextlib import suppress
 from typing import Any
 
@@ -187,9 +187,7 @@ class DriveMotion:
         within_deg = ARRIVED_DEG + 2 * abs(self._drive.map.values["position_deg"].scale)
         self._arrival = Arrival(target_deg, self._drive.now_ns(), within_deg)
 
-    async def _send(
-        self, position_deg: float, ramps: dict[str, float], start_ns: int, session: int
-    ) -> None:
+    async def _send(self, position_deg: float, ramps: dict[str, float], start_ns: int, session: int) -> None:
         drive = self._drive
         for name, value in ramps.items():
             await drive.write_value(name, value, session)

@@ -105,12 +105,13 @@ class ModbusClient:
         if client is None:
             return
         client.ctx.is_closing = True
-        if transport := client.ctx.transport:
+        transport: Any = client.ctx.transport
+        if transport:
             with suppress(Exception):  # a serial port that was unplugged
                 if isinstance(self._place, RtuPlace):
                     transport.sync_serial.reset_output_buffer()
                 transport.abort()
-        client.ctx.transport = None
+        client.ctx.transport = None  # type: ignore[assignment]
 
     async def read(self, unit: int, span: Span) -> Sequence[int]:
         """Read registers, or bits.
@@ -193,7 +194,7 @@ class ModbusClient:
                 trace_connect=self._connected,
             )
         else:
-            bits, parity, stop = self._place.format
+            bits, parity, stop = tuple(self._place.format)
             client = AsyncModbusSerialClient(
                 self._place.path,
                 baudrate=self._place.baud,
@@ -210,7 +211,7 @@ class ModbusClient:
         return client
 
     def _guard(self, client: "AsyncModbusTcpClient | AsyncModbusSerialClient") -> None:
-        """Let bytes that make no message end no transport: they are dropped, and the request has no answer."""
+        """Let bytes that make no message end no transport: they are dropped, and the request times out."""
         receive: Any = client.ctx.callback_data
 
         def guarded(data: bytes, addr: Any = None) -> int:
