@@ -11,6 +11,8 @@ SHOWS_NS = 200_000_000
 """Time from the command until a drive says that it moves."""
 SETTLES_NS = 1_000_000_000
 """Time for the shaft to come to the target when nothing moves any more, or does not come nearer."""
+STUCK_NS = 3_000_000_000
+"""Time for a drive that says that it moves to come nearer by a tenth of the distance at which it is there."""
 
 Verdict = Literal["under_way", "arrived", "short"]
 
@@ -39,7 +41,8 @@ class Arrival:
         has_begun = self._has_moved or reading.at_ns > self.since_ns + SHOWS_NS
         if off_deg <= self.within_deg and (moves is None or (not moves and has_begun)):
             return "arrived"
-        if moves or off_deg < self._nearest_deg - self.within_deg / 10:
+        if off_deg < self._nearest_deg - self.within_deg / 10:
             self._progress_ns = reading.at_ns
             self._nearest_deg = off_deg
-        return "short" if reading.at_ns > self._progress_ns + SHOWS_NS + SETTLES_NS else "under_way"
+        patience_ns = STUCK_NS if moves else SHOWS_NS + SETTLES_NS
+        return "short" if reading.at_ns > self._progress_ns + patience_ns else "under_way"

@@ -72,7 +72,7 @@ class DriveLink:
     """Wall time of its last answer, of a clock that only goes forward."""
     waits: Waits = field(default_factory=lambda: Waits(2_000_000_000))
     _unanswered: int = 0
-    _trips_ns: deque[int] = field(default_factory=lambda: deque(maxlen=ROUND_TRIPS))
+    _trips_ns: deque[int] = field(default_factory=lambda: deque(maxlen=ROUND_TRIPS), repr=False)
 
     @property
     def is_there(self) -> bool:

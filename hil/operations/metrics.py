@@ -211,7 +211,7 @@ METRICS = (
     _metric("hil_port_failed", "gauge", "1 if the port cannot go on",
             lambda s: (((joint.label,), int(joint.failure is not None)) for joint in s.of.places.joints()),
             PORT),
-    _metric("hil_real_board_present", "gauge", "1 if the real board's serial port is open, or the drive answers",
+    _metric("hil_real_board_present", "gauge", "1 if the real board's port is open, or the drive answers",
             _boards, ("device",)),
     _metric("hil_drive_polls_total", "counter", "complete readings of a real drive's state",
             _of_drives("polls"), ("device",)),

@@ -27,8 +27,9 @@ class Drives(dict[str, DriveControl]):
         await control.drive.close(self._lines.leave)
 
     async def close(self) -> None:
-        for control in self.values():
-            await self.end(control)
+        """Stop all that move, and ask nobody any more."""
+        while self:
+            await self.end(self.popitem()[1])
 
 
 class DriveAxes:

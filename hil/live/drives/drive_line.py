@@ -68,6 +68,7 @@ class DriveLine:
         self._numbers = count()
         self._waits = Waits()
         self._unanswered = 0
+        self._is_closed = False
         self._gap_s = 0.0
         if isinstance(place, RtuPlace):
             self._gap_s = max(3.5 * place.character_bits / place.baud, LEAST_GAP_S)
@@ -80,6 +81,7 @@ class DriveLine:
 
     async def close(self) -> None:
         """Close the line: what waits is refused."""
+        self._is_closed = True  # pymodbus waits in a way that can lose a cancellation (bpo-37658)
         self._task.cancel()
         with suppress(asyncio.CancelledError):
             await self._task
@@ -106,7 +108,7 @@ class DriveLine:
         return await answer
 
     async def _run(self) -> None:
-        while True:
+        while not self._is_closed:
             try:
                 await self._client.open()
                 self._unanswered, self.is_open = 0, True
@@ -122,7 +124,8 @@ class DriveLine:
                 log.exception("the line to %s", self.place)
             self._client.close()
             self._lost(why)
-            await asyncio.sleep(self._waits.take_ns() / 1e9)
+            if not self._is_closed:
+                await asyncio.sleep(self._waits.take_ns() / 1e9)
 
     def _lost(self, why: str) -> None:
         self.is_open, self.why = False, why
@@ -135,7 +138,7 @@ class DriveLine:
 
     async def _serve(self) -> str:
         """Ask what is to be asked, until the connection is lost; answers why."""
-        while self._client.is_open:
+        while self._client.is_open and not self._is_closed:
             if not self._waiting:
                 self._wake.clear()
                 await self._wake.wait()
@@ -157,7 +160,7 @@ class DriveLine:
         try:
             answer: Any = await request.ask(self._client)
         except asyncio.CancelledError:
-            request.answer.cancel()
+            _refuse(request, PlaceLost(f"{self.place}: the line is closed"))
             raise
         except (NoAnswer, Garbled) as error:
             self._unanswered += 1

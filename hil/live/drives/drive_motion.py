@@ -13,8 +13,8 @@ from hil.drives.arrival import ARRIVED_DEG, Arrival
 from hil.drives.control_bits import value_write
 from hil.drives.poll_plan import Reading
 from hil.firmware.set_point_paths import at, length_ns, to_rest
-from hil.live.drives.drive_line import URGENT
-from hil.live.drives.modbus_client import NoAnswer
+from hil.live.drives.drive_line import URGENT, Stale
+from hil.live.drives.modbus_client import NoAnswer, PlaceLost
 from hil.live.drives.real_drive import ASKING, RealDrive
 from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
@@ -169,6 +169,8 @@ class DriveMotion:
     async def _guarded(self, doing: Coroutine[Any, Any, None]) -> None:
         try:
             await doing
+        except (PlaceLost, Stale) as error:
+            self._failed(f"the drive at {self._drive.spec.address} is lost: {self._drive.link.why or error}")
         except ASKING as error:
             self._failed(str(error))
         except ValueError as error:

@@ -100,8 +100,9 @@ class RealDrive:
             self._task.cancel()
             with suppress(asyncio.CancelledError):
                 await self._task
-        if self._line:
-            await leave(self, self._line)
+        line, self._line = self._line, None
+        if line:
+            await leave(self, line)
         self.link.place_lost("it is not asked any more")
 
     # ---- its line ----
