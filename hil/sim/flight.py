@@ -44,9 +44,7 @@ def flight_of(characters: tuple[HeardCharacter, ...]) -> Flight:
     return Flight(
         tuple(each.at_ns for each in characters),
         bytes(each.byte for each in characters),
-        spoiled=frozenset(
-            each.at_ns for each in characters if each.is_framing_error or each.is_parity_error
-        ),
+        spoiled=frozenset(each.at_ns for each in characters if each.is_framing_error or each.is_parity_error),
     )
 
 

@@ -96,9 +96,7 @@ class Tap:
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        if flight := heard(
-            start_ns, data, baud, self.baud_now, line_format=self.segment.line_format
-        ):
+        if flight := heard(start_ns, data, baud, self.baud_now, line_format=self.segment.line_format):
             self.heard.extend(flight.characters())
         self._tell()
 

@@ -72,9 +72,7 @@ class DisturbedLine:
                 lows = lines[ear.is_swapped]
                 for on_ns, off_ns in own:
                     lows = without(lows, on_ns, off_ns)
-                characters, again_ns = read(
-                    lows, ear.baud, ready_ns, now_ns, until_ns, self._format
-                )
+                characters, again_ns = read(lows, ear.baud, ready_ns, now_ns, until_ns, self._format)
                 read_once[key] = tuple(characters), again_ns
             heard[ear.name], again[ear] = read_once[key]
         self._again_ns = again

@@ -255,5 +255,12 @@ class Segment:
             self._splitter = self._clean[0].before
             self._clean.clear()
         self._disturbance = Disturbance(
-            burst, before, self.stations, self._clock, self._splitter, self.stats, self.watchers, self.line_format
+            burst,
+            before,
+            self.stations,
+            self._clock,
+            self._splitter,
+            self.stats,
+            self.watchers,
+            self.line_format,
         )

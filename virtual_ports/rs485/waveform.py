@@ -48,9 +48,7 @@ def _lows_of_bytes(line_format: LineFormat) -> tuple[int, ...]:
     return tuple(sum((not level) << at for at, level in enumerate(each)) for each in levels)
 
 
-def low_line(
-    drives: Iterable[Drive], from_ns: int, to_ns: int, line_format: LineFormat = EIGHT_N_1
-) -> Lows:
+def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int, line_format: LineFormat = EIGHT_N_1) -> Lows:
     alike: dict[tuple[object, ...], list[Drive]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:

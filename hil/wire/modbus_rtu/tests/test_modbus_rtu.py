@@ -155,7 +155,10 @@ def test_a_wrong_crc_is_seen_and_made() -> None:
     (item,) = split([(0, spoiled)], 9600)
     assert (item.is_packet, item.fault) == (True, "CRC")
     assert MODBUS_RTU.text(Frame(0, frame)) == "to 17: read holding registers 107 to 109"
-    assert MODBUS_RTU.text(item) == f"to 17: read holding registers 107 to 109  CRC {spoiled[-2:].hex(' ')} is wrong"
+    assert (
+        MODBUS_RTU.text(item)
+        == f"to 17: read holding registers 107 to 109  CRC {spoiled[-2:].hex(' ')} is wrong"
+    )
     assert MODBUS_RTU.text(Malformed(0, b"\1", "too short")) == "malformed (too short): 01"
 
 
