@@ -6,15 +6,14 @@ from hil import __version__
 from hil.config import Catalogue, SegmentConfig
 from hil.config.station_names import node_name
 from hil.registers.device_identity import device_identity
-from hil.registers.register_map import register_map
-from hil.registers.register_unit import RegisterUnit
+from hil.registers.units import unit_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.modbus.modbus_node import ModbusNode
 from hil.sim.modbus.register_server import CardAxis
 from hil.sim.settable import setting_problem
-from hil.sim.twin_info import twin_info
+from hil.sim.twin_info import info_of
 from hil.vocab.address import address_of
 from hil.vocab.segment import Segment
 from hil.vocab.time import NS_PER_MS
@@ -39,15 +38,13 @@ def add_nodes(
 def _card_axis(
     bench: BenchRuntime, device: Device, part: str, catalogue: Catalogue, *, is_low_first: bool
 ) -> CardAxis:
-    label = device.axes.label(device.name, part)
-    board = catalogue.boards[device.profile]
-    kind = device.axes[part].kind if device.axes else None
-    of = register_map(twin_info(label, device.profile, board, kind))
+    label, short = device.axes.label(device.name, part), device.axes.short(part)
+    info = info_of(device, short, catalogue.boards[device.profile])
     return CardAxis(
         device,
-        device.axes.short(part),
-        lambda: RegisterUnit(of, is_low_first=is_low_first),
-        device_identity(of, bench.name, __version__),
+        short,
+        lambda: unit_of(info, is_low_first=is_low_first),
+        device_identity(unit_of(info).map, bench.name, __version__),
         partial(bench.carry_out, label),
         lambda field, value: setting_problem(bench.faults, device, field, value, part),
     )

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from hil.live.configured import Configured
 from hil.sim.bench import BenchRuntime
-from hil.sim.twin_info import twin_info
+from hil.sim.twin_info import info_of
 from hil.vocab.address import Address, address_of
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.profile import Profile
@@ -24,10 +24,9 @@ class Devices(Mapping[str, DeviceInfo]):
         board = self._configured.catalogue.boards[device.profile]
         if device.at is not None and not part:
             return _real(name, device.profile, board)
-        if device.at is not None or (part not in (axes := self._sim.devices[name].axes) and part):
+        if device.at is not None or (part and part not in self._sim.devices[name].axes):
             raise KeyError(address)
-        kind = axes[part].kind if axes else None
-        return twin_info(axes.label(name, part), device.profile, board, kind)
+        return info_of(self._sim.devices[name], part, board)
 
     def __iter__(self) -> Iterator[str]:
         for name, device in self._configured.config.devices.items():

@@ -3,15 +3,47 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from hil.registers.cells import Cell
 from hil.registers.control_word import Wanted
 from hil.registers.register_unit import Halves, VerbStage
-from hil.vocab.desk_protocol import AxisLook
+from hil.vocab.desk_protocol import AxisLook, DeviceInfo
 from hil.wire.modbus.pdu import Mask, Span, Write
+
+
+class UnitMap(Protocol):
+    """Map of a unit, for people and programs: what is where."""
+
+    @property
+    def info(self) -> DeviceInfo: ...
+
+    @property
+    def cells(self) -> Sequence[Cell]:
+        """What is where, in the order of tables and addresses."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What is not in it, and why."""
+
+    @property
+    def version(self) -> int:
+        """Version of its layout or of its format."""
+
+    @property
+    def crc(self) -> int:
+        """CRC-32 of the map, which is another when anything in it is."""
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """Texts of what the unit says that it is: vendor, product, revision; those that are not its own are
+        left out."""
 
 
 class Registers(Protocol):
     """Registers of an axis, as ``hil.registers.register_unit.RegisterUnit``: it answers values, and what a
     write asks of the axis. Whoever has the axis carries that out, and tells it how it went."""
+
+    @property
+    def map(self) -> UnitMap: ...
 
     def needs_look(self, span: Span) -> bool:
         """True if registers or bits of a span tell of the axis, as it is now."""

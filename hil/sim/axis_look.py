@@ -8,4 +8,4 @@ from hil.vocab.desk_protocol import AxisLook
 
 def axis_look(device: Device, kind: AxisKind, shot: Snapshot) -> AxisLook:
     """Look at an axis of a kind in a snapshot of now; ``device``: whose it is."""
-    return AxisLook(packed(shot.values), kind.motion(shot), device.failed)
+    return AxisLook(packed(shot.values), kind.motion(shot), device.failed, dict(device.told))
