@@ -9,9 +9,9 @@ import pytest
 
 from hil.compose.find import find_catalogue
 from hil.core.kinds import KINDS
-from hil.operations.devices import twin_info
 from hil.registers.map_rows import formatted, map_rows
 from hil.registers.register_map import RegisterMap, register_map
+from hil.sim.twin_info import twin_info
 from hil.vocab.desk_protocol import DeviceInfo
 
 GOLDEN = Path(__file__).parent / "register_maps"

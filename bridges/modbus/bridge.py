@@ -7,11 +7,13 @@ from typing import Any
 
 from bridges.modbus.door_options import Options
 from bridges.modbus.door_units import DoorUnit, DoorUnits
-from bridges.modbus.request_handler import EXCEPTIONS, RequestHandler
+from bridges.modbus.request_handler import RequestHandler
 from bridges.modbus.rtu_server import RtuServer
 from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
+from hil.registers.device_identity import device_identity
+from hil.registers.refusals import EXCEPTIONS
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError
@@ -109,14 +111,7 @@ class ModbusBridge:
 
     def _identity(self, unit: DoorUnit) -> Identification:
         """What 43/14 says of a unit."""
-        return Identification(
-            vendor_name="hil",
-            product_code=unit.info.profile,
-            revision=version("hil-motion"),
-            product_name=f"{'real' if unit.info.is_real else 'simulated'} {unit.info.profile}",
-            user_application_name=f"{self._bench}/{unit.info.name}",
-            model_name=f"register map {layout.VERSION}, CRC {unit.registers.map.crc:08x}",
-        )
+        return device_identity(unit.registers.map, self._bench, version("hil-motion"))
 
 
 make = ModbusBridge

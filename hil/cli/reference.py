@@ -11,7 +11,6 @@ from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.core.kinds import KINDS as KINDS_OF_AXIS
 from hil.operations.control_socket import CONTROL_VERSION
-from hil.operations.devices import twin_info
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
 from hil.operations.table import OPERATIONS
@@ -19,6 +18,7 @@ from hil.registers.map_rows import formatted, map_rows
 from hil.registers.register_map import register_map
 from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
+from hil.sim.twin_info import twin_info
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 

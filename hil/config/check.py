@@ -15,6 +15,7 @@ from hil.config.explain import findings_of, shown, suggestion
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
+from hil.config.modbus_findings import modbus_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
@@ -177,6 +178,7 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
         if name not in real and _plant(raw, axis) == "full"
     }
     yield from joint_findings(value, profiles, real)
+    yield from modbus_findings(value.get("segments"), profiles, real)
     yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
     yield from same_at(devices)
 

@@ -24,6 +24,7 @@ from hil.registers.drive_map import DriveMap
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
+from hil.vocab.line_format import EIGHT_N_1
 from hil.wire.drive_address import AddressRefused, DriveAddress, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
@@ -44,6 +45,7 @@ def _real_address(value: Any) -> Any:
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
+_Unit = Annotated[int, Field(ge=1, le=247)]
 _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
 
 
@@ -296,6 +298,26 @@ class TapConfig(StrictModel):
     )
 
 
+class ModbusConfig(StrictModel):
+    """Modbus nodes of a segment: interface cards of axes."""
+
+    units: Mapping[str, _Unit] = Field(
+        min_length=1,
+        description="Numbers of the nodes by axis, as in `{m1: 1, arm.elbow: 3}`. A node is a station of its"
+        " own beside the board's UARTs, `m1.modbus`, with the registers of that axis; an axis has one.",
+    )
+    word_order: Literal["high_first", "low_first"] = Field(
+        default="high_first", description="Order of the registers of a value that takes several."
+    )
+    response_ms: float = Field(
+        default=1.0,
+        ge=0,
+        le=60_000,
+        description="Time from the end of a request, 3.5 characters behind its last one, to the start of the"
+        " answer, in ms.",
+    )
+
+
 class SegmentConfig(StrictModel):
     """An RS485 wire and what is on it."""
 
@@ -308,9 +330,30 @@ class SegmentConfig(StrictModel):
     taps: Mapping[Name, TapConfig] = Field(
         default={}, description="Programs on this wire, each under a name of its own: `bus0.master`."
     )
-    baud: int = Field(
-        default=38400, ge=300, le=4_000_000, description="The speed at which taps send and listen, in baud."
+    modbus: ModbusConfig | None = Field(
+        default=None, description="Axes on this wire as nodes of Modbus RTU, a mapping."
     )
+    baud: int = Field(
+        default=38400,
+        ge=300,
+        le=4_000_000,
+        description="The speed at which taps and Modbus nodes send and listen, in baud.",
+    )
+    format: Literal["8N1", "8E1", "8O1", "8N2"] = Field(
+        default="8N1",
+        description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
+        " with another format only taps and Modbus nodes can be on it.",
+    )
+
+    @property
+    def speaks_modbus(self) -> bool:
+        """True if it has to speak Modbus RTU, by its nodes or its format."""
+        return self.modbus is not None or self.format != EIGHT_N_1.name
+
+    def members(self) -> tuple[str, ...]:
+        """Devices on it, by a UART or a Modbus node."""
+        nodes = self.modbus.units if self.modbus else ()
+        return tuple(dict.fromkeys(owner_of(each) for each in (*self.stations, *nodes)))
 
     def addresses(self) -> list[Address]:
         """Address of each station's UART; ``station_uart`` says which one has no name here."""
@@ -385,7 +428,7 @@ class BenchConfig(StrictModel):
     def joints(self) -> list[tuple[str, ...]]:
         """Devices that share their time, by wire and by segment."""
         wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
-        return [*wired, *(tuple(at.owner for at in each.addresses()) for each in self.segments.values())]
+        return [*wired, *(each.members() for each in self.segments.values())]
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:

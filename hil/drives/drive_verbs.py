@@ -30,7 +30,8 @@ def drive_verbs(of: DriveMap) -> dict[str, Verb]:
         _verb("stop", "end all motion by the drive's own ramp, or where it is if it has no such bit"),
     ]
     if "reset" in of.control:
-        verbs.append(_verb("reset", "clear the drive's fault; its power stays on"))
+        verbs.append(_verb("clear_fault", "clear the drive's fault"))
+        verbs.append(_verb("reset", "the same: the power of a real drive stays on"))
     return {verb.name: verb for verb in verbs}
 
 

@@ -13,10 +13,12 @@ from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
 from hil.operations.drive_operations import DriveOperations
 from hil.operations.table import Asked
+from hil.sim.axis_look import axis_look
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
+from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import SETTABLE, setting_problem
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import Axes
@@ -29,7 +31,6 @@ from hil.wire.step_dir import Train, train_length_ns, train_problem
 EDGE_COLUMNS = 5
 BURST_BYTES = 65536
 """Maximum length of one burst."""
-_POLL_NS = 20_000_000
 _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
@@ -167,7 +168,7 @@ class BoardOperations:
         if asked.target in self._drives:
             return self._drives.look(asked.target)
         axis, shot = self._axis(asked), self._sim.snapshot(asked.target)
-        return AxisLook(packed(shot.values), axis.kind.motion(shot), self._twin(asked.target).failed)
+        return axis_look(self._twin(asked.target), axis.kind, shot)
 
     async def wait(
         self,
@@ -181,32 +182,21 @@ class BoardOperations:
         if asked.target in self._drives:
             return await self._drives.wait(asked.target, effective_at_ns, at_most_s)
         sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
+        motion = BegunMotion(effective_at_ns, ends_after_ns, set_point)
         last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
-        pause_s = _POLL_NS / 1e9 / speed
+        pause_s = BEGINS_NS / 1e9 / speed
         await asyncio.sleep(pause_s)  # what a main program does begins with its next step
-        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, end_ns):
+        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, motion):
             if sim.now_ns >= last_ns:
                 raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
             await asyncio.sleep(max(min(pause_s, (end_ns - sim.now_ns) / 1e9 / speed), pause_s / 10))
         if sim.devices.get(device.name) is not device:
             return {"interrupted": True}  # a reload has taken it away
-        if device.failed:
-            return {"interrupted": True}
-        # What follows paths may be given set-points that it does not stand at; a stepper goes to each.
-        if set_point is None or (ends_after_ns is None and device.follows_paths):
-            return {"interrupted": False}
-        stands_at = self._axes[asked.target].state().commanded_deg
-        is_short = stands_at is not None and abs(stands_at - set_point) > abs(set_point) * 1e-6 + 1e-4
-        return {"interrupted": is_short}
+        return {"interrupted": motion.was_cut_short(device, self._axes[asked.target].state())}
 
-    def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
-        """True while what a verb began goes on, as the axis's state tells. A path ends at the time that its
-        verb told; the board's own ramps end when they do."""
-        if device.failed:
-            return False
-        follows = device.follows_paths and self._axis(asked).kind.follows_paths
-        may_be = not follows or self._sim.now_ns < end_ns + _POLL_NS
-        return device.is_busy or (may_be and self._axes[asked.target].state().is_under_way)
+    def _is_under_way(self, asked: Asked, device: Device, motion: BegunMotion) -> bool:
+        state = self._axes[asked.target].state()
+        return motion.is_under_way(device, self._axis(asked), state, self._sim.now_ns)
 
     def _twin(self, address: str) -> Device:
         if (device := self._sim.devices.get(owner_of(address))) is None:

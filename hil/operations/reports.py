@@ -19,7 +19,7 @@ from hil.live.port_joint import Joint
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.registers.map_rows import map_rows
-from hil.registers.register_map import register_map
+from hil.registers.units import unit_of
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import Address, address_of
 from hil.vocab.bridge_protocol import Bridge
@@ -150,7 +150,7 @@ class Reports:
         return described(self.devices[asked.target].verbs)
 
     def registers(self, asked: Asked) -> dict[str, Any]:
-        return map_rows(register_map(self.devices[asked.target]))
+        return map_rows(unit_of(self.devices[asked.target]).map)
 
 
 def _counters(stats: PortStats) -> dict[str, int]:

@@ -18,6 +18,7 @@ from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged
+from hil.sim.modbus.modbus_node import ModbusNode
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
 from hil.sim.segment_tap import Tap
@@ -158,6 +159,12 @@ class BenchRuntime:
         group.add(device)
         self.roster.add_device(device, group)
 
+    def add_node(self, node: ModbusNode) -> None:
+        """Add a Modbus node, a station of a segment in its device's group."""
+        self.roster.add_node(node)
+        if self.log:
+            node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
+
     def set_going(self, device: Device) -> None:
         """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
         time the core's thread gets its group."""
@@ -261,6 +268,16 @@ class BenchRuntime:
             FaultRefused: there is none of this number.
         """
         self.take(self.faults.listed(number).target, Clear(number))
+
+    def carry_out(self, target: str, given: Input) -> Answer:
+        """Let what the simulated world itself does to a device, as a node does, take effect at the time that
+        its group has reached: no input from outside, and in no log. Returns a verb's answer.
+
+        Raises:
+            VerbRefused: as ``take``.
+        """
+        group = self.roster.group_of(target)
+        return self._apply(group, target, given, group.now_ns, lambda refusal: None)
 
     # ---- looking ----
 

@@ -97,6 +97,9 @@ class DriveControl:
         await self._motion.stop("prejudice")
         return {}
 
+    async def _clear_fault(self) -> dict[str, float]:
+        return await self._reset()
+
     async def _reset(self) -> dict[str, float]:
         await self._motion.reset()
         await self._until(lambda: self.drive.fault is None, "free of its fault")

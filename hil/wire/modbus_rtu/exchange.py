@@ -1,0 +1,117 @@
+"""Questions and answers on a line, told apart by what went before; and frames in words.
+
+A frame does not say which of the two it is. One that follows a question to the same unit, and has the form of
+an answer to it, is the answer.
+"""
+
+from hil.wire.modbus.client_side import AnswerError, parse_answer
+from hil.wire.modbus.identification import IdentificationPiece
+from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, Table, parse
+from hil.wire.modbus_rtu.frame import FRAME_BYTES_MIN, TO_ALL
+
+_EXCEPTION = 0x80
+_EXCEPTION_FRAME_BYTES = FRAME_BYTES_MIN + 1
+_READ_FRAME_BYTES = 8
+_READS = range(1, 5)
+_BITS = (Table.COILS, Table.DISCRETE_INPUTS)
+
+
+def is_answer(asked: bytes, raw: bytes) -> bool:
+    """True if a frame is the answer to the frame ``asked``: by its unit, its function, and of reads its
+    length, for a question that is asked again follows the first one too."""
+    if raw[0] != asked[0] or raw[1] & ~_EXCEPTION != asked[1]:
+        return False
+    if raw[1] & _EXCEPTION:
+        return len(raw) == _EXCEPTION_FRAME_BYTES
+    if asked[1] not in _READS or len(asked) != _READ_FRAME_BYTES:
+        return True
+    count = asked[4] << 8 | asked[5]
+    return len(raw) == FRAME_BYTES_MIN + 1 + (2 * count if asked[1] > 2 else (count + 7) // 8)
+
+
+def asks(raw: bytes) -> bytes:
+    """The frame itself if it is a question that gets an answer, else nothing."""
+    return b"" if raw[0] == TO_ALL or raw[1] & _EXCEPTION else raw
+
+
+def said(raw: bytes, asked: bytes) -> str:
+    """Say a frame in words, with its unit. ``asked``: the frame that it answers; empty: it is a question."""
+    unit, pdu = "all" if raw[0] == TO_ALL else str(raw[0]), raw[1:-2]
+    try:
+        if not asked:
+            return f"to {unit}: {_question(pdu)}"
+        return f"from {unit}: {_answer(asked[1:-2], pdu)}"
+    except (Refused, AnswerError) as error:
+        return f"{unit}, function {raw[1]}: {pdu[1:].hex(' ')} ({error})".replace(":  (", " (")
+
+
+def _question(pdu: bytes) -> str:
+    if pdu[0] & _EXCEPTION:
+        return f"{_exception(pdu)}, which nobody has asked for"
+    request = parse(pdu, is_serial_line=True)
+    parts = []
+    if request.write:
+        parts.append(f"write {_values(Span(*request.write[:2], len(request.write.values)), request)}")
+    if request.read:
+        parts.append(f"read {_span(request.read)}")
+    if request.mask:
+        address, and_mask, or_mask = request.mask
+        parts.append(f"mask holding register {address}: and {and_mask:04x}h or {or_mask:04x}h")
+    return ", ".join(parts) or _other(request)
+
+
+def _other(request: Request) -> str:
+    if request.function == Function.DIAGNOSTICS:
+        return f"diagnosis {request.sub_function}: {request.data.hex(' ')}"
+    if request.function == Function.REPORT_SERVER_ID:
+        return "report server ID"
+    return f"identification, category {request.read_device_id_code} from object {request.object_id}"
+
+
+def _answer(question: bytes, pdu: bytes) -> str:
+    if pdu[0] & _EXCEPTION:
+        return f"function {pdu[0] & ~_EXCEPTION}: {_exception(pdu)}"
+    request = parse(question, is_serial_line=True)
+    answer = parse_answer(request, pdu)
+    if request.read:
+        return f"{_span(request.read)}: {_listed(answer.values)}"
+    if request.write:
+        return f"{_span(Span(*request.write[:2], len(request.write.values)))} written"
+    if request.mask:
+        return f"holding register {request.mask.address} masked"
+    if request.sub_function is not None:
+        return f"diagnosis {request.sub_function}: {answer.data.hex(' ')}"
+    if answer.identification:
+        return f"identification: {_objects(answer.identification)}"
+    return f"server ID: {_text(answer.data)}"
+
+
+def _span(span: Span) -> str:
+    what = span.table.value
+    if span.count == 1:
+        return f"{what.removesuffix('s')} {span.address}"
+    return f"{what} {span.address} to {span.address + span.count - 1}"
+
+
+def _values(span: Span, request: Request) -> str:
+    assert request.write
+    return f"{_span(span)}: {_listed(request.write.values)}"
+
+
+def _listed(values: tuple[int, ...]) -> str:
+    return " ".join(map(str, values))
+
+
+def _objects(piece: IdentificationPiece) -> str:
+    more = "" if piece.next_object_id is None else f", more from object {piece.next_object_id}"
+    return ", ".join(f"{number} {_text(value)}" for number, value in piece.objects.items()) + more
+
+
+def _text(data: bytes) -> str:
+    return repr(data)[1:]
+
+
+def _exception(pdu: bytes) -> str:
+    code = pdu[1]
+    name = Code(code).name.lower().replace("_", " ") if code in frozenset(Code) else "unknown"
+    return f"exception {code:02} ({name})"
