@@ -57,12 +57,14 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    remarks += [(row["device"], [_drive_line(row["drive"])]) for row in status["devices"] if "drive" in row]
     wires = _segment_table(status["segments"]) if status["segments"] else Text()
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
-    return Group(head, Text(), table, wires, *_remarks(remarks))
+    drives = [
+        Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
+    ]
+    return Group(head, Text(), table, wires, *drives, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:

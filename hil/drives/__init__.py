@@ -6,4 +6,6 @@ for a verb, when a drive is lost, and when its motion has ended.
 doors see of it, ``drive_verbs.py`` what can be asked of it. ``hil.live.drives`` carries this out.
 
 May import: hil.core, hil.registers, hil.vocab, hil.wire, the pure standard library.
+
+Tests may import too: hil.config.
 """

@@ -10,8 +10,10 @@ from hil.core.fields import CODES, FIELDS, OFFSETS
 from hil.registers.drive_map import TAKEN, TOLD, DriveMap
 from hil.vocab.desk_protocol import AxisField
 
-OWN_AT, PARAMETERS_AT = 1024, 2048
-"""Offsets of the fields that no twin has, and of parameters that no twin has: bytes."""
+OWN_AT, PARAMETERS_AT, MORE_PARAMETERS_AT = 1024, 1536, 8192
+"""Offsets of the fields that no twin has, and of parameters that no twin has: bytes. Doors of Modbus have a
+register of half the number; parameters of verbs are between the last two."""
+NEAR_PARAMETERS = 57
 _UNITS = {"position_deg": "deg", "velocity_rpm": "rpm", "current_A": "A", "set_point_deg": "deg"}
 _LINK = (
     ("connected", "i32", "", "1 while the drive answers"),
@@ -49,7 +51,7 @@ def drive_fields(of: DriveMap) -> dict[str, AxisField]:
     offsets = {row[0]: OFFSETS.get(row[0], _OWN_OFFSETS.get(row[0], 0)) for row in rows}
     for index, name in enumerate(sorted(of.parameters)):
         known = FIELDS.get(name)
-        offsets[name] = OFFSETS[name] if known else PARAMETERS_AT + 8 * index
+        offsets[name] = OFFSETS[name] if known else _parameter_offset(index)
         unit, about = (known.unit, known.meaning) if known else ("", "register of the drive")
         rows.append((name, known.type if known else "f64", unit, about, True))
     fields = [
@@ -57,6 +59,11 @@ def drive_fields(of: DriveMap) -> dict[str, AxisField]:
         for name, kind, unit, about, settable in rows
     ]
     return {each.name: each for each in sorted(fields, key=lambda each: each.offset)}
+
+
+def _parameter_offset(index: int) -> int:
+    far = index - NEAR_PARAMETERS
+    return PARAMETERS_AT + 8 * index if far < 0 else MORE_PARAMETERS_AT + 8 * far
 
 
 @lru_cache(64)
