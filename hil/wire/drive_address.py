@@ -5,9 +5,9 @@ gateway); "MODBUS over Serial Line" V1.02 (units 1 to 247, 19200 baud and even p
 a character).
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from urllib.parse import SplitResult, parse_qsl, urlsplit
 
 TCP, RTU = "modbus+tcp", "modbus+rtu"
 EXAMPLES = {
@@ -22,6 +22,10 @@ FORMATS = ("8E1", "8O1", "8N1", "8N2", "8E2", "8O2")
 UNITS = range(1, 248)
 WITHOUT_GATEWAY = 255
 """Unit of a device on TCP that is no gateway."""
+MOST_PORT = 65535
+_HOST_AND_PORT = re.compile(
+    r"(?:\[(?P<ipv6>[0-9A-Fa-f:.]+)\]|(?P<host>[A-Za-z0-9._-]+))(?::(?P<port>[0-9]+))?/?"
+)
 _KEYS = {TCP: ("unit",), RTU: ("unit", "baud", "format")}
 
 
@@ -90,37 +94,28 @@ def is_drive_address(text: str) -> bool:
 
 def drive_address(text: str) -> DriveAddress:
     """Read an address. Raises AddressRefused: it cannot be used, with the first thing that is wrong."""
-    scheme = text.partition("://")[0]
+    scheme, _, rest = text.partition("://")
     if scheme not in EXAMPLES or "://" not in text:
         raise AddressRefused(f"there is no scheme {scheme[:20]!r}", f"write {' or '.join(EXAMPLES.values())}")
-    try:
-        parts = urlsplit(text)
-        port = parts.port
-    except ValueError as error:
-        raise AddressRefused(f"this is no address: {error}", f"write {EXAMPLES[scheme]}") from None
-    if parts.fragment or "#" in text or parts.username is not None:
-        raise AddressRefused("this is no address of a drive", f"write {EXAMPLES[scheme]}")
-    keys = dict(_keys(scheme, parts.query))
+    body, _, query = rest.partition("?")
+    keys = dict(_keys(scheme, query))
     if "unit" not in keys:
         raise AddressRefused("no unit is given", f"write {_with_unit(text)}")
     if scheme == TCP:
-        unit = _unit(keys["unit"], (*UNITS, WITHOUT_GATEWAY))
-        return DriveAddress(_tcp_place(parts, port), unit)
-    return DriveAddress(_rtu_place(parts, keys), _unit(keys["unit"], tuple(UNITS)))
+        return DriveAddress(_tcp_place(body), _unit(keys["unit"], (*UNITS, WITHOUT_GATEWAY)))
+    return DriveAddress(_rtu_place(body, keys), _unit(keys["unit"], tuple(UNITS)))
 
 
 def _keys(scheme: str, query: str) -> Iterator[tuple[str, str]]:
     known, seen = _KEYS[scheme], set()
-    try:
-        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
-    except ValueError:
-        remedy = f"write {EXAMPLES[scheme]}"
-        raise AddressRefused("what is behind ? is not of the form key=value", remedy) from None
-    for key, value in pairs:
+    for item in query.split("&") if query else ():
+        key, equals, value = item.partition("=")
+        if not equals:
+            remedy = f"write {EXAMPLES[scheme]}"
+            raise AddressRefused("what is behind ? is not of the form key=value", remedy)
         if key not in known:
-            raise AddressRefused(
-                f"there is no {key[:20]!r} in this address", f"known are: {', '.join(known)}"
-            )
+            known_are = f"known are: {', '.join(known)}"
+            raise AddressRefused(f"there is no {key[:20]!r} in this address", known_are)
         if key in seen:
             raise AddressRefused(f"{key} is there twice", "leave one of them out")
         seen.add(key)
@@ -145,16 +140,19 @@ def _unit(text: str, allowed: tuple[int, ...]) -> int:
     return unit
 
 
-def _tcp_place(parts: SplitResult, port: int | None) -> TcpPlace:
-    if not parts.hostname or parts.path not in ("", "/"):
+def _tcp_place(body: str) -> TcpPlace:
+    """Host, an IPv6 address in brackets, and port; the usual one if there is none."""
+    if not (match := _HOST_AND_PORT.fullmatch(body)):
         raise AddressRefused("there is no host, or more than host and port", f"write {EXAMPLES[TCP]}")
-    if port == 0:
-        raise AddressRefused("nobody listens at port 0", f"write its port, most often {TCP_PORT}")
-    return TcpPlace(parts.hostname, TCP_PORT if port is None else port)
+    port = TCP_PORT if match["port"] is None else _number(match["port"])
+    if not port or port > MOST_PORT:
+        what = f"{match['port'][:20]!r} is no port"
+        raise AddressRefused(what, f"write 1 to {MOST_PORT}, most often {TCP_PORT}")
+    return TcpPlace(match["ipv6"] or match["host"], port)
 
 
-def _rtu_place(parts: SplitResult, keys: dict[str, str]) -> RtuPlace:
-    if parts.netloc or len(parts.path) < 2 or "\0" in parts.path:
+def _rtu_place(body: str, keys: dict[str, str]) -> RtuPlace:
+    if not body.startswith("/") or len(body) < 2 or "\0" in body:
         remedy = f"write three slashes and the path, as in {EXAMPLES[RTU]}"
         raise AddressRefused("there is no path of a serial port", remedy)
     baud = _number(keys.get("baud", str(BAUD)))
@@ -163,4 +161,4 @@ def _rtu_place(parts: SplitResult, keys: dict[str, str]) -> RtuPlace:
     form = keys.get("format", FORMAT)
     if form not in FORMATS:
         raise AddressRefused(f"{form[:20]!r} is no format of a character", f"known are: {', '.join(FORMATS)}")
-    return RtuPlace(parts.path, baud, form)
+    return RtuPlace(body, baud, form)
