@@ -12,6 +12,8 @@ from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.verbs import VerbRefused
 
 _POLL_S = 0.02
+AWAY_NS = 500_000_000
+"""Interval in which the state of a drive that is not there is told."""
 
 
 class DriveOperations:
@@ -83,20 +85,24 @@ class DriveOperations:
 
 
 class DriveSamples:
-    """Watch on a drive: its state, each time that it has told a new one. Polls have their own times, which
-    are no multiples of an interval."""
+    """Watch on a drive: its state, each time that it has told a new one, and while it is not there now and
+    then with its age. Polls have their own times, which are no multiples of an interval."""
 
     lost = 0
 
     def __init__(self, control: DriveControl, interval_ns: float, call: Any) -> None:
         self._drive, self._interval_ns, self._call = control.drive, interval_ns, call
-        self._told_ns = -1.0
+        self._told_ns, self._was_there = -1.0, False
 
     def take(self) -> None:
         """Hand over the state, if it is a new one, and the interval is over."""
-        reading = self._drive.reading
-        if reading and reading.at_ns - self._told_ns >= self._interval_ns * 0.9:
-            self._told_ns = reading.at_ns
+        reading, is_there = self._drive.reading, self._drive.link.is_there
+        if reading is None:
+            return
+        at_ns = reading.at_ns if is_there else self._drive.now_ns()
+        interval_ns = self._interval_ns * 0.9 if is_there else AWAY_NS  # polls are not exact
+        if at_ns - self._told_ns >= interval_ns or is_there != self._was_there:
+            self._told_ns, self._was_there = at_ns, is_there
             self._call(packed(self._drive.fields, self._drive.values()))
 
     def close(self) -> None:

@@ -94,7 +94,8 @@ class DriveAxis:
             return False
         moves = reading.bits.get("status.moving")
         turns = abs(reading.values.get("velocity_rpm", 0.0)) > TURNS_RPM
-        return self.motion.is_under_way or (turns if moves is None else moves)
+        is_stopping = self._stopping is not None and not self._stopping.done()
+        return self.motion.is_under_way or is_stopping or (turns if moves is None else moves)
 
     @property
     def failure(self) -> str | None:

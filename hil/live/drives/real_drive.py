@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from hil.drives.control_bits import Write, bits_write, value_write
 from hil.drives.drive_fields import drive_fields
-from hil.drives.drive_link import DriveLink
+from hil.drives.drive_link import LOST_AFTER, DriveLink
 from hil.drives.drive_verbs import drive_verbs
 from hil.drives.poll_plan import GAP_REGISTERS, PollPlan, Reading, Words
 from hil.live.drives.drive_line import IN_TURN, DriveLine, Stale
@@ -85,6 +85,7 @@ class RealDrive:
         """Control bits as they were written last, in this session."""
         self._line: DriveLine | None = None
         self._found = asyncio.Event()
+        self._refusals = 0
         self._task: asyncio.Task[None] | None = None
 
     # ---- begin and end ----
@@ -224,6 +225,7 @@ class RealDrive:
         while True:
             try:
                 await self._once()
+                self._refusals = 0
                 due_s = max(due_s + self.spec.interval_s, loop.time())
                 pause_s = due_s - loop.time()
             except (PlaceLost, NoAnswer, Garbled, Excepted) as error:
@@ -235,10 +237,14 @@ class RealDrive:
             await asyncio.sleep(pause_s)
 
     def _pause_s(self, error: Exception) -> float:
-        if self.link.is_there:
+        """Wait after an error. A drive that refuses to be read, some times in a row, is not there."""
+        was_there = self.link.is_there
+        self._refusals += isinstance(error, Excepted)
+        if was_there and self._refusals < LOST_AFTER:
             return self.spec.interval_s
         if isinstance(error, Excepted):
             self.link.refused(str(error))
+            self._note(was_there)
         return self.link.waits.take_ns() / 1e9
 
     async def _once(self) -> None:

@@ -25,7 +25,9 @@ def with_hostile(
     async def run(world: DriveWorld) -> None:
         hostile, good = HostileDrive(answer), ForeignDrives(1)
         port = await hostile.listen()
-        beside = await world.there(world.add("good", f"modbus+tcp://127.0.0.1:{await good.listen()}?unit=1"))
+        beside = await world.there(
+            world.add("good", f"modbus+tcp://127.0.0.1:{await good.listen()}?unit=1", timeout_s=2.0)
+        )
         try:
             await doing(world, hostile, f"modbus+tcp://127.0.0.1:{port}?unit=1")
             counters = beside.drive.link.counters
@@ -257,3 +259,22 @@ def test_a_drive_that_is_lost_keeps_its_last_state_with_its_age() -> None:
         assert x.drive.values()["reconnects"] == 1
 
     with_hostile(well, doing)
+
+
+def test_a_drive_that_begins_to_refuse_is_not_believed_to_be_there() -> None:
+    registers, refuses = Registers(), asyncio.Event()
+
+    async def odd(request: bytes, writer: asyncio.StreamWriter) -> None:
+        pdu = bytes((request[7] | 0x80, 4)) if refuses.is_set() else registers.pdu(request)
+        writer.write(framed(request, pdu))
+
+    async def doing(world: DriveWorld, hostile: HostileDrive, at: str) -> None:
+        x = await world.there(world.add("x", at))
+        refuses.set()
+        await world.until(lambda: not x.drive.link.is_there, "the loss")
+        assert "exception 04 (device failure)" in x.drive.link.why
+        refuses.clear()
+        await world.there(x)
+        assert x.drive.link.session == 2
+
+    with_hostile(odd, doing)
