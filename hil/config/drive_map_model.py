@@ -127,7 +127,7 @@ class MapText(StrictModel):
     fault_code: Entry = _entry(TOLD["fault_code"])
     set_point_deg: Entry = _entry(f"{TAKEN['set_point_deg']}; needed")
     set_velocity_rpm: Entry = _entry(TAKEN["set_velocity_rpm"])
-    acceleration_rpm_per_s: Entry = _entry(f"acceleration {TAKEN['acceleration_rpm_per_s']}")
+    acceleration_rpm_per_s: Entry = _entry(TAKEN["acceleration_rpm_per_s"])
     status: StatusText = Field(
         default=StatusText(), description="Bits that the drive tells: `enabled`, `moving`, `fault`."
     )
