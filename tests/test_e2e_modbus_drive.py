@@ -67,7 +67,7 @@ def test_a_map_is_shown_and_a_changed_one_is_there_after_a_reload(place: Place) 
         assert plc.read_holding_registers(12, count=1).registers == [60]
         place.write(text.replace("{holding: 12}", "{holding: 112}"), "lathe.yaml")
         place.hil("reload", "--runtime-dir", str(place.runtime))
-        server.ready(boot_ns=READY_NS)
+        server.ready(since_ns=server.ask("status")["sim_ns"], boot_ns=READY_NS)
         assert plc.read_holding_registers(12, count=1).exception_code == 2
         assert plc.read_holding_registers(112, count=1).registers == [60]
         assert plc.read_device_information().information[1] == b"SV-20"

@@ -29,16 +29,16 @@ VELOCITY_RPM, ACCELERATION_RPM_PER_S = 60.0, 600.0
 BITS = ("enable", "start", "stop", "reset", "follow")
 
 
-class Fault(NamedTuple):
+class DriveFault(NamedTuple):
     """Fault of the drive, which takes the current off until it is cleared."""
 
     code: int
     about: str
 
 
-FOLLOWING = Fault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
-ENCODER = Fault(2, "the encoder reports an error")
-CURRENT = Fault(3, "no current in the motor: no supply, driver too hot, or both coils open")
+FOLLOWING = DriveFault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
+ENCODER = DriveFault(2, "the encoder reports an error")
+CURRENT = DriveFault(3, "no current in the motor: no supply, driver too hot, or both coils open")
 FAULTS = {fault.code: fault for fault in (FOLLOWING, ENCODER, CURRENT)}
 
 
@@ -205,7 +205,7 @@ class ModbusDrive:
             self._note("fault", f"fault {fault.code}: {fault.about}")
         self.tell()
 
-    def _fault(self) -> Fault | None:
+    def _fault(self) -> DriveFault | None:
         axis = self.axis
         if axis.spi(READ_ANGLE) & ERROR:
             return ENCODER

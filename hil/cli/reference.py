@@ -158,7 +158,8 @@ def _fields() -> str:
 def _register_maps() -> str:
     parts = [
         "## Register maps\n",
-        "Of boards with one axis, that of a drive as it is built in; `hil modbus map` prints that of any device.\n",
+        "Of boards with one axis, of a drive the map that is built in; `hil modbus map` prints that of any"
+        " device.\n",
     ]
     catalogue = find_catalogue()
     for name, profile in sorted(catalogue.profiles.items()):

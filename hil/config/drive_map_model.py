@@ -103,9 +103,9 @@ class ControlText(StrictModel):
 class IdentityText(StrictModel):
     """Texts of what the drive says that it is."""
 
-    vendor: _Text = ""
-    product: _Text = ""
-    revision: _Text = ""
+    vendor: _Text = Field(default="", description="Its maker.")
+    product: _Text = Field(default="", description="Its type.")
+    revision: _Text = Field(default="", description="Its version, a text.")
 
 
 class MapText(StrictModel):
