@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from hil.compose.find import find_catalogue
-from hil.compose.framings import LINE_FRAMING
+from hil.compose.framings import LINE_FRAMING, in_format
 from hil.vocab.framing import Framing, Splitter
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.pcapng import EVENT_NAMES, CaptureError, Interface, Record, RecordKind, read
@@ -21,7 +21,7 @@ class _Line:
             raise CaptureError(f"{line.name} has the framing {name!r}; this knows {', '.join(framings)}")
         self._name = line.name
         self._baud = line.baud or LINE_BAUD
-        self._framing: Framing = framings[name]
+        self._framing: Framing = in_format(framings[name], line.line_format)
         self._splitter: Splitter = self._framing.splitter()
 
     def packets(self, data: bytes, at_ns: int) -> Iterator[tuple[int, str]]:

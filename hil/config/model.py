@@ -21,7 +21,7 @@ from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.vocab.line_format import EIGHT_N_1
+from hil.vocab.line_format import EIGHT_N_1, EVEN
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 
@@ -29,6 +29,11 @@ def _serial_url(value: Any) -> Any:
     if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
+
+
+def _format(value: Any) -> Any:
+    """Read ``8E1``, which YAML takes for a number."""
+    return EVEN if isinstance(value, float) and value == float(EVEN) else value
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
@@ -303,7 +308,7 @@ class SegmentConfig(StrictModel):
         le=4_000_000,
         description="The speed at which taps and Modbus nodes send and listen, in baud.",
     )
-    format: Literal["8N1", "8E1", "8O1", "8N2"] = Field(
+    format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",
         description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
         " with another format only taps and Modbus nodes can be on it.",

@@ -16,7 +16,8 @@ from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
 from hil.wire.modbus_rtu.frame import TO_ALL, encode
 
 Passed = Callable[[str, SimTimeNs, bytes], None]
-"""Told of a frame at a node: "board" (to it) or "client" (from it), when it begins or ended, and its bytes."""
+"""Told of a frame at a node: "board" (to it, now at its end) or "client" (from it, now at its start), and its
+bytes."""
 
 
 class ModbusNode:

@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Callable
+from itertools import pairwise
 
 from hil.sim.flight import Flight
 from hil.vocab.line_format import LineFormat
@@ -105,4 +106,4 @@ class RtuReceiver:
         if self._spoiled and not self._spoiled.isdisjoint(times_ns):
             return False
         longest_ns = self._one_ns + self._gap_ns
-        return all(later - at <= longest_ns for at, later in zip(times_ns, times_ns[1:], strict=False))
+        return all(later - at <= longest_ns for at, later in pairwise(times_ns))
