@@ -180,9 +180,7 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
 
 
 def _interface(options: Mapping[int, bytes], order: str, number: int) -> Interface:
-    name, about = (
-        options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION)
-    )
+    name, about = (options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION))
     framing, _, line_format = about.partition(" ")
     speed = options.get(_IF_SPEED, b"")
     baud = int.from_bytes(speed, "little" if order == "<" else "big") if len(speed) == 8 else 0

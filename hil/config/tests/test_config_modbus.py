@@ -29,7 +29,10 @@ def problem(segments: str) -> str:
         ("  b: {modbus: {units: {r1: 1}}}", "1:24: segments.b.modbus.units.r1: r1 is a real board (nodes"),
         ("  b: {modbus: {units: {m1.x: 1}}}", "1:24: segments.b.modbus.units.'m1.x': m1 has no axis 'x'"),
         ("  b: {modbus: {units: {m1: 1, s1: 1}}}", "1:35: segments.b.modbus.units.s1: unit 1 is m1 already"),
-        ("  b: {modbus: {units: {m1: 248}}}", "1:28: segments.b.modbus.units.m1: the number 248 is too large"),
+        (
+            "  b: {modbus: {units: {m1: 248}}}",
+            "1:28: segments.b.modbus.units.m1: the number 248 is too large",
+        ),
         ("  b: {modbus: {units: {m1: 0}}}", "1:28: segments.b.modbus.units.m1: the number 0 is too small"),
         ("  b: {modbus: {units: {}}}", "1:23: segments.b.modbus.units: there is nothing in it"),
         ("  b: {modbus: {}}", "1:7: segments.b.modbus.units: this key is missing"),
@@ -51,7 +54,10 @@ def problem(segments: str) -> str:
             "  b: {stations: [s1], format: 8E1}",
             "1:31: segments.b.format: s1 speaks 8N1, as all boards' UARTs do (put it on a segment",
         ),
-        ("  b: {format: 8E1, taps: {x: {framing: sac}}}", "1:40: segments.b.taps.x.framing: b speaks modbus_rtu"),
+        (
+            "  b: {format: 8E1, taps: {x: {framing: sac}}}",
+            "1:40: segments.b.taps.x.framing: b speaks modbus_rtu",
+        ),
         ("  b: {format: 7E1}", "1:15: segments.b.format"),
     ],
 )

@@ -188,7 +188,7 @@ def session(file: io.StringIO) -> str:
         for at in range(40):
             line.send(move, ms=20)
             line.send(encode(2, 4, b"\0\0\0\x0a"), ms=11)
-            line.send(encode(3, 1, b"\0\0\0\1")[: 4 + at % 8], ms=3 if at % 4 else 12)
+            line.send(encode(3, 1, b"\0\0\0\1")[: 4 + at % 8], ms=12 if at % 4 else 3)
             bench.port("m2").write(b"p")
         bench.run(ms=500)
     return file.getvalue()
@@ -205,9 +205,9 @@ def test_a_log_is_the_same_again() -> None:
     ports = {sent.port for sent in replayed.logged.sent}
     assert ports == {"", "modbus"}
     answers = [sent for sent in replayed.sent["m1"] if sent.port == "modbus"]
-    assert len(answers) > 5
+    assert len(answers) >= 3
     assert replayed.runtime.segments["bus0"].counters(0)["collisions"] > 0
-    spoiled = text.replace(answers[3].data.hex(), "00" * len(answers[3].data), 1)
+    spoiled = text.replace(answers[-1].data.hex(), "00" * len(answers[-1].data), 1)
     assert "m1, piece" in str(replay(spoiled.splitlines(keepends=True)).difference())
 
 
