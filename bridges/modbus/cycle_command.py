@@ -94,11 +94,9 @@ def _lines(cycle: Any) -> Iterator[str]:
     rows: list[Sequence[str]] = [
         ("unit", "function", "count", "start ms", "request ms", "wait ms", "answer ms", "silence ms")
     ]
-    rows += [
-        (*map(str, each.poll), *map(_ms, (each.start_ns, each.request_ns, each.wait_ns)))
-        + (_ms(each.answer_ns), _ms(each.silence_ns))
-        for each in cycle.times()
-    ]
+    for each in cycle.times():
+        times_ns = (each.start_ns, each.request_ns, each.wait_ns, each.answer_ns, each.silence_ns)
+        rows.append((*map(str, each.poll), *map(_ms, times_ns)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))

@@ -2,7 +2,8 @@
 
 A master sends a request, waits for its answer and for the silence behind it (3.5 characters), and sends the
 next. A node acts when the silence behind the request is over, and its answer begins a response time later. A
-broadcast has no answer: the master waits for a turnaround time instead (MODBUS over Serial Line V1.02, 2.4.1).
+broadcast has no answer: the master waits for a turnaround time instead (MODBUS over Serial Line V1.02,
+2.4.1).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -42,7 +43,7 @@ class Poll(NamedTuple):
 
     unit: int
     function: int
-    count: int = 1
+    count: int = 1  # type: ignore[assignment]  # the protocol's word; a tuple's own is not missed
 
     @property
     def problem(self) -> str | None:
@@ -97,8 +98,8 @@ class PollTimes(NamedTuple):
 @dataclass(frozen=True)
 class PollCycle:
     """Cycle of polls on a line. ``response_ns``: from the end of a request, t3.5 behind its last character,
-    to the start of its answer; ``turnaround_ns``: behind a broadcast, t3.5 at least; ``pause_ns``: what the master lets pass
-    beside t3.5 before the next request."""
+    to the start of its answer; ``turnaround_ns``: behind a broadcast, t3.5 at least; ``pause_ns``: what the
+    master lets pass beside t3.5 before the next request."""
 
     baud: int
     line_format: LineFormat
