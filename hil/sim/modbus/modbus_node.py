@@ -16,8 +16,7 @@ from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
 from hil.wire.modbus_rtu.frame import TO_ALL, encode
 
 Passed = Callable[[str, SimTimeNs, bytes], None]
-"""Told of a frame at a node: "board" (to it, now at its end) or "client" (from it, now at its start), and its
-bytes."""
+"""Told of a frame at a node: "board" (to it) or "client" (from it), when it began, and its bytes."""
 
 
 class ModbusNode:
@@ -93,8 +92,8 @@ class ModbusNode:
 
     # ---- a frame ----
 
-    def _frame(self, now_ns: SimTimeNs, raw: bytes) -> None:
-        """Act on a frame that has ended now."""
+    def _frame(self, now_ns: SimTimeNs, start_ns: SimTimeNs, raw: bytes) -> None:
+        """Act on a frame that began at ``start_ns`` and has ended now."""
         if raw[0] not in (self.unit, TO_ALL) or not self.device.power.is_there:
             return
         if self._ups != self.device.power.ups:
@@ -102,7 +101,7 @@ class ModbusNode:
             self._power_up()
         self._seen["requests"] += 1
         for watcher in self.watchers:
-            watcher("board", now_ns, raw)
+            watcher("board", start_ns, raw)
         pdu = self._answer(now_ns, raw[1:-2], is_to_all=raw[0] == TO_ALL)
         if pdu is not None and raw[0] != TO_ALL:
             self._send(now_ns, pdu)

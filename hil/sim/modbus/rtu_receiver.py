@@ -10,14 +10,14 @@ from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, Frame, gap_ns, silence_ns
 from hil.wire.serial_line import character_ns
 
-Ended = Callable[[SimTimeNs, bytes], None]
+Ended = Callable[[SimTimeNs, SimTimeNs, bytes], None]
 _KEPT_BYTES = 4 * FRAME_BYTES_MAX
 
 
 class RtuReceiver:
-    """Receiver of one speed and format. ``ended(now_ns, raw)`` is called when a frame has ended that is one:
-    no silence of more than 1.5 characters within it, no character with an error, its CRC right. What is none
-    is dropped.
+    """Receiver of one speed and format. ``ended(now_ns, start_ns, raw)`` is called when a frame has ended
+    that began at ``start_ns`` and is one: no silence of more than 1.5 characters within it, no character with
+    an error, its CRC right. What is none is dropped.
 
     A segment announces characters ahead of their times, and takes back what turns out otherwise.
     """
@@ -98,7 +98,7 @@ class RtuReceiver:
         self._size, self._is_long = 0, False
         self._find_end(0, 0)
         if is_frame:
-            self._ended(now_ns, raw)
+            self._ended(now_ns, SimTimeNs(times_ns[0] - self._one_ns), raw)
 
     def _is_frame(self, times_ns: list[int], raw: bytes) -> bool:
         if not FRAME_BYTES_MIN <= len(raw) <= FRAME_BYTES_MAX or Frame(0, raw).fault:

@@ -124,7 +124,7 @@ def test_two_wrong_bits_in_one_character_pass_parity_and_one_does_not() -> None:
         line = Line(bench)
         node = bench._runtime.roster.nodes[NODE]
         got: list[bytes] = []
-        node._receiver._ended = lambda now_ns, raw: got.append(raw)
+        node._receiver._ended = lambda now_ns, start_ns, raw: got.append(raw)
         segment = bench._runtime.roster.segments["bus0"]
 
         class Noise:
