@@ -263,7 +263,7 @@ class TapConfig(StrictModel):
     framing: str | None = Field(
         default=None,
         description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: as the boards on it speak, `sac` if none does.",
+        " `modbus_rtu`; null: as the boards and nodes on it speak, `sac` if none does.",
     )
 
 
