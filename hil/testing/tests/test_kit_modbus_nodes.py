@@ -193,6 +193,27 @@ def test_a_board_that_has_stopped_still_tells_so(line: Line) -> None:
     assert caught.value.code == Code.SERVER_DEVICE_FAILURE
 
 
+def test_registers_that_raise_stop_their_board_alone() -> None:
+    class Broken:
+        def needs_look(self, span: object) -> bool:
+            return False
+
+        def read(self, *of: object) -> bool:
+            raise ZeroDivisionError("by zero")
+
+    with Bench(config({"m1": M1, "m2": M1})) as bench:
+        line = Line(bench)
+        node = bench._runtime.roster.nodes["m1.modbus"]
+        node._server._registers = Broken()  # type: ignore[assignment]
+        assert line.send(encode(1, 4, b"\0\0\0\1")) == b""
+        failed = bench.device("m1").failed
+        assert failed
+        assert failed.startswith("its Modbus node: ZeroDivisionError: by zero (test_kit_modbus_nodes.py:")
+        assert line.ask(2, client.read(INPUT, 0)).values == (layout.VERSION,)
+        bench.device("m1").reset()
+        assert line.ask(1, client.read(INPUT, 0)).values == (layout.VERSION,)
+
+
 def test_several_axes_of_a_board_and_several_segments() -> None:
     wires = {
         "bus0": {"modbus": {"units": {"m1": 1}}, "taps": {"master": {}}},
