@@ -190,7 +190,7 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         for tap in own.values():
             notes += [tap.failure] if tap.failure else []
             notes += tap.end.tap.notes.values()
-        nodes = {each.name: each.counters() for each in sim.roster.nodes.values() if each.segment is segment}
+        nodes = {each.name: each.counters() for each in sim.nodes.values() if each.segment is segment}
         row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
         rows.append(row | segment.counters(now_ns))
     return rows

@@ -122,7 +122,7 @@ def test_two_wrong_bits_in_one_character_pass_parity_and_one_does_not() -> None:
     """A byte with two bits inverted whose CRC fits: parity sees nothing; one bit more, and it does."""
     with Bench(config({"m1": M1})) as bench:
         line = Line(bench)
-        node = bench._runtime.roster.nodes[NODE]
+        node = bench._runtime.nodes[NODE]
         got: list[bytes] = []
         node._receiver._ended = lambda now_ns, start_ns, raw: got.append(raw)
         segment = bench._runtime.roster.segments["bus0"]
@@ -166,7 +166,7 @@ def test_two_answers_collide_when_one_is_late(line: Line) -> None:
 
 
 def test_a_line_that_is_never_silent_is_not_kept(line: Line) -> None:
-    node = line.bench._runtime.roster.nodes[NODE]
+    node = line.bench._runtime.nodes[NODE]
     line.bench.fault("node_babble", "m2.modbus", bytes=10_000, every_ms=1.0)
     for _ in range(20):
         line.bench.run(ms=1000)
