@@ -24,7 +24,7 @@ from hil.registers.drive_map import DriveMap
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.vocab.line_format import EIGHT_N_1
+from hil.vocab.line_format import EIGHT_N_1, EVEN
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 
@@ -32,6 +32,11 @@ def _serial_url(value: Any) -> Any:
     if isinstance(value, str) and not is_serial_address(value):
         raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
     return value
+
+
+def _format(value: Any) -> Any:
+    """Read ``8E1``, which YAML takes for a number."""
+    return EVEN if isinstance(value, float) and value == float(EVEN) else value
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
@@ -271,7 +276,7 @@ class TapConfig(StrictModel):
     framing: str | None = Field(
         default=None,
         description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: as the boards on it speak, `sac` if none does.",
+        " `modbus_rtu`; null: as the boards and nodes on it speak, `sac` if none does.",
     )
 
 
@@ -316,7 +321,7 @@ class SegmentConfig(StrictModel):
         le=4_000_000,
         description="The speed at which taps and Modbus nodes send and listen, in baud.",
     )
-    format: Literal["8N1", "8E1", "8O1", "8N2"] = Field(
+    format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",
         description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
         " with another format only taps and Modbus nodes can be on it.",
