@@ -68,6 +68,7 @@ class ModbusDrive:
         self.axis.spi(READ_ANGLE)  # the next answer belongs to this
         self.set_point_deg = self.here_deg()
         self.is_busy = False
+        self.tell()
         while True:
             self._watch()
             yield Delay(WATCH_NS if self.is_on else IDLE_NS)
@@ -188,6 +189,9 @@ class ModbusDrive:
         }
         for name, value in told.items():
             self._tell(name, value)
+        self._tell_motion()
+
+    def _tell_motion(self) -> None:
         self._tell("position_deg", None if self.is_on else self.here_deg())
         has_changed = self.is_streamed and self._now_ns - self._changed_ns < CHANGES_NS
         self._tell("moving", 1.0 if has_changed else None)
@@ -203,7 +207,8 @@ class ModbusDrive:
             self.set_point_deg = self.here_deg()
             self.fault_code = fault.code
             self._note("fault", f"fault {fault.code}: {fault.about}")
-        self.tell()
+            self.tell()
+        self._tell_motion()
 
     def _fault(self) -> DriveFault | None:
         axis = self.axis
