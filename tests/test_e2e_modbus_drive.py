@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from e2e_support import PATIENCE_S, Place, Server, free_port
+from e2e_support import PATIENCE_S, Place, Server, free_port, until
+from markdown_blocks import block, fits
 from pymodbus.client import ModbusTcpClient
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "modbus"
 ANGLE = r" *-?\d+\.\d\d$"
+PAGE, SECTION = "docs/how-to/modbus.md", "A drive of your own"
 READY_NS = 200_000_000
 
 
@@ -47,6 +49,30 @@ def test_the_example_prints_what_stands_beside_it(place: Place) -> None:
     assert said == pytest.approx(wanted, abs=0.3)
 
 
+def test_the_page_shows_the_example() -> None:
+    assert block(PAGE, SECTION) == (EXAMPLE / "bench.yaml").read_text()
+    assert block(PAGE, SECTION, 1) == (EXAMPLE / "lathe.yaml").read_text()
+
+
+def test_a_fault_is_made_and_cleared_as_the_page_says(place: Place) -> None:
+    port = free_port()
+    serve(place, port)
+    with ModbusTcpClient("127.0.0.1", port=port) as plc:
+        plc.write_register(20, 1)
+        place.hil("set", "x1", "errfl", "1")
+        until(lambda: plc.read_discrete_inputs(7, count=1).bits[0], "the fault")
+        assert plc.read_input_registers(4, count=2).registers == [0, 2]
+        assert "fault 2: the encoder reports an error" in place.hil("status")
+        assert plc.write_register(20, 0).isError() is False
+        assert plc.write_register(20, 1).exception_code == 6
+        plc.write_coil(3, True)
+        assert plc.write_register(20, 1).isError() is False
+        assert plc.read_input_registers(4, count=2).registers == [1, 0]
+        place.hil("axis", "x1", "move-abs", "45")
+        until(lambda: plc.read_input_registers(4, count=1).registers == [1], "the move's end")
+        assert plc.read_holding_registers(10, count=2).registers == [4500, 0]
+
+
 def test_the_example_is_as_short_as_it_says() -> None:
     assert len((EXAMPLE / "point_table.py").read_text().splitlines()) < 40
     assert len((EXAMPLE / "lathe.yaml").read_text().splitlines()) == 20
@@ -56,8 +82,9 @@ def test_a_map_is_shown_and_a_changed_one_is_there_after_a_reload(place: Place) 
     port = free_port()
     server = serve(place, port)
     shown = place.hil("modbus", "map", "x1", "--runtime-dir", str(place.runtime))
-    assert f"x1 is unit 1 at 127.0.0.1:{port}" in shown
-    assert re.search(r"holding_registers +10 +2 +i32 +rw +set_point_deg +0\.01 deg", shown)
+    command, _, page = block(PAGE, SECTION, 2).partition("\n")
+    assert command == "$ hil modbus map x1"
+    assert fits(page.replace("1502", str(port)), shown), shown
     text = (EXAMPLE / "lathe.yaml").read_text()
     with ModbusTcpClient("127.0.0.1", port=port) as plc:
         assert plc.read_holding_registers(12, count=1).registers == [60]
