@@ -13,7 +13,7 @@ from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
 from hil.registers.device_identity import device_identity
-from hil.registers.refusals import EXCEPTIONS
+from hil.registers.exception_codes import EXCEPTIONS
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError

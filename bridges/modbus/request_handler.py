@@ -12,7 +12,7 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.motion_ends import MotionEnds
 from hil.net.limits import Limit
 from hil.registers.control_word import Wanted
-from hil.registers.refusals import code_and_reason
+from hil.registers.exception_codes import code_and_reason
 from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused

@@ -29,16 +29,16 @@ VELOCITY_RPM, ACCELERATION_RPM_PER_S = 60.0, 600.0
 BITS = ("enable", "start", "stop", "reset", "follow")
 
 
-class Fault(NamedTuple):
+class DriveFault(NamedTuple):
     """Fault of the drive, which takes the current off until it is cleared."""
 
     code: int
     about: str
 
 
-FOLLOWING = Fault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
-ENCODER = Fault(2, "the encoder reports an error")
-CURRENT = Fault(3, "no current in the motor: no supply, driver too hot, or both coils open")
+FOLLOWING = DriveFault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
+ENCODER = DriveFault(2, "the encoder reports an error")
+CURRENT = DriveFault(3, "no current in the motor: no supply, driver too hot, or both coils open")
 FAULTS = {fault.code: fault for fault in (FOLLOWING, ENCODER, CURRENT)}
 
 
@@ -68,6 +68,7 @@ class ModbusDrive:
         self.axis.spi(READ_ANGLE)  # the next answer belongs to this
         self.set_point_deg = self.here_deg()
         self.is_busy = False
+        self.tell()
         while True:
             self._watch()
             yield Delay(WATCH_NS if self.is_on else IDLE_NS)
@@ -188,6 +189,9 @@ class ModbusDrive:
         }
         for name, value in told.items():
             self._tell(name, value)
+        self._tell_motion()
+
+    def _tell_motion(self) -> None:
         self._tell("position_deg", None if self.is_on else self.here_deg())
         has_changed = self.is_streamed and self._now_ns - self._changed_ns < CHANGES_NS
         self._tell("moving", 1.0 if has_changed else None)
@@ -203,9 +207,10 @@ class ModbusDrive:
             self.set_point_deg = self.here_deg()
             self.fault_code = fault.code
             self._note("fault", f"fault {fault.code}: {fault.about}")
-        self.tell()
+            self.tell()
+        self._tell_motion()
 
-    def _fault(self) -> Fault | None:
+    def _fault(self) -> DriveFault | None:
         axis = self.axis
         if axis.spi(READ_ANGLE) & ERROR:
             return ENCODER

@@ -76,7 +76,7 @@ _SET_POINT = Parameter(
 )
 _OTHERS = (
     Parameter("set_velocity_rpm", "largest speed of moves", "rpm", *RPM, is_optional=True),
-    Parameter("acceleration_rpm_per_s", "of moves", "rpm/s", *RPM_PER_S, is_optional=True),
+    Parameter("acceleration_rpm_per_s", "acceleration of moves", "rpm/s", *RPM_PER_S, is_optional=True),
     *(Parameter(bit, "control bit", is_whole=True, is_optional=True, limits="0 or 1") for bit in BITS),
 )
 VERBS = (

@@ -11,7 +11,11 @@ GAINS = ("pKp", "pKi", "pKd", "pLPF")
 _MOVE = (
     Parameter("velocity_rpm", "speed; left out: the register's", "rpm", *RPM, is_optional=True),
     Parameter(
-        "acceleration_rpm_per_s", "of ramps; left out: the register's", "rpm/s", *RPM_PER_S, is_optional=True
+        "acceleration_rpm_per_s",
+        "acceleration; left out: the register's",
+        "rpm/s",
+        *RPM_PER_S,
+        is_optional=True,
     ),
 )
 

@@ -57,7 +57,10 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    wires = _segment_table(status["segments"]) if status["segments"] else Text()
+    wires: RenderableType = _segment_table(status["segments"]) if status["segments"] else Text()
+    nodes = {name: node for row in status["segments"] for name, node in row["nodes"].items()}
+    if nodes:
+        wires = Group(wires, _node_table(nodes))
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
@@ -101,6 +104,16 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
             row["segment"], str(len(row["stations"])), f"{row['load']:.1%}", str(row["packets"]),
             str(row["collisions"]), errors,
         )  # fmt: skip
+    return table
+
+
+def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
+    table = Table(box=None)
+    for column in ("node", "unit", "requests", "answers", "exceptions", "last refusal"):
+        table.add_column(column, justify="left" if column in ("node", "last refusal") else "right")
+    for name, row in nodes.items():
+        counts = [str(row[kind]) for kind in ("unit", "requests", "answers", "exceptions")]
+        table.add_row(name, *counts, Text(row["refusal"] or ""))
     return table
 
 

@@ -56,8 +56,6 @@ class MapCheck:
             return read_map_text(self._read_text(path), str(path), self._parameters())
         except ConfigError as error:
             self.problems += error.problems
-            message = f"the map {self._given} cannot be used"
-            self.findings.append(Finding(self._path, message, "mend what is said of it below"))
         except UnicodeDecodeError as error:
             self.problems.append(
                 Problem(str(path), 1, 1, f"this is not UTF-8 text ({error})", "save it as UTF-8")
@@ -65,6 +63,9 @@ class MapCheck:
         except OSError as error:
             message = f"{path} cannot be read: {error.strerror}"
             self.findings.append(Finding(self._path, message, "write where it is, from this file on"))
+            return None
+        message = f"the map {self._given} cannot be used"
+        self.findings.append(Finding(self._path, message, "mend what is said of it below"))
         return None
 
     def _parameters(self) -> list[str] | None:

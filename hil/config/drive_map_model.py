@@ -103,9 +103,9 @@ class ControlText(StrictModel):
 class IdentityText(StrictModel):
     """Texts of what the drive says that it is."""
 
-    vendor: _Text = ""
-    product: _Text = ""
-    revision: _Text = ""
+    vendor: _Text = Field(default="", description="Its maker.")
+    product: _Text = Field(default="", description="Its type.")
+    revision: _Text = Field(default="", description="Its version, a text.")
 
 
 class MapText(StrictModel):
@@ -127,7 +127,7 @@ class MapText(StrictModel):
     fault_code: Entry = _entry(TOLD["fault_code"])
     set_point_deg: Entry = _entry(f"{TAKEN['set_point_deg']}; needed")
     set_velocity_rpm: Entry = _entry(TAKEN["set_velocity_rpm"])
-    acceleration_rpm_per_s: Entry = _entry(f"acceleration {TAKEN['acceleration_rpm_per_s']}")
+    acceleration_rpm_per_s: Entry = _entry(TAKEN["acceleration_rpm_per_s"])
     status: StatusText = Field(
         default=StatusText(), description="Bits that the drive tells: `enabled`, `moving`, `fault`."
     )

@@ -11,7 +11,6 @@ from pydantic import (
     Field,
     SerializeAsAny,
 )
-from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.drive_map_model import MapText
@@ -19,27 +18,19 @@ from hil.config.drive_map_text import drive_map_of
 from hil.config.explain import StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.path_values import usable_path
+from hil.config.real_places import real_address
 from hil.config.shaft_load import LoadConfig
 from hil.registers.drive_map import DriveMap
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.vocab.line_format import EIGHT_N_1
-from hil.wire.drive_address import AddressRefused, DriveAddress, drive_address, is_drive_address
-from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+from hil.vocab.line_format import EIGHT_N_1, EVEN
+from hil.wire.drive_address import DriveAddress, drive_address, is_drive_address
 
 
-def _real_address(value: Any) -> Any:
-    if isinstance(value, str) and is_drive_address(value):
-        try:
-            drive_address(value)
-        except AddressRefused as error:
-            raise PydanticCustomError(
-                "drive_address", "{what}", {"what": str(error), "remedy": error.remedy}
-            ) from None
-    elif isinstance(value, str) and not is_serial_address(value):
-        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
-    return value
+def _format(value: Any) -> Any:
+    """Read ``8E1``, which YAML takes for a number."""
+    return EVEN if isinstance(value, float) and value == float(EVEN) else value
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
@@ -96,7 +87,7 @@ class DeviceConfig(StrictModel):
     """A board, emulated or real."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
-    at: Annotated[str, BeforeValidator(_real_address)] | None = Field(
+    at: Annotated[str, BeforeValidator(real_address)] | None = Field(
         default=None,
         description="A real board instead of an emulated one: the path or URL of its serial port"
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
@@ -294,7 +285,7 @@ class TapConfig(StrictModel):
     framing: str | None = Field(
         default=None,
         description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: as the boards on it speak, `sac` if none does.",
+        " `modbus_rtu`; null: as the boards and nodes on it speak, `sac` if none does.",
     )
 
 
@@ -339,7 +330,7 @@ class SegmentConfig(StrictModel):
         le=4_000_000,
         description="The speed at which taps and Modbus nodes send and listen, in baud.",
     )
-    format: Literal["8N1", "8E1", "8O1", "8N2"] = Field(
+    format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",
         description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
         " with another format only taps and Modbus nodes can be on it.",

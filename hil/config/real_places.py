@@ -1,9 +1,27 @@
-"""Checks of where real boards are: no two at one port, no two drives with one unit."""
+"""Checks of where real boards are: at a serial port or on Modbus, no two at one port, no two drives with one
+unit."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic_core import PydanticCustomError
 
 from hil.config.document import Finding, KeyPath
 from hil.wire.drive_address import AddressRefused, DriveAddress, RtuPlace, drive_address, is_drive_address
+from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+
+
+def real_address(value: Any) -> Any:
+    """Check that a text is the address of a serial port or of a drive; other types are left to the model."""
+    if isinstance(value, str) and is_drive_address(value):
+        try:
+            drive_address(value)
+        except AddressRefused as error:
+            said = {"what": str(error), "remedy": error.remedy}
+            raise PydanticCustomError("drive_address", "{what}", said) from None
+    elif isinstance(value, str) and not is_serial_address(value):
+        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
+    return value
 
 
 def same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:

@@ -43,6 +43,9 @@ _SEGMENT: dict[str, Any] = {
     "packets": int,
     "collisions": int,
     "errors": {str: int},
+    "nodes": {
+        str: dict.fromkeys(("unit", "requests", "answers", "exceptions"), int) | {"refusal": _MAYBE_TEXT}
+    },
     "notes": [str],
 }
 _BRIDGE: dict[str, Any] = {

@@ -201,7 +201,7 @@ def _of_drive(drive: RealDrive) -> dict[str, Any]:
 
 
 def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
-    """List each segment with its stations, taps and counters."""
+    """List each segment with its stations, taps, nodes and counters."""
     now_ns = sim.now_ns
     rows = []
     for name, segment in sim.segments.items():
@@ -215,7 +215,9 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         for tap in own.values():
             notes += [tap.failure] if tap.failure else []
             notes += tap.end.tap.notes.values()
-        rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
+        nodes = {each.name: each.counters() for each in sim.nodes.values() if each.segment is segment}
+        row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
+        rows.append(row | segment.counters(now_ns))
     return rows
 
 

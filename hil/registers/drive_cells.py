@@ -18,7 +18,7 @@ _ABOUT = {**TOLD, **TAKEN, **STATUS, **CONTROL}
 _UNITS = {"deg": "deg", "rpm": "rpm", "A": "A", "s": "rpm/s"}
 
 
-class Entry(NamedTuple):
+class MapEntry(NamedTuple):
     """Entry of a map. ``name``: without its room's; ``is_taken``: a client may write it."""
 
     name: str
@@ -41,7 +41,7 @@ class DriveCells:
         return self.of.identity
 
     @cached_property
-    def entries(self) -> Sequence[Entry]:
+    def entries(self) -> Sequence[MapEntry]:
         """All entries."""
         rooms = (
             (self.of.values, None, False),
@@ -50,13 +50,13 @@ class DriveCells:
             (self.of.parameters, True, True),
         )
         return [
-            Entry(name, place, name in TAKEN if taken is None else taken, is_parameter)
+            MapEntry(name, place, name in TAKEN if taken is None else taken, is_parameter)
             for room, taken, is_parameter in rooms
             for name, place in room.items()
         ]
 
     @cached_property
-    def at(self) -> Mapping[tuple[Table, int], Sequence[Entry]]:
+    def at(self) -> Mapping[tuple[Table, int], Sequence[MapEntry]]:
         """Entries of each register or bit that has some: a value, or bits."""
         at = defaultdict(list)
         for entry in self.entries:
@@ -84,7 +84,7 @@ class DriveCells:
         tables = list(Table)
         return sorted(found, key=lambda cell: (tables.index(cell.table), cell.address))
 
-    def _cell(self, entry: Entry) -> Cell:
+    def _cell(self, entry: MapEntry) -> Cell:
         place, field = entry.place, self.info.fields.get(entry.name) if entry.is_parameter else None
         unit = field.unit if field else "" if place.is_bit else _UNITS.get(entry.name.rpartition("_")[2], "")
         if place.scale != 1:
@@ -98,7 +98,7 @@ class DriveCells:
         return crc_of(self.cells, VERSION << 1 | self.of.is_low_first)
 
 
-def _word(table: Table, address: int, entries: Sequence[Entry]) -> Cell:
+def _word(table: Table, address: int, entries: Sequence[MapEntry]) -> Cell:
     by_bit = sorted(entries, key=lambda entry: entry.place.bit or 0)
     names = ", ".join(f"{entry.place.bit} {entry.name}" for entry in by_bit)
     abouts = "; ".join(f"{entry.name}: {_ABOUT[entry.name]}" for entry in by_bit)

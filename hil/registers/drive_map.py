@@ -24,7 +24,7 @@ TOLD = {
 TAKEN = {
     "set_point_deg": "target of a move, or the set-point that is followed",
     "set_velocity_rpm": "largest speed on the way to a target",
-    "acceleration_rpm_per_s": "of the ramps on the way to a target",
+    "acceleration_rpm_per_s": "acceleration of the ramps on the way to a target",
 }
 """Values that a drive takes, with their meanings."""
 STATUS = {
@@ -70,12 +70,12 @@ class Place:
         # 57 * 0.01 is 0.5700000000000001, and 57 / 100 what the register means.
         per_unit = round(1 / self.scale) if abs(self.scale) < 1 else 0
         is_fraction = per_unit and 1 / per_unit == self.scale
-        return number / per_unit if is_fraction else number * self.scale
+        return (number / per_unit if is_fraction else number * self.scale) + 0.0  # no -0.0
 
     def words(self, value: float, *, is_low_first: bool = False) -> tuple[int, ...]:
         """Words of a value, in the order of their addresses; of one that the type cannot hold those of the
         nearest. ``value``: finite."""
-        number = value / self.scale
+        number = value / self.scale + 0.0
         if self.type != "f32":
             low, high = limits(self.type)
             number = round(min(max(number, low), high))

@@ -10,7 +10,7 @@ from math import hypot, isfinite
 from struct import Struct
 
 from hil.registers.control_word import Wanted
-from hil.registers.drive_cells import DriveCells, Entry
+from hil.registers.drive_cells import DriveCells, MapEntry
 from hil.registers.drive_map import DriveMap, Place
 from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
@@ -93,11 +93,11 @@ class DriveUnit:
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note nothing: the drive's own bits tell how it does."""
 
-    def _entries(self, write: Write) -> list[tuple[Entry, dict[int, int]]]:
+    def _entries(self, write: Write) -> list[tuple[MapEntry, dict[int, int]]]:
         """Entries that a write has a part of, each once, with all that is written. Raises Refused: one of
         them is only told, or a bit means nothing."""
         words = dict(enumerate(write.values, write.address))
-        found: dict[str, tuple[Entry, dict[int, int]]] = {}
+        found: dict[str, tuple[MapEntry, dict[int, int]]] = {}
         for address, word in words.items():
             entries = self.map.at[write.table, address]
             where = f"{write.table.value.removesuffix('s')} {address}"

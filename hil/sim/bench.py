@@ -115,6 +115,7 @@ class BenchRuntime:
         self.roster = Roster()
         self.devices: Mapping[str, Device] = self.roster.devices
         self.taps: Mapping[str, Tap] = self.roster.taps
+        self.nodes: Mapping[str, ModbusNode] = self.roster.nodes
         self.segments: Mapping[str, SegmentView] = self.roster.segments
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}

@@ -17,7 +17,7 @@ TARGETS = {
     DEVICE: "a twin",
     PORT: "a port of a twin, or a real board",
     TWIN_PORT: "a port of a twin",
-    STATION: "a twin's port or Modbus node on a segment, or a tap",
+    STATION: "a twin's port on a segment, a Modbus node, or a tap",
     SEGMENT: "a segment",
     MODBUS_NODE: "an axis's Modbus node",
     SERVO: "a twin with an encoder",

@@ -33,11 +33,12 @@ class LineFormat:
 
 EIGHT_N_1 = LineFormat("8N1", "N", 1, 10)
 """Format of boards' UARTs, and of a line for which nobody says another."""
+EVEN = "8E1"
 FORMATS = {
     each.name: each
     for each in (
         EIGHT_N_1,
-        LineFormat("8E1", "E", 1, 11),
+        LineFormat(EVEN, "E", 1, 11),
         LineFormat("8O1", "O", 1, 11),
         LineFormat("8N2", "N", 2, 11),
     )

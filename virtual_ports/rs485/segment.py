@@ -46,7 +46,7 @@ class Segment:
     def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:
         self.framing = framing
         self.line_format = line_format
-        self._bits = line_format.bits
+        self._bits, self._has_parity = line_format.bits, line_format.has_parity
         self.stats = SegmentStats()
         self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
@@ -209,31 +209,34 @@ class Segment:
             self._listen_for_silence(over_ns)
         self._clean.append(_Clean(burst, items, before))
         packets = items if is_for_all else None
-        concerned = [
-            station
-            for station in self.stations.concerned(addresses)
-            if not station.is_cut and (station.name != burst.station or station.has_echo)
-        ]
-        if self.line_format.has_parity and data != meant:
+        concerned = self.stations.concerned(addresses)
+        if self._has_parity and data != meant:
             self._bring_spoiled(burst, meant, concerned)
             return
         for station in concerned:
-            station.receiver.hear(start_ns, data, baud, packets)
+            if not station.is_cut and (station.name != burst.station or station.has_echo):
+                station.receiver.hear(start_ns, data, baud, packets)
 
     def _bring_spoiled(self, burst: Burst, meant: bytes, concerned: Iterable[Station]) -> None:
-        """Deliver a burst with noise on a line with parity: a character that an odd number of bits are wrong
-        of has the parity bit of what was meant. At another speed nobody can tell, and all is as it reads."""
-        start_ns, data, baud, parity = burst.start_ns, burst.data, burst.baud, self.line_format.parity_bit
+        """Deliver a burst with noise on a line with parity: a character of which an odd number of bits are
+        wrong has the parity bit of what was meant. A receiver at another speed hears what it reads anyway."""
+        baud, parity = burst.baud, self.line_format.parity_bit
         characters = tuple(
-            Character(start_ns + character_ns(at + 1, baud, self._bits), is_byte, False, is_odd)
-            for at, (is_byte, was) in enumerate(zip(data, meant, strict=True))
-            for is_odd in (parity(is_byte) != parity(was),)
+            Character(
+                burst.start_ns + character_ns(at + 1, baud, self._bits),
+                byte,
+                False,
+                parity(byte) != parity(was),
+            )
+            for at, (byte, was) in enumerate(zip(burst.data, meant, strict=True))
         )
         for station in concerned:
+            if station.is_cut or (station.name == burst.station and not station.has_echo):
+                continue
             if station.receiver.baud_now == baud:
                 station.receiver.hear_characters(characters)
             else:
-                station.receiver.hear(SimTimeNs(start_ns), data, baud)
+                station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, baud)
 
     def _listen_for_silence(self, over_ns: SimTimeNs) -> None:
         """Count what is a packet once the line has been silent until then."""

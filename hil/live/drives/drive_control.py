@@ -83,6 +83,8 @@ class DriveControl:
     async def _enable(self) -> dict[str, float]:
         self._motion.abandon()
         session = self.drive.link.session
+        if not self.drive.is_on:  # a drive may wait for the edge, as after a fault
+            await self.drive.write_bits(session, enable=False)
         await self.drive.write_bits(session, enable=True, start=False, stop=False, follow=False)
         await self._until(lambda: self.drive.is_on, "enabled")
         return {}

@@ -8,6 +8,7 @@ from hil.sim.flight import flight_of, heard
 from hil.sim.modbus.answer_faults import AnswerFaults
 from hil.sim.modbus.register_server import CardAxis, RegisterServer
 from hil.sim.modbus.rtu_receiver import RtuReceiver
+from hil.sim.raised_at import place_of
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import Clock, SimTimeNs
@@ -16,7 +17,7 @@ from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
 from hil.wire.modbus_rtu.frame import TO_ALL, encode
 
 Passed = Callable[[str, SimTimeNs, bytes], None]
-"""Told of a frame at a node: "board" (to it) or "client" (from it), when it begins or ended, and its bytes."""
+"""Told of a frame at a node: "board" (to it) or "client" (from it), when it began, and its bytes."""
 
 
 class ModbusNode:
@@ -60,6 +61,8 @@ class ModbusNode:
         self._ups = self.device.power.ups
         self._server = RegisterServer(self._clock, self._of)
         self._diagnosis = Diagnostics()
+        self._has_raised = False
+        """True if its registers have raised an error: it is silent until the next power-up."""
         self._sent = 0
         """Number of own answers since."""
         self._line = self._line_counts()
@@ -92,19 +95,25 @@ class ModbusNode:
 
     # ---- a frame ----
 
-    def _frame(self, now_ns: SimTimeNs, raw: bytes) -> None:
-        """Act on a frame that has ended now."""
+    def _frame(self, now_ns: SimTimeNs, start_ns: SimTimeNs, raw: bytes) -> None:
+        """Act on a frame that began at ``start_ns`` and has ended now."""
         if raw[0] not in (self.unit, TO_ALL) or not self.device.power.is_there:
             return
         if self._ups != self.device.power.ups:
             self._server.close()
             self._power_up()
+        if self._has_raised:
+            return
         self._seen["requests"] += 1
         for watcher in self.watchers:
-            watcher("board", now_ns, raw)
-        pdu = self._answer(now_ns, raw[1:-2], is_to_all=raw[0] == TO_ALL)
-        if pdu is not None and raw[0] != TO_ALL:
-            self._send(now_ns, pdu)
+            watcher("board", start_ns, raw)
+        try:
+            pdu = self._answer(now_ns, raw[1:-2], is_to_all=raw[0] == TO_ALL)
+            if pdu is not None and raw[0] != TO_ALL:
+                self._send(now_ns, pdu)
+        except Exception as error:  # registers may be a board's own: nobody else stops for its mistake
+            self._has_raised = True
+            self.device.power.fail(f"its Modbus node: {type(error).__name__}: {error}{place_of(error)}")
 
     def _answer(self, now_ns: SimTimeNs, pdu: bytes, *, is_to_all: bool) -> bytes | None:
         """Carry out a request, of a broadcast what is written; None: it gets no answer."""

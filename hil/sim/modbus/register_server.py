@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from hil.core import CoreAxis
 from hil.registers.control_word import Wanted
-from hil.registers.refusals import code_and_reason
+from hil.registers.exception_codes import code_and_reason
 from hil.registers.register_unit import Halves, VerbStage
 from hil.registers.registers_protocol import Registers
 from hil.sim.axis_look import axis_look

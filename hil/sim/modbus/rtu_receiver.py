@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Callable
+from itertools import pairwise
 
 from hil.sim.flight import Flight
 from hil.vocab.line_format import LineFormat
@@ -9,14 +10,14 @@ from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, Frame, gap_ns, silence_ns
 from hil.wire.serial_line import character_ns
 
-Ended = Callable[[SimTimeNs, bytes], None]
+Ended = Callable[[SimTimeNs, SimTimeNs, bytes], None]
 _KEPT_BYTES = 4 * FRAME_BYTES_MAX
 
 
 class RtuReceiver:
-    """Receiver of one speed and format. ``ended(now_ns, raw)`` is called when a frame has ended that is one:
-    no silence of more than 1.5 characters within it, no character with an error, its CRC right. What is none
-    is dropped.
+    """Receiver of one speed and format. ``ended(now_ns, start_ns, raw)`` is called when a frame has ended
+    that began at ``start_ns`` and is one: no silence of more than 1.5 characters within it, no character with
+    an error, its CRC right. What is none is dropped.
 
     A segment announces characters ahead of their times, and takes back what turns out otherwise.
     """
@@ -97,7 +98,7 @@ class RtuReceiver:
         self._size, self._is_long = 0, False
         self._find_end(0, 0)
         if is_frame:
-            self._ended(now_ns, raw)
+            self._ended(now_ns, SimTimeNs(times_ns[0] - self._one_ns), raw)
 
     def _is_frame(self, times_ns: list[int], raw: bytes) -> bool:
         if not FRAME_BYTES_MIN <= len(raw) <= FRAME_BYTES_MAX or Frame(0, raw).fault:
@@ -105,4 +106,4 @@ class RtuReceiver:
         if self._spoiled and not self._spoiled.isdisjoint(times_ns):
             return False
         longest_ns = self._one_ns + self._gap_ns
-        return all(later - at <= longest_ns for at, later in zip(times_ns, times_ns[1:], strict=False))
+        return all(later - at <= longest_ns for at, later in pairwise(times_ns))

@@ -42,7 +42,8 @@ def said(raw: bytes, asked: bytes) -> str:
             return f"to {unit}: {_question(pdu)}"
         return f"from {unit}: {_answer(asked[1:-2], pdu)}"
     except (Refused, AnswerError) as error:
-        return f"{unit}, function {raw[1]}: {pdu[1:].hex(' ')} ({error})".replace(":  (", " (")
+        digits = f": {pdu[1:].hex(' ')}" if len(pdu) > 1 else ""
+        return f"{unit}, function {raw[1]}{digits} ({error})"
 
 
 def _question(pdu: bytes) -> str:
@@ -112,6 +113,8 @@ def _text(data: bytes) -> str:
 
 
 def _exception(pdu: bytes) -> str:
+    if len(pdu) < 2:
+        raise AnswerError("an exception without its code")
     code = pdu[1]
     name = Code(code).name.lower().replace("_", " ") if code in frozenset(Code) else "unknown"
     return f"exception {code:02} ({name})"

@@ -25,4 +25,4 @@ def code_and_reason(error: Refused | VerbRefused) -> tuple[Code, str]:
     """Exception of a refusal, and the reason in words."""
     if isinstance(error, Refused):
         return error.code, str(error)
-    return EXCEPTIONS[error.code], f"{error.code}: {error}"
+    return EXCEPTIONS.get(error.code, Code.SERVER_DEVICE_FAILURE), f"{error.code}: {error}"
