@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hil.config.drive_map_text import read_drive_map
 from hil.core.fields import OFFSETS
-from hil.drives.control_bits import Write, bits_write, value_write
+from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import drive_fields, packed
 from hil.drives.drive_verbs import drive_verbs
 from hil.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
@@ -99,9 +99,9 @@ def test_bits_of_a_register_are_switched_together_and_others_stay() -> None:
     of = drive_map()
     wanted = {"enable": True, "start": False, "stop": True, "reset": True, "follow": True}
     assert bits_write(of, wanted, {20: 0xFF02}) == (
-        Write(HOLDING, 20, (0xFF01,)),
-        Write(HOLDING, 21, (0x8000,)),
-        Write(COIL, 3, (1,)),
+        RegisterWrite(HOLDING, 20, (0xFF01,)),
+        RegisterWrite(HOLDING, 21, (0x8000,)),
+        RegisterWrite(COIL, 3, (1,)),
     )
     assert bits_write(of, {"follow": True}, {}) == ()
 

@@ -33,7 +33,7 @@ class Stale(Exception):
     """Request that was not sent, as nobody wants it any more: the drive was lost meanwhile."""
 
 
-class Member(Protocol):
+class LineDrive(Protocol):
     """Drive on a line."""
 
     def place_found(self) -> None:
@@ -58,7 +58,7 @@ class DriveLine:
     def __init__(self, place: TcpPlace | RtuPlace, timeout_s: float) -> None:
         self.place = place
         self.timeout_s = timeout_s
-        self.members: list[Member] = []
+        self.members: list[LineDrive] = []
         self.is_open = False
         self.why = f"{place}: it is not open yet"
         """Reason why it is not open."""

@@ -1,6 +1,6 @@
 """Lines of a bench to real drives: drives at one place share one."""
 
-from hil.live.drives.drive_line import DriveLine, Member
+from hil.live.drives.drive_line import DriveLine, LineDrive
 from hil.wire.drive_address import RtuPlace, TcpPlace
 
 
@@ -10,7 +10,7 @@ class DriveLines:
     def __init__(self) -> None:
         self._lines: dict[str, DriveLine] = {}
 
-    def join(self, member: Member, place: TcpPlace | RtuPlace, timeout_s: float) -> DriveLine:
+    def join(self, member: LineDrive, place: TcpPlace | RtuPlace, timeout_s: float) -> DriveLine:
         """Give a drive its line. The longest of the drives' times for an answer holds for all of them."""
         line = self._lines.get(place.where)
         if line is None or line.place != place:
@@ -21,7 +21,7 @@ class DriveLines:
             member.place_found()
         return line
 
-    async def leave(self, member: Member, line: DriveLine) -> None:
+    async def leave(self, member: LineDrive, line: DriveLine) -> None:
         """Take a drive off its line; the last one closes it."""
         if member in line.members:
             line.members.remove(member)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from hil.drives.control_bits import Write
+from hil.drives.control_bits import RegisterWrite
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.modbus.pdu import Span, Table
 
@@ -134,7 +134,7 @@ class ModbusClient:
             raise Garbled(f"{asked} was answered with {len(words)}")
         return [int(word) for word in words[: span.count]]
 
-    async def write(self, unit: int, write: Write) -> None:
+    async def write(self, unit: int, write: RegisterWrite) -> None:
         """Write words or bits. Raises as ``read``: they may have been written, or not."""
         client, count = self._opened(), len(write.words)
         asked = f"a write of {write.table.value} {write.address}"

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from hil.drives.control_bits import Write, bits_write, value_write
+from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_link import LOST_AFTER, DriveLink
 from hil.drives.drive_verbs import drive_verbs
@@ -52,7 +52,7 @@ class DriveSpec:
 
 
 @dataclass
-class Sent:
+class SentSetPoint:
     """Set-point that the drive confirmed last, at ``at_ns`` of simulated time."""
 
     deg: float
@@ -73,7 +73,7 @@ class RealDrive:
         self.fields, self.verbs = drive_fields(spec.map), drive_verbs(spec.map)
         self.reading: Reading | None = None
         """Last reading, also of a session that has ended."""
-        self.sent: Sent | None = None
+        self.sent: SentSetPoint | None = None
         """Last set-point of this session."""
         self.listeners: list[Callable[[Reading], None]] = []
         self._settings: Mapping[str, float] = {}
@@ -180,7 +180,7 @@ class RealDrive:
         write = value_write(self.map, place, value)
         await self._write(lambda client: self._written(client, (write,)), order, session, tries)
         if name == "set_point_deg":
-            self.sent = Sent(value, self.now_ns(), write.words)
+            self.sent = SentSetPoint(value, self.now_ns(), write.words)
         if name in self.map.parameters:
             self._settings = {**self._settings, name: place.value(write.words, is_low_first=self._low_first)}
 
@@ -206,7 +206,7 @@ class RealDrive:
                 if not left:
                     raise
 
-    async def _written(self, client: ModbusClient, writes: tuple[Write, ...]) -> None:
+    async def _written(self, client: ModbusClient, writes: tuple[RegisterWrite, ...]) -> None:
         for write in writes:
             await client.write(self.spec.address.unit, write)
             self.link.counters.writes += 1
