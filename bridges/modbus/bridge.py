@@ -139,6 +139,7 @@ def reference() -> str:
         f"Control word: a bit that becomes 1 starts a verb with its defaults, one at a time: {control}.\n\n"
         f"| status bit | name | meaning |\n|---|---|---|\n{status}\n"
         f"| refusal | exception |\n|---|---|\n{refusals}\n"
+        "A drive with a map of its own (`map` of a device) has that in place of these blocks.\n\n"
         "A unit that there is not is exception 10, one whose device a reload has taken away 11.\n"
     )
 

@@ -90,18 +90,19 @@ def stop(board: ModbusDrive, how: str, acceleration_rpm_per_s: float | None = No
     return answer
 
 
-def starve(board: ModbusDrive, policy: str, acceleration_rpm_per_s: float) -> None:
+def starve(board: ModbusDrive, policy: str, acceleration_rpm_per_s: float) -> bool:
     """Stop as the policy says: no set-point came for the time-out. A target that was written and not followed
     is no stream."""
     if not board.is_streamed:
-        return
+        return False
     if policy == "torque_off":
         disable(board)
-        return
+        return True
     try:
         stop(board, "grace" if policy == "decelerate" else "prejudice", acceleration_rpm_per_s)
     except VerbRefused:  # it would take centuries
         stop(board, "prejudice")
+    return True
 
 
 def follow(board: ModbusDrive, path: Path, start_ns: int) -> None:

@@ -13,9 +13,11 @@ pathlib, posixpath, pydantic, pydantic_core, yaml.
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, PortConfig, SegmentConfig
+from hil.config.model import BenchConfig, DeviceConfig
+from hil.config.port_model import PortConfig
 from hil.config.reference_page import reference
 from hil.config.schema import schema
+from hil.config.segment_model import SegmentConfig
 from hil.vocab.problem import ConfigError
 
 __all__ = [

@@ -12,6 +12,7 @@ from hil.wire.modbus.pdu import Table
 
 TYPES = ("u16", "i16", "u32", "i32", "f32")
 """Types of values in registers."""
+_OF_TWO = ("u32", "i32", "f32")
 IDENTITY = ("vendor", "product", "revision")
 """Texts of what a drive says that it is, in the order of the objects of function 43/14."""
 TOLD = {
@@ -57,7 +58,7 @@ class Place:
     @property
     def width(self) -> int:
         """Number of registers, or 1 of a table of bits."""
-        return 1 if self.type == BIT else len(words_of(self.type, 0))
+        return 2 if self.type in _OF_TWO else 1
 
     @property
     def is_bit(self) -> bool:

@@ -40,11 +40,12 @@ class DriveUnit:
         """
         self.check(span)
         values = self._values(look) if look else {}
-        held = halves if span.table is Table.HOLDING_REGISTERS else {}
-        return [
-            held[address] if address in held else self._element(span.table, address, values, look)
-            for address in range(span.address, span.address + span.count)
-        ]
+        elements = dict(halves) if span.table is Table.HOLDING_REGISTERS else {}
+        addresses = range(span.address, span.address + span.count)
+        for address in addresses:
+            if address not in elements:
+                elements = self._elements(span.table, address, values, look) | elements
+        return [elements[address] for address in addresses]
 
     def check(self, span: Span) -> None:
         """Check that all of a span is there. Raises Refused."""
@@ -112,15 +113,17 @@ class DriveUnit:
                     found[entry.name] = entry, words
         return list(found.values())
 
-    def _element(self, table: Table, address: int, values: Mapping[str, float], look: AxisLook | None) -> int:
-        """Word or bit at an address."""
-        entries = self.map.at[table, address]
-        place = entries[0].place
+    def _elements(
+        self, table: Table, address: int, values: Mapping[str, float], look: AxisLook | None
+    ) -> dict[int, int]:
+        """Bits or words, by their addresses, of what is at an address."""
+        first, *others = self.map.at[table, address]
+        place = first.place
         if place.is_bit:
-            return sum((values.get(each.name, 0) != 0) << (each.place.bit or 0) for each in entries)
-        name = entries[0].name
-        value = self._field(look, name) if entries[0].is_parameter else values.get(name, 0.0)
-        return self._words(place, value)[address - place.address]
+            bits = ((values.get(each.name, 0) != 0) << (each.place.bit or 0) for each in (first, *others))
+            return {address: sum(bits)}
+        value = self._field(look, first.name) if first.is_parameter else values.get(first.name, 0.0)
+        return dict(enumerate(self._words(place, value), place.address))
 
     def _words(self, place: Place, value: float) -> tuple[int, ...]:
         finite = value if isfinite(value) else 0.0

@@ -13,6 +13,11 @@ class AnswerFaults:
     def __init__(self) -> None:
         self._faults: dict[int, tuple[Fault, Chance]] = {}
 
+    @property
+    def numbers(self) -> list[int]:
+        """Numbers of the faults, the oldest first."""
+        return list(self._faults)
+
     def begin(self, number: int, fault: Fault) -> None:
         self._faults[number] = fault, Chance(int(fault.number("seed")))
 
