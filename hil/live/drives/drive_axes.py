@@ -6,6 +6,7 @@ from dataclasses import replace
 from hil.live.configured import Configured
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.drive_lines import DriveLines
+from hil.live.drives.drive_polls import DrivePolls
 from hil.vocab.axis import Axis, AxisNow
 
 
@@ -18,8 +19,9 @@ class Drives(dict[str, DriveControl]):
 
     def begin(self, name: str) -> None:
         """Begin to ask a drive."""
-        spec = self[name].drive.spec
-        self[name].drive.start(lambda drive: self._lines.join(drive, spec.address.place, spec.timeout_s))
+        drive = self[name].drive
+        place, timeout_s = drive.spec.address.place, drive.spec.timeout_s
+        drive.start(lambda member: self._lines.join(member, place, timeout_s), DrivePolls(drive).run())
 
     async def end(self, control: DriveControl) -> None:
         """Stop a drive that moves, and ask it no more."""

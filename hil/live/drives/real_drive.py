@@ -1,34 +1,26 @@
-"""Real Modbus drive: polled while it is there, asked now and then while it is not."""
+"""Real Modbus drive: its link, what is written to it, and what it has told."""
 
 import asyncio
 import logging
 import math
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import drive_fields
-from hil.drives.drive_link import LOST_AFTER, DriveLink
+from hil.drives.drive_link import DriveLink
 from hil.drives.drive_verbs import drive_verbs
-from hil.drives.poll_plan import GAP_REGISTERS, PollPlan, Reading, Words
+from hil.drives.poll_plan import PollPlan, Reading
 from hil.live.drives.drive_line import IN_TURN, DriveLine, Stale
 from hil.live.drives.modbus_client import Excepted, Garbled, ModbusClient, NoAnswer, PlaceLost
 from hil.registers.drive_map import DriveMap
 from hil.wire.drive_address import DriveAddress
-from hil.wire.modbus.pdu import Span, Table
+from hil.wire.modbus.pdu import Table
 
-SETTINGS_S = 1.0
-"""Interval of reads of the parameters."""
 ASKING = (PlaceLost, NoAnswer, Garbled, Excepted, Stale)
 """Errors of a request."""
-_NO_SUCH_REGISTERS = (1, 2, 3)
-"""Exceptions of a drive that has not all of the registers of a request."""
-_WAYS = ((GAP_REGISTERS, True), (0, True), (GAP_REGISTERS, False), (0, False))
-"""Ways to read a drive, tried in order: the most registers in a gap, and whether what is written to it can be
-read."""
-_FOUND_S = 0.5
 TRIES = 2
 """Number of times that a write is sent, if it is not answered; a set-point of a stream is sent once."""
 
@@ -77,23 +69,21 @@ class RealDrive:
         """Last set-point of this session."""
         self.listeners: list[Callable[[Reading], None]] = []
         self._settings: Mapping[str, float] = {}
-        self._settings_due_s = 0.0
-        self._way = _WAYS[0]
-        self._holding: dict[int, int] = {}
+        self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
         self._told: dict[str, bool] = {}
         """Control bits as they were written last, in this session."""
         self._line: DriveLine | None = None
-        self._found = asyncio.Event()
-        self._refusals = 0
+        self.found = asyncio.Event()
+        """Set while its place is there."""
         self._task: asyncio.Task[None] | None = None
 
     # ---- begin and end ----
 
-    def start(self, join: Callable[["RealDrive"], DriveLine]) -> None:
-        """Begin to ask it, on the line that ``join`` gives."""
+    def start(self, join: Callable[["RealDrive"], DriveLine], polls: Coroutine[Any, Any, None]) -> None:
+        """Begin to ask it, on the line that ``join`` gives. ``polls``: what polls it for ever."""
         self._line = join(self)
-        self._task = asyncio.get_running_loop().create_task(self._run())
+        self._task = asyncio.get_running_loop().create_task(polls)
 
     async def close(self, leave: Callable[["RealDrive", DriveLine], Awaitable[None]]) -> None:
         """End, and leave the line."""
@@ -110,15 +100,15 @@ class RealDrive:
 
     def place_found(self) -> None:
         self.link.place_found()
-        self._found.set()
+        self.found.set()
 
     def place_lost(self, why: str) -> None:
         was_there = self.link.is_there
         self.link.place_lost(why)
-        self._found.clear()
-        self._note(was_there)
+        self.found.clear()
+        self.note(was_there)
 
-    def _note(self, was_there: bool) -> None:
+    def note(self, was_there: bool) -> None:
         """Log that the drive is there, or not any more."""
         if was_there == self.link.is_there:
             return
@@ -166,7 +156,7 @@ class RealDrive:
             raise
         finally:
             if was_there:
-                self._note(was_there)
+                self.note(was_there)
 
     def is_in(self, session: int) -> bool:
         """True if this session goes on."""
@@ -190,7 +180,7 @@ class RealDrive:
         if any(name in self.map.control for name in bits):
 
             async def switch(client: ModbusClient) -> None:
-                await self._written(client, bits_write(self.map, bits, self._holding))
+                await self._written(client, bits_write(self.map, bits, self.holding))
 
             await self._write(switch, order, session, TRIES)
             self._told |= bits
@@ -211,125 +201,28 @@ class RealDrive:
             await client.write(self.spec.address.unit, write)
             self.link.counters.writes += 1
             if write.table is Table.HOLDING_REGISTERS:
-                self._holding |= {write.address + at: word for at, word in enumerate(write.words)}
+                self.holding |= {write.address + at: word for at, word in enumerate(write.words)}
 
     @property
     def _low_first(self) -> bool:
         return self.map.is_low_first
 
-    # ---- polls ----
-
-    async def _run(self) -> None:
-        loop = asyncio.get_running_loop()
-        due_s = loop.time()
-        while True:
-            try:
-                await self._once()
-                self._refusals = 0
-                due_s = max(due_s + self.spec.interval_s, loop.time())
-                pause_s = due_s - loop.time()
-            except (PlaceLost, NoAnswer, Garbled, Excepted) as error:
-                pause_s = self._pause_s(error)
-            except Exception as error:  # hil's own error: this drive is not used for a while, the others are
-                self.link.refused(f"an error of hil, see its log: {error!r}")
-                log.exception("%s: the drive at %s", self.name, self.spec.address)
-                pause_s = self.link.waits.take_ns() / 1e9
-            await asyncio.sleep(pause_s)
-
-    def _pause_s(self, error: Exception) -> float:
-        """Wait after an error. A drive that refuses to be read, some times in a row, is not there."""
-        was_there = self.link.is_there
-        self._refusals += isinstance(error, Excepted)
-        if was_there and self._refusals < LOST_AFTER:
-            return self.spec.interval_s
-        if isinstance(error, Excepted):
-            self.link.refused(str(error))
-            self._note(was_there)
-        return self.link.waits.take_ns() / 1e9
-
-    async def _once(self) -> None:
-        """Wait for its place, and read its state; the first time all that has to be known of it."""
-        if self.link.state == "away":
-            with suppress(TimeoutError):
-                async with asyncio.timeout(_FOUND_S):
-                    await self._found.wait()
-            return
-        if not self.link.is_there:
-            await self._greet()
-            return
-        session = self.link.session
-        reading = await self._read(session)
-        if asyncio.get_running_loop().time() >= self._settings_due_s:
-            await self._read_settings(session)
-        if self.is_in(session):
-            self._take(reading)
-
-    async def _greet(self) -> None:
-        """Find the way to read it, and read it."""
-        self._holding = {}
-        for way in _WAYS:
-            self._way = way
-            try:
-                reading = await self._read(None)
-            except Excepted as error:
-                if error.code not in _NO_SUCH_REGISTERS or way == _WAYS[-1]:
-                    raise
-                continue
-            await self._read_settings(None)
-            self.sent, self._told = None, {}
-            self.link.greeted()
-            self._note(False)
-            self._take(reading)
-            return
-
-    async def _read(self, session: int | None) -> Reading:
-        gap, has_kept = self._way
-        at_ns = self.now_ns()
-        words = await self._words(self.plan.state(gap=gap, has_kept=has_kept), session)
-        reading = self.plan.reading(at_ns, words)
-        if not math.isfinite(reading.values["position_deg"]):
-            garbled = Garbled("its position is no number")
-            self.link.counters.garbled += 1
-            self.link.unanswered(str(garbled))
-            raise garbled
-        return reading
-
-    async def _words(self, spans: tuple[Span, ...], session: int | None) -> Words:
-        words: Words = {}
-        for span in spans:
-            found = await self.ask(self._reader(span), IN_TURN, session)
-            words.setdefault(span.table, {}).update(enumerate(found, span.address))
-        return words
-
-    def _reader(self, span: Span) -> Callable[[ModbusClient], Awaitable[list[int]]]:
-        async def read(client: ModbusClient) -> list[int]:
-            words = list(await client.read(self.spec.address.unit, span))
-            if span.table is Table.HOLDING_REGISTERS:  # here, between the writes before and after
-                self._holding |= enumerate(words, span.address)
-            return words
-
-        return read
-
-    async def _read_settings(self, session: int | None) -> None:
-        """Read the parameters; a drive may refuse some, and tells them not."""
-        self._settings_due_s = asyncio.get_running_loop().time() + SETTINGS_S
-        if not self.map.parameters:
-            return
-        for gap in (self._way[0], 0):
-            try:
-                words = await self._words(self.plan.settings(gap=gap), session)
-            except Excepted:
-                continue
-            told = self.plan.reading(self.now_ns(), words).values
-            self._settings = {name: told[name] for name in self.map.parameters if name in told}
-            return
-        self._settings = {}
-
-    def _take(self, reading: Reading) -> None:
+    def take(self, reading: Reading) -> None:
+        """Take a reading over."""
         self.reading = reading
         self.link.counters.polls += 1
         for listener in list(self.listeners):
             listener(reading)
+
+    def take_settings(self, settings: Mapping[str, float]) -> None:
+        """Take over what the parameters are."""
+        self._settings = settings
+
+    def begin_session(self) -> None:
+        """Begin a session: what was told in the one before counts no more."""
+        self.sent, self._told = None, {}
+        self.link.greeted()
+        self.note(False)
 
     # ---- what it tells ----
 
