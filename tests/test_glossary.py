@@ -31,6 +31,7 @@ TWICE = {
     "Fault": "a fault, and the numbers under which C knows what an axis can be told",
     "Memory": "a device's, and how one board's firmware sees it",
     "Parameter": "what a verb takes, and a row of a board's own screen",
+    "Place": "of a bench, and of a value in a drive's registers: a map has no other place",
     "Progress": "how far a dialogue has come, and a run",
     "Refused": "a change of a bench that is not made, and a Modbus request that is not done",
     "Request": "what has come to a bridge, and what a Modbus client asks",

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from e2e_support import PATIENCE_S, Place, Server, free_port
+from e2e_support import HIL, PATIENCE_S, Place, Server, free_port, until
 from markdown_blocks import ROOT, block, blocks, fits
+from pymodbus.client import ModbusSerialClient
 
 from hil.registers import layout
 
@@ -65,3 +66,49 @@ def test_the_bits_of_the_status_word_are_all_named_in_their_order() -> None:
     assert [name.replace("keeps its angle", "keeps angle") for name in named] == [
         name.replace("_", " ") for name, _ in layout.STATUS
     ]
+
+
+LINE = "Nodes on an RS485 line"
+
+
+@pytest.fixture(scope="module")
+def line() -> Iterator[Place]:
+    """A place where the bench with nodes runs."""
+    with Place() as place:
+        place.serve(block(NAME, LINE), bench="plant").ready()
+        yield place
+
+
+def test_the_master_on_the_line_prints_what_the_page_shows(line: Place, tmp_path: Path) -> None:
+    program, shown = block(NAME, LINE, 1), block(NAME, LINE, 2)
+    path = tmp_path / "master.py"
+    path.write_text(program)
+    tap = line.runtime / "plant" / "bus0.master"
+    command = [sys.executable, str(path), str(tap)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=True)
+    (said, wanted) = (float(re.findall(r"-?\d+", text)[-1]) for text in (ran.stdout, shown))
+    assert said == pytest.approx(wanted, abs=1)
+
+
+def test_a_cycle_of_polls_takes_what_the_page_shows(line: Place) -> None:
+    command, _, shown = block(NAME, "What a cycle of polls takes").partition("\n")
+    assert fits(shown, line.hil(*command.split()[2:]))
+
+
+def test_faults_of_the_page_and_its_capture(line: Place, tmp_path: Path) -> None:
+    captured, faults = (block(NAME, "Watch it, and make it go wrong", at) for at in (0, 1))
+    where = ("--runtime-dir", str(line.runtime))
+    for command, said in re.findall(r"^\$ hil (.*)\n(.*)$", faults, re.M):
+        assert fits(said, line.hil(*command.split(), *where))
+    line.hil("fault", "clear", *where)
+    path = tmp_path / "bus0.pcapng"
+    with subprocess.Popen([HIL, "capture", "bus0", "-w", str(path), *where]) as capturing:
+        until(lambda: path.exists() and path.stat().st_size, "the capture")
+        with ModbusSerialClient(
+            str(line.runtime / "plant" / "bus0.master"), baudrate=19200, timeout=5
+        ) as client:
+            assert client.read_input_registers(0, count=1, device_id=1).registers == [1]
+        until(lambda: line.hil("decode", str(path)).count("\n") >= 2, "the answer in the capture")
+        capturing.terminate()
+    shown = captured.split("pcapng\n", 2)[2].split("$")[0]
+    assert fits(shown, line.hil("decode", str(path)))

@@ -3,19 +3,24 @@
 ``python tests/test_register_maps.py`` writes them anew, after a change that is meant.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hil.compose.find import find_catalogue
+from hil.config.drive_map_text import drive_map_of
 from hil.core.kinds import KINDS
-from hil.operations.devices import twin_info
 from hil.registers.map_rows import formatted, map_rows
-from hil.registers.register_map import RegisterMap, register_map
+from hil.registers.register_map import register_map
+from hil.registers.registers_protocol import UnitMap
+from hil.registers.units import unit_of
+from hil.sim.twin_info import twin_info
 from hil.vocab.desk_protocol import DeviceInfo
 
 GOLDEN = Path(__file__).parent / "register_maps"
 KINDS_OF_BOARD = ("mechaduino", "sac")
+DRIVE = "modbus_drive"
 
 
 def info_of(profile: str) -> DeviceInfo:
@@ -25,7 +30,13 @@ def info_of(profile: str) -> DeviceInfo:
     return twin_info(profile, profile, catalogue.boards[profile], KINDS[law])
 
 
-def lines_of(of: RegisterMap) -> list[str]:
+def drives_map() -> UnitMap:
+    text = find_catalogue().profiles[DRIVE].map
+    assert text
+    return unit_of(replace(info_of(DRIVE), own_map=drive_map_of(text))).map
+
+
+def lines_of(of: UnitMap) -> list[str]:
     return [f"CRC {of.crc:08x}", *formatted(map_rows(of), "csv")]
 
 
@@ -33,6 +44,10 @@ def lines_of(of: RegisterMap) -> list[str]:
 def test_the_numbers_stay(profile: str) -> None:
     golden = (GOLDEN / f"{profile}.csv").read_text().splitlines()
     assert lines_of(register_map(info_of(profile))) == golden
+
+
+def test_the_numbers_of_the_map_that_is_built_in_stay() -> None:
+    assert lines_of(drives_map()) == (GOLDEN / f"{DRIVE}.csv").read_text().splitlines()
 
 
 @pytest.mark.parametrize("profile", KINDS_OF_BOARD)
@@ -56,3 +71,4 @@ if __name__ == "__main__":
     for kind in KINDS_OF_BOARD:
         text = "\n".join(lines_of(register_map(info_of(kind))))
         (GOLDEN / f"{kind}.csv").write_text(text + "\n")
+    (GOLDEN / f"{DRIVE}.csv").write_text("\n".join(lines_of(drives_map())) + "\n")

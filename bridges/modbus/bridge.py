@@ -7,12 +7,14 @@ from typing import Any
 
 from bridges.modbus.door_options import Options
 from bridges.modbus.door_units import DoorUnit, DoorUnits
-from bridges.modbus.request_handler import EXCEPTIONS, RequestHandler
+from bridges.modbus.request_handler import RequestHandler
 from bridges.modbus.rtu_server import RtuServer
 from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
 from bridges.modbus.turns import SHARE
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.registers import layout
+from hil.registers.device_identity import device_identity
+from hil.registers.exception_codes import EXCEPTIONS
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError
@@ -105,14 +107,7 @@ class ModbusBridge:
 
     def _identity(self, unit: DoorUnit) -> Identification:
         """What 43/14 says of a unit."""
-        return Identification(
-            vendor_name="hil",
-            product_code=unit.info.profile,
-            revision=version("hil-motion"),
-            product_name=f"{'real' if unit.info.is_real else 'simulated'} {unit.info.profile}",
-            user_application_name=f"{self._bench}/{unit.info.name}",
-            model_name=f"register map {layout.VERSION}, CRC {unit.registers.map.crc:08x}",
-        )
+        return device_identity(unit.registers.map, self._bench, version("hil-motion"))
 
 
 make = ModbusBridge
@@ -141,6 +136,7 @@ def reference() -> str:
         f"Control word: a bit that becomes 1 starts a verb with its defaults, one at a time: {control}.\n\n"
         f"| status bit | name | meaning |\n|---|---|---|\n{status}\n"
         f"| refusal | exception |\n|---|---|\n{refusals}\n"
+        "A drive with a map of its own (`map` of a device) has that in place of these blocks.\n\n"
         "A unit that there is not is exception 10, one whose device a reload has taken away 11.\n"
     )
 

@@ -6,12 +6,22 @@ from typing import Annotated, Any
 
 import typer
 
-app = typer.Typer(name="modbus", help="Registers of devices.", no_args_is_help=True, rich_markup_mode=None)
+from bridges.modbus.cycle_command import cycle
+
+app = typer.Typer(
+    name="modbus",
+    help="Registers of devices, and times on a line.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
 
 
 @app.callback()
 def _commands() -> None:
     pass
+
+
+app.command("cycle")(cycle)
 
 
 @app.command("map")

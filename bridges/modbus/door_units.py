@@ -4,8 +4,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from bridges.modbus.door_options import UNITS
-from hil.registers.register_map import register_map
-from hil.registers.register_unit import RegisterUnit
+from hil.registers.registers_protocol import Registers
+from hil.registers.units import unit_of
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, DeviceInfo
@@ -21,7 +21,7 @@ class DoorUnit:
 
     number: int
     info: DeviceInfo
-    registers: RegisterUnit = field(repr=False)
+    registers: Registers = field(repr=False)
 
 
 class DoorUnits:
@@ -52,7 +52,7 @@ class DoorUnits:
             if unit and unit.info.name == axis and owner_of(axis) not in names:
                 self._units[number] = unit
             elif info := devices.get(axis):
-                registers = RegisterUnit(register_map(info), is_low_first=self._is_low_first)
+                registers = unit_of(info, is_low_first=self._is_low_first)
                 self._units[number] = DoorUnit(number, info, registers)
 
     def find(self, number: int) -> DoorUnit:

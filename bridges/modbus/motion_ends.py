@@ -22,7 +22,7 @@ class MotionEnds:
         if (number := wanted.number) is None:
             return
         self._drop(unit, number)
-        verb = unit.registers.map.verbs[number]
+        verb = unit.info.verbs[str(wanted.given["name"])]
         if verb.effect is not Effect.ENDS or not unit.info.is_seen or not isinstance(answer, Done):
             unit.registers.note(wanted, VerbStage.DONE)
             return

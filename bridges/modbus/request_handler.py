@@ -12,6 +12,7 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.motion_ends import MotionEnds
 from hil.net.limits import Limit
 from hil.registers.control_word import Wanted
+from hil.registers.exception_codes import code_and_reason
 from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused
@@ -19,23 +20,6 @@ from hil.wire.modbus.identification import Identification, identify
 from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, Table, answer, exception, parse
 
 log = logging.getLogger("hil")
-
-EXCEPTIONS = {
-    "no_device": Code.GATEWAY_TARGET_FAILED,
-    "no_place": Code.ILLEGAL_DATA_ADDRESS,
-    "no_verb": Code.ILLEGAL_DATA_ADDRESS,
-    "no_parameter": Code.ILLEGAL_DATA_ADDRESS,
-    "no_run": Code.ILLEGAL_DATA_ADDRESS,
-    "bad_request": Code.ILLEGAL_DATA_VALUE,
-    "bad_parameter": Code.ILLEGAL_DATA_VALUE,
-    "bad_run": Code.ILLEGAL_DATA_VALUE,
-    "bad_config": Code.ILLEGAL_DATA_VALUE,
-    "not_now": Code.SERVER_DEVICE_BUSY,
-    "cannot": Code.SERVER_DEVICE_FAILURE,
-    "failed": Code.SERVER_DEVICE_FAILURE,
-    "forbidden": Code.ILLEGAL_FUNCTION,
-}
-"""Exceptions for refusals of the desk. Modbus/TCP Security refuses by role with 01 (R-29)."""
 
 
 @dataclass(eq=False)
@@ -103,10 +87,7 @@ class RequestHandler:
             await self._carry_out(asker, unit, wanted)
 
     def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
-        if isinstance(error, Refused):
-            code, why = error.code, str(error)
-        else:
-            code, why = EXCEPTIONS[error.code], f"{error.code}: {error}"
+        code, why = code_and_reason(error)
         self.exceptions[f"{code:02}"] += 1
         self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
         return exception(function, code)

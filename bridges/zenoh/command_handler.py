@@ -78,8 +78,15 @@ class CommandHandler:
     def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
         answer = self._desk.ask(source, command.operation, command.target, command.given)
         if isawaitable(answer):
-            self._work.begin(self._answer_later(query, key, answer))
-        elif command.operation == "do" and query is not None and isinstance(answer, Done):
+            self._work.begin(self._answer_later(source, key, command, query, answer))
+        else:
+            self._answer_done(source, key, command, query, answer)
+
+    def _answer_done(
+        self, source: Source, key: str, command: Command, query: zenoh.Query | None, answer: Any
+    ) -> None:
+        """Reply that a command was carried out, and of a verb's motion again when it has ended."""
+        if command.operation == "do" and query is not None and isinstance(answer, Done):
             self._answer_verb(source, key, command.target, answer, query)
         else:
             self._answer(query, key, answer)
@@ -113,7 +120,9 @@ class CommandHandler:
             self._refuse(key, query, too_many)
             raise
 
-    async def _answer_later(self, query: zenoh.Query | None, key: str, doing: Awaitable[Any]) -> None:
+    async def _answer_later(
+        self, source: Source, key: str, command: Command, query: zenoh.Query | None, doing: Awaitable[Any]
+    ) -> None:
         try:
             answer = await doing
         except VerbRefused as refusal:
@@ -123,7 +132,7 @@ class CommandHandler:
             if query is not None:
                 self._sender.end(query)
             raise
-        self._answer(query, key, answer)
+        self._answer_done(source, key, command, query, answer)
 
     def _answer(self, query: zenoh.Query | None, key: str, answer: Any) -> None:
         """Reply that something was carried out."""

@@ -91,7 +91,9 @@ def _taps(line: TypedLine) -> Names:
 
 
 def _lines(line: TypedLine) -> Names:
-    return [*_ports(line), *_taps(line), *((row["segment"], "segment") for row in line.ask("segments"))]
+    rows = line.ask("segments")
+    nodes = [(node, f"Modbus node of {row['segment']}") for row in rows for node in row["nodes"]]
+    return [*_ports(line), *_taps(line), *nodes, *((row["segment"], "segment") for row in rows)]
 
 
 def _members(row: dict[str, Any]) -> list[str]:

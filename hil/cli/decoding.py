@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from hil.compose.find import find_catalogue
-from hil.compose.framings import LINE_FRAMING
+from hil.compose.framings import LINE_FRAMING, in_format
 from hil.vocab.framing import Framing, Splitter
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.pcapng import EVENT_NAMES, CaptureError, Interface, Record, RecordKind, read
@@ -13,7 +13,7 @@ LINE_BAUD = 38400
 
 
 class _Line:
-    """One direction of an interface."""
+    """One direction of an interface, or both."""
 
     def __init__(self, line: Interface) -> None:
         framings = find_catalogue().framings
@@ -21,8 +21,9 @@ class _Line:
             raise CaptureError(f"{line.name} has the framing {name!r}; this knows {', '.join(framings)}")
         self._name = line.name
         self._baud = line.baud or LINE_BAUD
-        self._framing: Framing = framings[name]
+        self._framing: Framing = in_format(framings[name], line.line_format)
         self._splitter: Splitter = self._framing.splitter()
+        self.has_ends = self._framing.has_ends
 
     def packets(self, data: bytes, at_ns: int) -> Iterator[tuple[int, str]]:
         for item in self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items:
@@ -66,5 +67,8 @@ def _of_record(record: Record, lines: dict[tuple[Interface, int], _Line]) -> Ite
         return
     key = record.line, record.event
     if key not in lines:
-        lines[key] = _Line(record.line)
+        other = RecordKind.RX if record.event == RecordKind.TX else RecordKind.TX
+        known = lines.get((record.line, other))
+        # Where silence alone ends a packet, both directions are one wire: an answer follows its question.
+        lines[key] = known if known and not known.has_ends else _Line(record.line)
     yield from lines[key].packets(record.data, record.at_ns)

@@ -1,6 +1,7 @@
 """The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
 
 import re
+from dataclasses import replace
 
 import typer
 
@@ -8,17 +9,18 @@ from hil.cli.commands import HELP, commands
 from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
+from hil.config.drive_map_text import drive_map_of
 from hil.core import FIELDS
 from hil.core.kinds import KINDS as KINDS_OF_AXIS
 from hil.operations.control_socket import CONTROL_VERSION
-from hil.operations.devices import twin_info
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
 from hil.operations.table import OPERATIONS
 from hil.registers.map_rows import formatted, map_rows
-from hil.registers.register_map import register_map
+from hil.registers.units import unit_of
 from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
+from hil.sim.twin_info import twin_info
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.verbs import CODES, COMMON, Verb
 
@@ -154,11 +156,16 @@ def _fields() -> str:
 
 
 def _register_maps() -> str:
-    parts = ["## Register maps\n", "Of boards with one axis; `hil modbus map` prints that of any device.\n"]
+    parts = [
+        "## Register maps\n",
+        "Of boards with one axis, of a drive the map that is built in; `hil modbus map` prints that of any"
+        " device.\n",
+    ]
     catalogue = find_catalogue()
     for name, profile in sorted(catalogue.profiles.items()):
         if profile.law is not None:
             info = twin_info(name, name, catalogue.boards[name], KINDS_OF_AXIS[profile.law])
-            rows = formatted(map_rows(register_map(info)), "markdown")
+            own_map = drive_map_of(profile.map) if profile.map else None
+            rows = formatted(map_rows(unit_of(replace(info, own_map=own_map)).map), "markdown")
             parts.append("\n".join([f"### Registers of `{name}`\n", *rows, ""]))
     return "\n".join(parts)

@@ -58,6 +58,10 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
     for name, real in serving.live.places.boards.items():
         away = "" if real.end.line.stats().clients else " (away, tried again each second)"
         lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")
+    for name, control in serving.live.places.drives.items():
+        link = control.drive.link
+        away = "" if link.is_there else f" ({link.state}, tried again)"
+        lines.append(f"\n{name}: the drive at {control.drive.spec.address}{away}; hil axis {name}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
         doors = ", ".join([*status["listen"], *status["connect"]])

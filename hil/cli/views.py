@@ -57,11 +57,17 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    wires = _segment_table(status["segments"]) if status["segments"] else Text()
+    wires: RenderableType = _segment_table(status["segments"]) if status["segments"] else Text()
+    nodes = {name: node for row in status["segments"] for name, node in row["nodes"].items()}
+    if nodes:
+        wires = Group(wires, _node_table(nodes))
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
-    return Group(head, Text(), table, wires, *_remarks(remarks))
+    drives = [
+        Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
+    ]
+    return Group(head, Text(), table, wires, *drives, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -80,6 +86,14 @@ def _bridge_line(row: dict[str, Any]) -> str:
     return f"{row['root']} at {doors}: {counts}{warning}"
 
 
+def _drive_line(drive: dict[str, Any]) -> str:
+    age_ms, p50_ms, p99_ms = (drive[key] for key in ("age_ms", "round_trip_p50_ms", "round_trip_p99_ms"))
+    age = "nothing was read yet" if age_ms is None else f"read {age_ms:.0f} ms ago"
+    trips = "" if p50_ms is None else f", round trip p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms"
+    counts = f"{drive['polls']} polls, {drive['time_outs']} time-outs, {drive['exceptions']} exceptions"
+    return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects"
+
+
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
     table = Table(box=None)
     for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
@@ -93,14 +107,27 @@ def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
     return table
 
 
+def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
+    table = Table(box=None)
+    for column in ("node", "unit", "requests", "answers", "exceptions", "last refusal"):
+        table.add_column(column, justify="left" if column in ("node", "last refusal") else "right")
+    for name, row in nodes.items():
+        counts = [str(row[kind]) for kind in ("unit", "requests", "answers", "exceptions")]
+        table.add_row(name, *counts, Text(row["refusal"] or ""))
+    return table
+
+
 def _motion(shot: dict[str, Any]) -> tuple[str, str, str]:
-    return f"{shot['position_deg']:.2f}", f"{shot['velocity_rpm']:.1f}", _mode(shot)
+    speed = shot.get("velocity_rpm")
+    return f"{shot['position_deg']:.2f}", "-" if speed is None else f"{speed:.1f}", _mode(shot)
 
 
 def _mode(shot: dict[str, Any]) -> str:
     """State of an axis: a servo's mode and loop, a stepper's state."""
     from hil.core.abi import MotionState
 
+    if "enabled" in shot:
+        return "real" if shot["enabled"] else "real off"
     if "motion_state" in shot:
         return MotionState(int(shot["motion_state"])).name
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")

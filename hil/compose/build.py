@@ -17,6 +17,7 @@ from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
 from hil.vocab.address import Address
+from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
 
 LEAST_AXES = 8
@@ -96,6 +97,7 @@ def make_device(
         time_out=time_out,
         follow=board.follow,
         framing=board.framing,
+        own_map=config.drive_map(profile),
     )
     return bench.make(spec, config.axis_plans(profile, seed), group)
 
@@ -165,15 +167,20 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig, catalogue: Catalogue) -> None:
-    stations = config.addresses()
-    group = bench.roster.group_of(stations[0].owner) if stations else bench.open_group()
+    stations, members = config.addresses(), config.members()
+    group = bench.roster.group_of(members[0]) if members else bench.open_group()
     framings = (bench.devices[device].framing for device, _ in stations)
-    segment = make_segment(group, framing_of(config, framings, catalogue))
+    framing = framing_of(config, framings, catalogue)
+    segment = make_segment(group, framing, FORMATS[config.format])
     bench.roster.add_segment(name, segment, group)
     for device, part in stations:
         uarts = bench.devices[device].uarts
         uart = part or str(station_uart(uarts))
         uarts[uart].join(segment, str(Address(device, uart)))
+    if config.modbus:
+        from hil.compose.modbus_nodes import add_nodes  # most benches start without Modbus
+
+        add_nodes(bench, config.modbus, config.baud, segment, group, catalogue)
     for tap_name, tap in config.taps.items():
         label = str(Address(name, tap_name))
         made = Tap(label, segment, group, config.baud, only_listens=tap.listen, is_real=tap.real)

@@ -14,10 +14,12 @@ from hil.core import Core
 from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import YAML, BoardPlaces, find_places
 from hil.discovery.installed import BRIDGES, PORTS
+from hil.host.regular_file import read_text
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.bridge_protocol import Bridge, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.framing import Framing
+from hil.vocab.line_format import LineFormat
 from hil.vocab.ports import Port, PortContext
 from hil.vocab.profile import Profile
 from hil.vocab.segment import Segment
@@ -58,6 +60,7 @@ def find_catalogue(
         found.wrong_paths,
         lambda folders: find_catalogue(extra_ports, folders),
         _refused_motors,
+        read_text,
         Framings(boards),
     )
 
@@ -127,7 +130,7 @@ def bridge_reference(kind: str) -> str:
     return text
 
 
-def make_segment(clock: Clock, framing: Framing) -> Segment:
+def make_segment(clock: Clock, framing: Framing, line_format: LineFormat) -> Segment:
     """Make a wire without stations, on which things happen at times of ``clock``."""
-    segment: Segment = import_module("virtual_ports.rs485.segment").Segment(clock, framing)
+    segment: Segment = import_module("virtual_ports.rs485.segment").Segment(clock, framing, line_format)
     return segment

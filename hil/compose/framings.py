@@ -4,8 +4,9 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from hil.config import Catalogue, ConfigError, SegmentConfig
 from hil.vocab.framing import Framing
+from hil.vocab.line_format import FORMATS, LineFormat
 from hil.vocab.profile import Profile
-from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU, modbus_rtu
 
 COMMON = {framing.name: framing for framing in (MODBUS_RTU,)}
 LINE_FRAMING = "sac"
@@ -40,8 +41,16 @@ class Framings(Mapping[str, Framing]):
         return len(self._of_boards | COMMON)
 
 
+def in_format(framing: Framing, line_format: LineFormat) -> Framing:
+    """Framing on a line of this format: of those that are told apart by silence another one."""
+    return modbus_rtu(line_format) if framing is MODBUS_RTU else framing
+
+
 def framing_of(config: SegmentConfig, boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
-    """Find the framing of a line: what a tap says, or the first of the ``boards`` on it that says one."""
+    """Find the framing of a line: Modbus RTU if it has to, what a tap says, or the first of the ``boards`` on
+    it that says one."""
+    if config.speaks_modbus:
+        return modbus_rtu(FORMATS[config.format])
     said = [tap.framing for tap in config.taps.values() if tap.framing]
     name = said[0] if said else LINE_FRAMING
     return (None if said else next(filter(None, boards), None)) or catalogue.framings[name]

@@ -20,6 +20,7 @@ from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
+from hil.vocab.address import address_of
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
@@ -144,6 +145,8 @@ def replay_log(read: InputLog) -> Replayed:
     for device in runtime.devices.values():
         for port, uart in device.uarts.items():
             uart.listeners.append(partial(heard, device, port))
+    for name, node in runtime.nodes.items():
+        node.listeners.append(partial(heard, node.device, address_of(name).part))
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):
             said = problem if problem.isprintable() else repr(problem)

@@ -1,20 +1,23 @@
 """Reader of configurations: text to a validated bench, or every problem with its place.
 
-Belongs here: the configuration's model, its checks, its JSON Schema and reference, and the difference between
-two configurations. Pure: the caller reads the files and finds the profiles and ports (``Catalogue``), and
-which motors the core refuses. Of hil.sim and hil.wire it takes rules without state, so that a fault, a load
-or an address is refused here with a running bench's words.
+Belongs here: the configuration's model, its checks, its JSON Schema and reference, the difference between
+two configurations, and the reader of a Modbus drive's map. Pure: the caller reads the files and finds the
+profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.sim, hil.wire and hil.registers
+it takes rules without state, so that a fault, a load or an address is refused here with a running bench's
+words.
 
-May import: hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath,
-pydantic, pydantic_core, yaml.
+May import: hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib,
+pathlib, posixpath, pydantic, pydantic_core, yaml.
 """
 
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml
 from hil.config.check import from_dict, parse
 from hil.config.diff import Change, diff
-from hil.config.model import BenchConfig, DeviceConfig, PortConfig, SegmentConfig
+from hil.config.model import BenchConfig, DeviceConfig
+from hil.config.port_model import PortConfig
 from hil.config.reference_page import reference
 from hil.config.schema import schema
+from hil.config.segment_model import SegmentConfig
 from hil.vocab.problem import ConfigError
 
 __all__ = [

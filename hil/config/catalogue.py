@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.drive_map_model import MapText
+from hil.config.drive_map_text import map_findings
 from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
 from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
@@ -114,6 +116,8 @@ class ProfileInfo(StrictModel):
     axis: dict[str, AxisParameter] = Field(default={})
     """Parameters of the board's axis by names that end in the unit."""
     registers: dict[str, int] = Field(default={})
+    map: MapText | None = None
+    """Map of registers of the board's own, a drive's, unless a device has another; None: it has none."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
 
@@ -174,6 +178,8 @@ class Catalogue:
     """Finds the catalogue with these folders instead."""
     refused_motors: Callable[[Mapping[str, AxisPlan]], Mapping[str, str]] = lambda plans: {}
     """Motors, by device, that the core would not open, each with the reason: a message, a colon, a remedy."""
+    read_text: Callable[[Path], str] | None = None
+    """Reads the text of a file that a configuration names. Raises OSError or UnicodeDecodeError."""
     framings: Mapping[str, Framing] = field(default_factory=dict)
     """Framings of lines by name."""
 
@@ -245,6 +251,8 @@ def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> Profi
     findings = document.findings
     if wrong := list(_fit_motors(document)):
         raise document.error([*findings, *wrong])
+    if isinstance(document.value, dict) and document.value.get("map") is not None:
+        findings += map_findings(document, ("map",))
     try:
         info = ProfileInfo.model_validate(document.value)
     except ValidationError as error:

@@ -15,9 +15,11 @@ from hil.config.explain import findings_of
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
+from hil.config.modbus_findings import modbus_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
+from hil.config.real_places import same_at
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
 from hil.vocab.problem import ConfigError, Problem
@@ -52,7 +54,7 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
-    value, found, profiles = _completed(document, catalogue)
+    value, found, profiles, elsewhere = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
     config: BenchConfig | None = None
     try:
@@ -67,8 +69,9 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
         findings += file_findings(bridges)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
-    if config is None or findings:
-        raise ConfigError([*document.error(findings).problems, *_of_boards(value, catalogue)])
+    if config is None or findings or elsewhere:
+        of_boards = _of_boards(value, catalogue)
+        raise ConfigError([*document.error(findings).problems, *elsewhere, *of_boards])
     return config
 
 
@@ -96,12 +99,12 @@ def _of_boards(value: Any, catalogue: Catalogue) -> list[Problem]:
 
 def _completed(
     document: Document, catalogue: Catalogue
-) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None]:
-    """Complete a document with the catalogue's defaults: its value, the findings, and the profiles of all
-    devices; None for these if there are none, or not all are known."""
+) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem]]:
+    """Complete a document with the catalogue's defaults: its value, the findings, the profiles of all
+    devices, None for these if there are none, or not all are known, and problems of files that it names."""
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
-        return given, [], None
+        return given, [], None, []
     ports = PortsCheck(document, catalogue.ports)
     devices = {
         name: DeviceCheck(name, raw, document, catalogue, ports)
@@ -123,7 +126,8 @@ def _completed(
     findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"), given.get("bench"))]
     profiles = {name: device.profile for name, device in devices.items() if device.profile}
     are_all = profiles and len(profiles) == len(given["devices"])
-    return value, findings, profiles if are_all else None
+    elsewhere = list(dict.fromkeys(problem for device in devices.values() for problem in device.problems))
+    return value, findings, profiles if are_all else None, elsewhere
 
 
 def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
@@ -152,8 +156,9 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
         if name not in real and _plant(raw, axis) == "full"
     }
     yield from joint_findings(value, profiles, real)
+    yield from modbus_findings(value.get("segments"), profiles, real)
     yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
-    yield from _same_at(devices)
+    yield from same_at(devices)
 
 
 def _plant(raw: Mapping[str, Any], axis: str) -> object:
@@ -161,13 +166,3 @@ def _plant(raw: Mapping[str, Any], axis: str) -> object:
     axes = raw.get("axes")
     own = axes.get(axis) if isinstance(axes, dict) else None
     return (own.get("plant") if isinstance(own, dict) else None) or raw.get("plant")
-
-
-def _same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
-    """Findings of real boards at a port that another one has."""
-    taken: dict[str, str] = {}
-    for name, raw in devices.items():
-        if isinstance(at := raw.get("at"), str) and taken.setdefault(at, name) != name:
-            yield Finding(
-                ("devices", name, "at"), f"device {taken[at]} is there", "each board has its own port"
-            )

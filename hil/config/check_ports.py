@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from hil.config.catalogue import Unusable
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
-from hil.config.model import PortConfig
+from hil.config.port_model import PortConfig
 from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.bridge_protocol import DoorPort
 

@@ -6,7 +6,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
-from hil.config.station_names import station_addresses
+from hil.config.station_names import node_addresses, station_addresses
 from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
@@ -62,7 +62,7 @@ def _places(
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:
-            places[name] = {faults.PORT}
+            places[name] = set() if profile.map else {faults.PORT}  # a drive has no line of bytes here
         else:
             places |= _of_twin(name, profile, full)
     for name, segment in segments.items() if isinstance(segments, dict) else ():
@@ -71,6 +71,7 @@ def _places(
         places[name] = {faults.SEGMENT}
         for tap in _names(segment.get("taps")):
             places[f"{name}.{tap}"] = {faults.STATION}
+        places |= {node: {faults.STATION, faults.MODBUS_NODE} for node in node_addresses(segment, devices)}
         for station in _names(segment.get("stations")):
             if owner_of(station) not in real:
                 for address in station_addresses(station, devices):

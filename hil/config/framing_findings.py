@@ -6,10 +6,12 @@ from typing import Any
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
-from hil.config.station_names import station_addresses
+from hil.config.station_names import node_addresses, station_addresses
 from hil.vocab.address import Address, owner_of
 from hil.vocab.faults import OF_FRAMINGS
 from hil.vocab.framing import Framing
+from hil.vocab.line_format import EIGHT_N_1
+from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
 Said = tuple[KeyPath, str, str]
 """Statement of what a line speaks: where it is said, who says so, and the framing's name."""
@@ -24,7 +26,7 @@ def framing_findings(
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if not isinstance(segment, dict):
             continue
-        said = [*_boards(name, segment, devices, catalogue), *_taps(name, segment)]
+        said = [*_boards(name, segment, devices, catalogue), *_modbus(name, segment), *_taps(name, segment)]
         known = [each for each in said if each[2] in catalogue.framings]
         for path, _, framing in said:
             if framing not in catalogue.framings:
@@ -52,6 +54,14 @@ def _boards(
             yield ("segments", name, "stations", index), device, framing.name
 
 
+def _modbus(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
+    """What nodes and a format say; of a format that boards cannot have, ``modbus_findings`` tells."""
+    if isinstance(segment.get("modbus"), dict):
+        yield ("segments", name, "modbus"), "modbus", MODBUS_RTU.name
+    elif segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and not segment.get("stations"):
+        yield ("segments", name, "format"), "format", MODBUS_RTU.name
+
+
 def _taps(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
     taps = segment.get("taps")
     for tap, keys in taps.items() if isinstance(taps, dict) else ():
@@ -63,6 +73,7 @@ def _stations(name: str, segment: Mapping[str, Any], devices: Mapping[str, Profi
     stations, taps = segment.get("stations"), segment.get("taps")
     for station in stations if isinstance(stations, list) else ():
         yield from station_addresses(str(station), devices)
+    yield from node_addresses(segment, devices)
     yield from (str(Address(name, str(tap))) for tap in (taps if isinstance(taps, dict) else ()))
 
 

@@ -23,7 +23,10 @@ def joint_findings(value: Mapping[str, object], devices: Devices, real: Collecti
     yield from _segment_findings(value, devices, real)
 
 
-def _no_twin(path: KeyPath, device: str, devices: Devices, real: Collection[str], why: str) -> Finding | None:
+def no_twin_finding(
+    path: KeyPath, device: str, devices: Devices, real: Collection[str], why: str
+) -> Finding | None:
+    """Finding of a device that is no twin, or None. ``why``: what to do if it is a real board."""
     if device not in devices:
         return Finding(path, f"there is no device {shown(device)}", suggestion(device, devices))
     return Finding(path, f"{device} is a real board", why) if device in real else None
@@ -74,7 +77,7 @@ def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[
     if not axis:
         return Finding(path, f"{shown(text)} is no pin", "write the device and its pin, as in s1.clk")
     device, part = address_of(axis)
-    if no_twin := _no_twin(path, device, devices, real, "wire it by hand; wires here join twins"):
+    if no_twin := no_twin_finding(path, device, devices, real, "wire it by hand; wires here join twins"):
         return no_twin
     axes = devices[device].axes
     if not axes or (part and part not in axes):
@@ -110,7 +113,7 @@ def _segment_findings(
                 continue
             path = ("segments", name, "stations", index)
             device, part = address_of(station)
-            if no_twin := _no_twin(path, device, devices, real, "stations here are twins"):
+            if no_twin := no_twin_finding(path, device, devices, real, "stations here are twins"):
                 yield no_twin
                 continue
             profile = devices[device]

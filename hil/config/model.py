@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BaseModel,
@@ -11,36 +11,26 @@ from pydantic import (
     Field,
     SerializeAsAny,
 )
-from pydantic_core import PydanticCustomError
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
+from hil.config.drive_map_model import MapText
+from hil.config.drive_map_text import drive_map_of
 from hil.config.explain import StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.path_values import usable_path
+from hil.config.port_model import Name, PortConfig
+from hil.config.real_places import real_address
+from hil.config.segment_model import SegmentConfig, WireConfig
 from hil.config.shaft_load import LoadConfig
-from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of, pin_of
+from hil.registers.drive_map import DriveMap
+from hil.vocab.address import owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+from hil.wire.drive_address import DriveAddress, drive_address, is_drive_address
 
-
-def _serial_url(value: Any) -> Any:
-    if isinstance(value, str) and not is_serial_address(value):
-        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
-    return value
-
-
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
 _Register = Annotated[int, Field(ge=0, le=0x7FFF)]
-
-
-class PortConfig(StrictModel):
-    """Port at which clients reach a device: its kind and that kind's own options."""
-
-    kind: str
-    options: SerializeAsAny[BaseModel]
 
 
 class SetpointsConfig(StrictModel):
@@ -83,11 +73,13 @@ class DeviceConfig(StrictModel):
     """A board, emulated or real."""
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
-    at: Annotated[str, BeforeValidator(_serial_url)] | None = Field(
+    at: Annotated[str, BeforeValidator(real_address)] | None = Field(
         default=None,
         description="A real board instead of an emulated one: the path or URL of its serial port"
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
-        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there.",
+        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there. Of a drive"
+        " with a `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
+        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path.",
     )
     port: PortConfig | None = Field(
         default=None,
@@ -145,6 +137,11 @@ class DeviceConfig(StrictModel):
         description="Axes of a board with several, by their names in the profile, as in `elbow`: what differs"
         " from the profile.",
     )
+    map: MapText | None = Field(
+        default=None,
+        description="Of a drive, which has registers of its own: where each of its values is, as the path of"
+        " a file, looked up from the configuration's folder, or written out; null: as its profile has it.",
+    )
     setpoints: SetpointsConfig | None = Field(
         default=None,
         description="What becomes of the axis when set-points of `position`, `velocity` or `torque` stay"
@@ -154,7 +151,8 @@ class DeviceConfig(StrictModel):
         default=None,
         ge=1,
         le=200,
-        description="How often a run types a set-point at a real servo (`at`), which answers each; null: 50.",
+        description="How often a run types a set-point at a real servo (`at`), which answers each, or writes"
+        " it to a real drive that follows set-points; null: 50.",
     )
     line_delay_ms: float | None = Field(
         default=None,
@@ -164,6 +162,13 @@ class DeviceConfig(StrictModel):
         " back, as over a network or on a busy computer: a run tells the board its motions so much earlier,"
         " and waits so much longer for its answers; null: 0.",
     )
+    poll_interval_ms: float | None = Field(
+        default=None,
+        ge=1,
+        le=10_000,
+        description="Interval in which the state of a real drive (`at: modbus+...`) is read; a slow line"
+        " makes it longer; null: 20.",
+    )
     spi_previous_command: int = Field(
         default=0xFFFF,
         ge=0,
@@ -171,6 +176,11 @@ class DeviceConfig(StrictModel):
         description="The SPI frame sent before the first one. The encoder answers one frame late, so the"
         " first answer belongs to this; 0xFFFF reads the angle.",
     )
+
+    @property
+    def drive_address(self) -> DriveAddress | None:
+        """Address on Modbus of a real drive; None: it is none."""
+        return drive_address(self.at) if self.at and is_drive_address(self.at) else None
 
     def port_of(self, uart: str) -> PortConfig | None:
         """Port of a UART by its name; empty: of the first."""
@@ -185,6 +195,11 @@ class DeviceConfig(StrictModel):
         """Speeds of the UARTs by their names."""
         own = {profile.first_uart: self.baud} | dict(self.bauds)
         return {name: own.get(name, numbers.baud) for name, numbers in profile.uarts.items()}
+
+    def drive_map(self, profile: ProfileInfo) -> DriveMap | None:
+        """Map of the board's own registers; None: it has none."""
+        text = self.map or profile.map
+        return drive_map_of(text) if text else None
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""
@@ -225,60 +240,6 @@ class DeviceConfig(StrictModel):
         """Fields of the axes that the power sets, by the axis's name."""
         spi = {"spi_previous_command": self.spi_previous_command}
         return {name: self.register_values(profile, name) | spi for name in profile.axes}
-
-
-class WireConfig(StrictModel):
-    """A wire from an output to an input."""
-
-    from_: str = Field(
-        alias="from", description="A device and one of its outputs, as in `s1.clk`, or in `arm.elbow.clk`."
-    )
-    to: str = Field(description="A device and one of its inputs, as in `m1.step`, or in `arm.elbow.step`.")
-
-    def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Axis and pin of the output, and of the input."""
-        return pin_of(self.from_), pin_of(self.to)
-
-
-class TapConfig(StrictModel):
-    """Tap, at which a program outside is a station of a segment."""
-
-    port: PortConfig = Field(
-        description="Where it reaches the wire, as a device's `port`; a real adapter: `serial`."
-    )
-    real: bool = Field(
-        default=False,
-        description="A real line with real nodes hangs there: a twin whose address sends from there is taken"
-        " off. True where the port is `serial`, unless you say otherwise.",
-    )
-    listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
-    echo: bool = Field(default=False, description="It hears what it sends itself.")
-    framing: str | None = Field(
-        default=None,
-        description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: as the boards on it speak, `sac` if none does.",
-    )
-
-
-class SegmentConfig(StrictModel):
-    """An RS485 wire and what is on it."""
-
-    stations: list[str] = Field(
-        default=[],
-        description="Devices on this wire, each by its network UART, as in `s1`, or by its only one; another"
-        " is written with its name: `s1.main` is the UART that the device's port is at.",
-    )
-
-    taps: Mapping[Name, TapConfig] = Field(
-        default={}, description="Programs on this wire, each under a name of its own: `bus0.master`."
-    )
-    baud: int = Field(
-        default=38400, ge=300, le=4_000_000, description="The speed at which taps send and listen, in baud."
-    )
-
-    def addresses(self) -> list[Address]:
-        """Address of each station's UART; ``station_uart`` says which one has no name here."""
-        return [address_of(station) for station in self.stations]
 
 
 class FaultConfig(BaseModel):
@@ -349,7 +310,7 @@ class BenchConfig(StrictModel):
     def joints(self) -> list[tuple[str, ...]]:
         """Devices that share their time, by wire and by segment."""
         wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
-        return [*wired, *(tuple(at.owner for at in each.addresses()) for each in self.segments.values())]
+        return [*wired, *(each.members() for each in self.segments.values())]
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:
@@ -357,6 +318,11 @@ class BenchConfig(StrictModel):
         return {name: device for name, device in self.devices.items() if device.at is None}
 
     @property
+    def drives(self) -> dict[str, DeviceConfig]:
+        """The real boards that are Modbus drives."""
+        return {name: device for name, device in self.devices.items() if device.drive_address}
+
+    @property
     def real(self) -> dict[str, DeviceConfig]:
-        """The real boards."""
+        """The real boards, drives among them."""
         return {name: device for name, device in self.devices.items() if device.at is not None}

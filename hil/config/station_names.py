@@ -1,10 +1,19 @@
-"""Names of a segment's stations: which UART of a device one is, and by which addresses it is known."""
+"""Names of a segment's stations: which UART of a device one is, by which addresses it is known; nodes."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.vocab.address import Address, DeviceParts, address_of
 from hil.vocab.firmware import NETWORK
+
+MODBUS = "modbus"
+"""Name of a Modbus node, behind its axis's."""
+
+
+def node_name(axis: str) -> str:
+    """Name of the Modbus node of the axis at an address, which hil writes so."""
+    return f"{axis}.{MODBUS}"
 
 
 def station_uart(uarts: Mapping[str, object]) -> str | None:
@@ -20,3 +29,13 @@ def station_addresses(station: str, devices: Mapping[str, ProfileInfo]) -> Itera
         uarts = DeviceParts(devices[device].uarts)
         uart = part or station_uart(uarts) or ""
         yield from dict.fromkeys((uarts.label(device, uart), str(Address(device, uart))))
+
+
+def node_addresses(segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
+    """Addresses of the Modbus nodes of a segment of a configuration, those with a device that is there."""
+    modbus = segment.get("modbus")
+    units = modbus.get("units") if isinstance(modbus, dict) else None
+    for axis in units if isinstance(units, dict) else ():
+        device, part = address_of(str(axis))
+        if device in devices and (not part or part in devices[device].axes):
+            yield node_name(DeviceParts(devices[device].axes).label(device, part))

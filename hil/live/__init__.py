@@ -2,9 +2,10 @@
 
 Belongs here: how the bench becomes what the configuration says, at the start and at a reload (``apply``),
 where bytes enter and leave (``places.py``, ``port_joint.py``), and what needs the wall's time or the
-operating system while the boards run: memories (``store.py``), captures, ``runs``, the guard over firmware,
+operating system while the boards run: memories (``store.py``), captures, ``runs``, real Modbus
+``drives``, the guard over firmware,
 the core's thread. ``live_bench.py`` composes it.
 
-May import: hil.compose, hil.config, hil.core, hil.firmware, hil.host, hil.net, hil.runs, hil.sim,
-hil.telemetry, hil.vocab, hil.wire, the standard library.
+May import: hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.registers,
+hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, pymodbus.
 """

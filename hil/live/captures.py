@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from hil import __version__
 from hil.vocab.segment import SegmentEvent
+from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import Interface, RecordKind, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
@@ -45,6 +46,10 @@ class Capture:
     def passed(self, source: int, towards: str, data: bytes) -> None:
         """Record bytes that have passed at a port, with their direction."""
         self.put(source, RecordKind.TX if towards == "board" else RecordKind.RX, data)
+
+    def passed_at(self, source: int, towards: str, at_ns: SimTimeNs, data: bytes) -> None:
+        """Record bytes that have passed at a node, with their direction and time."""
+        self.put(source, RecordKind.TX if towards == "board" else RecordKind.RX, data, "", at_ns)
 
     def heard(self, source: int, event: SegmentEvent) -> None:
         """Record traffic of a segment: bursts with their times; readings of a disturbed line, with errors."""

@@ -16,6 +16,7 @@ from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
 from hil.live.core_thread import turn
+from hil.live.drives.drive_axes import DriveAxes
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.holds import Holds
@@ -132,7 +133,8 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
     """Make the parts for runs of a bench that runs; ``stack`` ends what moves."""
     real, others = RealAxes(live.places, live.configured, live.sim), OtherBenches(live.bridges)
     stack.push_async_callback(real.close)
-    axes = AllAxes(TwinAxes(live.sim, live.watches.sampler), real)
+    drives = DriveAxes(live.places.drives, live.configured)
+    axes = AllAxes(TwinAxes(live.sim, live.watches.sampler), real, drives)
     queue = RunQueue(axes, live.configured, clock, others, live.holds)
     stack.push_async_callback(queue.close)
     return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, axes, real)

@@ -6,6 +6,7 @@ from itertools import chain
 from typing import Any
 
 from hil.live.board_end import BoardEnd
+from hil.live.drives.drive_axes import Drives
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.sim.device import Device
@@ -16,12 +17,14 @@ log = logging.getLogger("hil")
 
 class Places:
     """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
-    board). In order: UARTs, taps, real boards, each as they came. Only ``hil.live.apply`` changes them."""
+    board). In order: UARTs, taps, real boards, each as they came. Beside them ``drives``: real Modbus drives,
+    which have no port. Only ``hil.live.apply`` changes them."""
 
     def __init__(self) -> None:
         self.uarts: dict[str, Joint[UartEnd]] = {}
         self.taps: dict[str, Joint[TapEnd]] = {}
         self.boards: dict[str, Joint[BoardEnd]] = {}
+        self.drives = Drives()
 
     def __getitem__(self, label: str) -> Joint[Any]:
         """Joint of a label. Raises KeyError: there is no such place."""
@@ -57,3 +60,4 @@ class Places:
             await joint.port.close()
         for board in self.boards.values():
             await board.end.line.close()
+        await self.drives.close()

@@ -33,6 +33,7 @@ _SHOT: Any = (
     None,
     {"position_deg": float, "velocity_rpm": float, "motion_state": (0, 1, 2, 3, 4)},
     {"position_deg": float, "velocity_rpm": float, "mode": (0, *range(32, 127)), "loop_on": int},
+    {"position_deg": float, "enabled": int, "age_ms": float},
 )
 _FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict}
 _SEGMENT: dict[str, Any] = {
@@ -42,6 +43,9 @@ _SEGMENT: dict[str, Any] = {
     "packets": int,
     "collisions": int,
     "errors": {str: int},
+    "nodes": {
+        str: dict.fromkeys(("unit", "requests", "answers", "exceptions"), int) | {"refusal": _MAYBE_TEXT}
+    },
     "notes": [str],
 }
 _BRIDGE: dict[str, Any] = {

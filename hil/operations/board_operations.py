@@ -11,11 +11,14 @@ from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
+from hil.operations.drive_operations import DriveOperations
 from hil.operations.table import Asked
+from hil.sim.axis_look import axis_look
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
+from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import SETTABLE, setting_problem
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import Axes
@@ -28,7 +31,6 @@ from hil.wire.step_dir import Train, train_length_ns, train_problem
 EDGE_COLUMNS = 5
 BURST_BYTES = 65536
 """Maximum length of one burst."""
-_POLL_NS = 20_000_000
 _ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
@@ -37,18 +39,23 @@ class BoardOperations:
     out dialogues."""
 
     def __init__(
-        self, sim: BenchRuntime, places: Places, configured: Configured, axes: Axes, real: RealAxes
+        self,
+        sim: BenchRuntime,
+        places: Places,
+        configured: Configured,
+        axes: Axes,
+        real: RealAxes,
+        drives: DriveOperations,
     ) -> None:
-        self._sim, self._places, self._configured, self._axes, self._real = (
-            sim,
-            places,
-            configured,
-            axes,
-            real,
-        )
+        self._sim, self._places, self._configured = sim, places, configured
+        self._axes, self._real, self._drives = axes, real, drives
 
     def reset(self, asked: Asked) -> Done | Coroutine[Any, Any, Done]:
         """Reset a board; a real one by a dialogue."""
+        if asked.target in self._drives:
+            if "reset" not in self._places.drives[asked.target].drive.verbs:
+                raise VerbRefused("cannot", f"the map of {asked.target} has no control bit reset")
+            return self._drives.do(asked.target, "reset", {})
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, "reset")
         return Done(self._sim.give(self._twin(asked.target), Reset()), {})
@@ -60,8 +67,10 @@ class BoardOperations:
             raise VerbRefused("bad_parameter", f"pins of {asked.target} are {', '.join(pins)}")
         return self._give(asked, Pin(pin, int(level)))
 
-    def set_field(self, asked: Asked, field: str, value: Any) -> Done:
+    def set_field(self, asked: Asked, field: str, value: Any) -> Done | Coroutine[Any, Any, Done]:
         """Set a field of the axis; answers its value."""
+        if asked.target in self._drives:
+            return self._drives.set_field(asked.target, field, value)
         fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
         if field not in fields:
             raise VerbRefused(
@@ -82,6 +91,8 @@ class BoardOperations:
 
     def _type(self, target: str, data: bytes) -> Done:
         name, uart = address_of(target)
+        if name in self._drives:
+            raise self._drives.refuse(name)
         board, device = self._places.boards.get(name), self._sim.devices.get(name)
         if uart not in (device.uarts if device else ("", MAIN)):
             known = device.uarts if device else {MAIN: None}
@@ -104,6 +115,8 @@ class BoardOperations:
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
     ) -> Done | Coroutine[Any, Any, Done]:
         """Carry out a verb of the board's own table."""
+        if asked.target in self._drives:
+            return self._drives.do(asked.target, verb.name, parameters)
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
         device, part = self._twin(asked.target), address_of(asked.target).part
@@ -141,15 +154,21 @@ class BoardOperations:
 
     def state(self, asked: Asked) -> dict[str, float | None]:
         """State of an axis; None for what is no number."""
+        if asked.target in self._drives:
+            return self._drives.state(asked.target)
         state = self._sim.snapshot(asked.target).as_dict()
         return {name: value if abs(value) < float("inf") else None for name, value in state.items()}
 
     def packed(self, asked: Asked) -> bytes:
+        if asked.target in self._drives:
+            return self._drives.packed(asked.target)
         return packed(self._sim.snapshot(asked.target).values)
 
     def look(self, asked: Asked) -> AxisLook:
+        if asked.target in self._drives:
+            return self._drives.look(asked.target)
         axis, shot = self._axis(asked), self._sim.snapshot(asked.target)
-        return AxisLook(packed(shot.values), axis.kind.motion(shot), self._twin(asked.target).failed)
+        return axis_look(self._twin(asked.target), axis.kind, shot)
 
     async def wait(
         self,
@@ -160,33 +179,24 @@ class BoardOperations:
         set_point: float | None = None,
     ) -> dict[str, bool]:
         """Wait until what a verb began has ended; answers whether something else ended it."""
+        if asked.target in self._drives:
+            return await self._drives.wait(asked.target, effective_at_ns, at_most_s)
         sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
+        motion = BegunMotion(effective_at_ns, ends_after_ns, set_point)
         last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
-        pause_s = _POLL_NS / 1e9 / speed
+        pause_s = BEGINS_NS / 1e9 / speed
         await asyncio.sleep(pause_s)  # what a main program does begins with its next step
-        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, end_ns):
+        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, motion):
             if sim.now_ns >= last_ns:
                 raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
             await asyncio.sleep(max(min(pause_s, (end_ns - sim.now_ns) / 1e9 / speed), pause_s / 10))
         if sim.devices.get(device.name) is not device:
             return {"interrupted": True}  # a reload has taken it away
-        if device.failed:
-            return {"interrupted": True}
-        # What follows paths may be given set-points that it does not stand at; a stepper goes to each.
-        if set_point is None or (ends_after_ns is None and device.follows_paths):
-            return {"interrupted": False}
-        stands_at = self._axes[asked.target].state().commanded_deg
-        is_short = stands_at is not None and abs(stands_at - set_point) > abs(set_point) * 1e-6 + 1e-4
-        return {"interrupted": is_short}
+        return {"interrupted": motion.was_cut_short(device, self._axes[asked.target].state())}
 
-    def _is_under_way(self, asked: Asked, device: Device, end_ns: float) -> bool:
-        """True while what a verb began goes on, as the axis's state tells. A path ends at the time that its
-        verb told; the board's own ramps end when they do."""
-        if device.failed:
-            return False
-        follows = device.follows_paths and self._axis(asked).kind.follows_paths
-        may_be = not follows or self._sim.now_ns < end_ns + _POLL_NS
-        return device.is_busy or (may_be and self._axes[asked.target].state().is_under_way)
+    def _is_under_way(self, asked: Asked, device: Device, motion: BegunMotion) -> bool:
+        state = self._axes[asked.target].state()
+        return motion.is_under_way(device, self._axis(asked), state, self._sim.now_ns)
 
     def _twin(self, address: str) -> Device:
         if (device := self._sim.devices.get(owner_of(address))) is None:
@@ -194,6 +204,8 @@ class BoardOperations:
         return device
 
     def _axis(self, asked: Asked) -> CoreAxis:
+        if asked.target in self._drives:
+            raise self._drives.refuse(asked.target)
         if asked.target not in self._sim.roster.axes:
             raise VerbRefused("no_device", f"no axis {asked.target!r}; a reload has taken it away")
         return self._sim.roster.axis(asked.target)

@@ -71,7 +71,7 @@ class Desk:
         if found is None or (kind is Target.DEVICE and found.name != owner_of(target)):
             known = ", ".join(self._devices)
             raise VerbRefused("no_device", f"no device {shown(name)}; there are {known}")
-        if kind is Target.TWIN and found.is_real:
+        if kind is Target.TWIN and found.is_real and not found.is_seen:
             raise VerbRefused("cannot", f"{name} is a real board: {CANNOT}")
         if kind is Target.TWIN and not found.fields:
             raise VerbRefused("cannot", f"{name}, a {found.profile}, has no axis")

@@ -25,7 +25,7 @@ KINDS = {
     "descriptors": "nine of ten file descriptors that the process may have are in use",
     "device": "a device's firmware has stopped",
     "flash": "a device's memory could not be written",
-    "port": "a port cannot go on, or a real board is away",
+    "port": "a port cannot go on, or a real board or drive is away",
     "segment": "stations of a segment share an address",
 }
 """Kinds of problems, and the meaning of each."""
@@ -116,6 +116,10 @@ class Health:
                 yield HealthProblem("port", name, what, f"{back}; it is tried again each second")
             if board.failure:
                 yield HealthProblem("port", name, board.failure, "restart the bench")
+        for name, control in self.places.drives.items():
+            if not (link := control.drive.link).is_there:
+                back = "see that it has power, its address and its unit; it is tried again"
+                yield HealthProblem("port", name, f"{control.drive.spec.address}: {link.why}", back)
 
     def _of_segments(self) -> Iterator[HealthProblem]:
         for name, segment in self.sim.segments.items():

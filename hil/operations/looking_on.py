@@ -10,6 +10,7 @@ from hil.live.clock import WallClock
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
+from hil.operations.drive_operations import DriveSamples
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
@@ -39,6 +40,8 @@ class LookingOn:
         """Begin a watch, as ``Desk.watch``; a target of samples is a twin."""
         try:
             match what:
+                case Watched.SAMPLES if control := self._places.drives.get(target):
+                    return DriveSamples(control, float(interval_ns), call)
                 case Watched.SAMPLES:
                     return Samples(self._watches.sampler, target, interval_ns, call)
                 case Watched.PACKETS:
@@ -60,6 +63,10 @@ class LookingOn:
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """Begin a watch that keeps samples; answers its number, for those who come back for them."""
+        if asked.target in self._places.drives:
+            raise VerbRefused(
+                "cannot", f"{asked.target} is a real drive: its polls are no samples; ask for its state"
+            )
         kind = self._sim.roster.axis(asked.target).kind
         try:
             names = check_signals(signals or kind.default_signals, kind)
@@ -86,21 +93,10 @@ class LookingOn:
         """Make a capture, which waits for a writer, and a function that ends it."""
         segments = self._sim.segments
         for name in ports:
-            if name not in segments and name not in self._places:
+            if name not in segments and name not in self._places and name not in self._sim.nodes:
                 raise self._no_place(name)
-        lines = [
-            Interface(name, segments[name].framing.name, segments[name].baud)
-            if name in segments
-            else Interface(name)
-            for name in ports
-        ]
-        capture = Capture(lines, self._clock.epoch_ns)
-        ends = [
-            _listening(segments[name].watchers, partial(capture.heard, index))
-            if name in segments
-            else _listening(self._places[name].listeners, partial(capture.passed, index))
-            for index, name in enumerate(ports)
-        ]
+        capture = Capture([self._interface(name) for name in ports], self._clock.epoch_ns)
+        ends = [self._captured(capture, index, name) for index, name in enumerate(ports)]
 
         def end() -> None:
             for each in ends:
@@ -108,8 +104,22 @@ class LookingOn:
 
         return capture, end
 
+    def _interface(self, name: str) -> Interface:
+        """Line of a place: a segment's, or the one that a node is on."""
+        node = self._sim.nodes.get(name)
+        line = node.segment if node else self._sim.segments.get(name)
+        return Interface(name, line.framing.name, line.baud, line.line_format) if line else Interface(name)
+
+    def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:
+        """Let a capture record what passes at a place; answers a function that ends it."""
+        if name in self._sim.segments:
+            return _listening(self._sim.segments[name].watchers, partial(capture.heard, index))
+        if node := self._sim.nodes.get(name):
+            return _listening(node.watchers, partial(capture.passed_at, index))
+        return _listening(self._places[name].listeners, partial(capture.passed, index))
+
     def _no_place(self, name: str) -> VerbRefused:
-        known = ", ".join([*self._sim.segments, *self._places]) or "none"
+        known = ", ".join([*self._sim.segments, *self._sim.nodes, *self._places]) or "none"
         if (device := self._sim.devices.get(name)) and not device.uarts:
             return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {known}")
         return VerbRefused("no_place", f"there is no port {name!r}; there are {known}")

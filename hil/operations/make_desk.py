@@ -10,6 +10,7 @@ from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
+from hil.operations.drive_operations import DriveOperations
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
@@ -30,12 +31,13 @@ def make_desk(
     """Make the desk of a running bench. ``is_service``: a service manager started it; ``stop``: ends it."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
-    devices = Devices(sim, configured)
+    devices = Devices(sim, places, configured)
     health = Health(sim, places, commits, vitals, grant, state_dir, is_service)
     metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
     looks = LookingOn(sim, places, clock, live.watches, queue)
     reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
-    boards = BoardOperations(sim, places, configured, runs.axes, runs.real)
+    of_drives = DriveOperations(sim, places.drives)
+    boards = BoardOperations(sim, places, configured, runs.axes, runs.real, of_drives)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
         "list": lambda asked: reports.listed(),

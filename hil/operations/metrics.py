@@ -144,6 +144,15 @@ def _of_devices(read: Callable[[Device], int]) -> Callable[[Scrape], Values]:
 def _boards(s: Scrape) -> Values:
     for name, place in s.of.places.boards.items():
         yield (name,), int(place.end.line.stats().clients > 0)
+    for name, control in s.of.places.drives.items():
+        yield (name,), int(control.drive.link.is_there)
+
+
+def _of_drives(counter: str) -> Callable[[Scrape], Values]:
+    return lambda s: (
+        ((name,), getattr(control.drive.link.counters, counter))
+        for name, control in s.of.places.drives.items()
+    )
 
 
 def _metric(
@@ -202,8 +211,16 @@ METRICS = (
     _metric("hil_port_failed", "gauge", "1 if the port cannot go on",
             lambda s: (((joint.label,), int(joint.failure is not None)) for joint in s.of.places.joints()),
             PORT),
-    _metric("hil_real_board_present", "gauge", "1 if the real board's serial port is open",
+    _metric("hil_real_board_present", "gauge", "1 if the real board's port is open, or the drive answers",
             _boards, ("device",)),
+    _metric("hil_drive_polls_total", "counter", "complete readings of a real drive's state",
+            _of_drives("polls"), ("device",)),
+    _metric("hil_drive_time_outs_total", "counter", "requests that a real drive did not answer in time",
+            _of_drives("time_outs"), ("device",)),
+    _metric("hil_drive_exceptions_total", "counter", "exceptions that a real drive answered with",
+            _of_drives("exceptions"), ("device",)),
+    _metric("hil_drive_connects_total", "counter", "times that a real drive came to be there",
+            _of_drives("connects"), ("device",)),
     _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
     _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
     _metric("hil_segment_collisions_total", "counter", "drivers that came on beside another",

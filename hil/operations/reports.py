@@ -11,6 +11,7 @@ from hil.core.core import octaves
 from hil.host.real_time import Grant
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
+from hil.live.drives.real_drive import RealDrive
 from hil.live.fault_registry import FaultRegistry
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
@@ -69,7 +70,7 @@ class Reports:
             "axes": [],
             "failed": None,
         }
-        if name in self.places.boards:
+        if name in self.places.boards or name in self.places.drives:
             return row | {"hardware": "real", "at": config.at}
         device = self.sim.devices[name]
         ports = {
@@ -93,7 +94,8 @@ class Reports:
         for row in listed["devices"]:
             name = row["device"]
             board = self.places.boards.get(name)
-            row |= _of_board(board) if board else self._of_twin(name)
+            drive = self.places.drives.get(name)
+            row |= _of_drive(drive.drive) if drive else _of_board(board) if board else self._of_twin(name)
         return listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
@@ -147,9 +149,9 @@ class Reports:
 
     def registers(self, asked: Asked) -> dict[str, Any]:
         from hil.registers.map_rows import map_rows  # only here: two hundredths of the start's time
-        from hil.registers.register_map import register_map
+        from hil.registers.units import unit_of
 
-        return map_rows(register_map(self.devices[asked.target]))
+        return map_rows(unit_of(self.devices[asked.target]).map)
 
 
 def _counters(stats: PortStats) -> dict[str, int]:
@@ -176,8 +178,31 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
     }
 
 
+def _of_drive(drive: RealDrive) -> dict[str, Any]:
+    told = {name: value if abs(value) < float("inf") else None for name, value in drive.values().items()}
+    link, age_ms = drive.link, told["age_ms"]
+    notes = [] if link.is_there else [f"{drive.spec.address}: {link.why}; it is tried again"]
+    notes += [drive.fault] if link.is_there and drive.fault else []
+    return {
+        **_counters(NO_PORT),
+        "backlog_bytes": 0,
+        "overrun_bytes": 0,
+        "note": "; ".join(notes) or None,
+        "flash": "ok",
+        "port_failure": None,
+        "snapshot": told if drive.reading else None,
+        "snapshots": {},
+        "drive": {
+            "state": link.state,
+            "age_ms": age_ms,
+            **{name: told[name] for name in ("polls", "writes", "time_outs", "garbled", "exceptions")},
+            **{name: told[name] for name in ("reconnects", "round_trip_p50_ms", "round_trip_p99_ms")},
+        },
+    }
+
+
 def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
-    """List each segment with its stations, taps and counters."""
+    """List each segment with its stations, taps, nodes and counters."""
     now_ns = sim.now_ns
     rows = []
     for name, segment in sim.segments.items():
@@ -191,7 +216,9 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         for tap in own.values():
             notes += [tap.failure] if tap.failure else []
             notes += tap.end.tap.notes.values()
-        rows.append({"segment": name, "taps": taps, "notes": notes} | segment.counters(now_ns))
+        nodes = {each.name: each.counters() for each in sim.nodes.values() if each.segment is segment}
+        row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
+        rows.append(row | segment.counters(now_ns))
     return rows
 
 

@@ -7,7 +7,7 @@ from struct import Struct
 from hil.wire.modbus.pdu import Table
 
 BIT = "bit"
-_CODES = {"u16": "H", "i32": "i", "u32": "I", "f32": "f", "i64": "q", "u64": "Q", "f64": "d"}
+_CODES = {"u16": "H", "i16": "h", "i32": "i", "u32": "I", "f32": "f", "i64": "q", "u64": "Q", "f64": "d"}
 _VALUES = {name: Struct(f">{code}") for name, code in _CODES.items()}
 _WORDS = {name: Struct(f">{value.size // 2}H") for name, value in _VALUES.items()}
 I32_MIN, I32_MAX = -(2**31), 2**31 - 1
@@ -17,7 +17,7 @@ NO_I32 = I32_MIN
 
 @dataclass(frozen=True)
 class Cell:
-    """Value at an address of a map. ``type``: bit, u16, i32, u32, f32, i64, u64 or f64."""
+    """Value at an address of a map. ``type``: bit, u16, i16, i32, u32, f32, i64, u64 or f64."""
 
     table: Table
     address: int
@@ -43,9 +43,14 @@ def words_of(type_name: str, value: float) -> tuple[int, ...]:
             return _WORDS[type_name].unpack(code.pack(value))
         except OverflowError:  # a f64 that is no f32
             return _WORDS[type_name].unpack(code.pack(float("inf") if value > 0 else float("-inf")))
-    bits, is_signed = code.size * 8, type_name.startswith("i")
-    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if is_signed else (0, (1 << bits) - 1)
+    low, high = limits(type_name)
     return _WORDS[type_name].unpack(code.pack(min(max(int(value), low), high)))
+
+
+def limits(type_name: str) -> tuple[int, int]:
+    """Smallest and largest number of a type of whole numbers."""
+    bits, is_signed = _VALUES[type_name].size * 8, type_name.startswith("i")
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if is_signed else (0, (1 << bits) - 1)
 
 
 def value_of(type_name: str, words: tuple[int, ...]) -> float:

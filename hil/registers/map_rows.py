@@ -4,14 +4,13 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from hil.registers import layout
-from hil.registers.register_map import RegisterMap
+from hil.registers.registers_protocol import UnitMap
 
 COLUMNS = ("table", "address", "registers", "type", "access", "name", "unit", "about")
 FORMATS = ("table", "csv", "markdown", "json")
 
 
-def map_rows(of: RegisterMap) -> dict[str, Any]:
+def map_rows(of: UnitMap) -> dict[str, Any]:
     """Rows of a map, in the order of tables and addresses."""
     rows = [
         {
@@ -26,7 +25,7 @@ def map_rows(of: RegisterMap) -> dict[str, Any]:
         }
         for cell in of.cells
     ]
-    head = {"device": of.device, "profile": of.profile, "version": layout.VERSION, "crc": of.crc}
+    head = {"device": of.info.name, "profile": of.info.profile, "version": of.version, "crc": of.crc}
     return {**head, "notes": list(of.notes), "rows": rows}
 
 

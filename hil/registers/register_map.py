@@ -4,7 +4,7 @@ Numbers follow the order of the tables. A field keeps its place in the binary la
 place in the table of its kind, where new ones are appended.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from zlib import crc32
@@ -34,6 +34,12 @@ class RegisterMap:
     """Fields that tell levels of pins, from discrete input ``layout.PINS_AT`` on."""
     info: DeviceInfo
     notes: tuple[str, ...]
+    version: int = layout.VERSION
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """Texts of what it says that it is: none of its own."""
+        return {}
 
     @cached_property
     def at(self) -> Mapping[tuple[Table, int], Cell]:
@@ -50,8 +56,13 @@ class RegisterMap:
     @cached_property
     def crc(self) -> int:
         """CRC-32 of the map, which is another when anything in it is."""
-        rows = (f"{c.table.name} {c.address} {c.width} {c.type} {c.name} {c.unit}\n" for c in self.cells)
-        return crc32(f"{layout.VERSION}\n{''.join(rows)}".encode())
+        return crc_of(self.cells, layout.VERSION)
+
+
+def crc_of(cells: Iterable[Cell], version: int) -> int:
+    """CRC-32 of what is where."""
+    rows = (f"{c.table.name} {c.address} {c.width} {c.type} {c.name} {c.unit}\n" for c in cells)
+    return crc32(f"{version}\n{''.join(rows)}".encode())
 
 
 def register_map(info: DeviceInfo) -> RegisterMap:

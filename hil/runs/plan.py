@@ -89,7 +89,7 @@ class Phrases:
         self.ended: list[Phrase] = []
         self.position_deg = {name: axis.position_deg for name, axis in axes.items()}
         self.followers = [name for name, axis in axes.items() if axis.follows_paths]
-        self._silent = {name for name, axis in axes.items() if not axis.tells_position}
+        self._silent = {name for name, axis in axes.items() if axis.is_awaited or not axis.tells_position}
         self._begin()
 
     def _begin(self) -> None:

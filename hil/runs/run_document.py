@@ -8,7 +8,7 @@ from pydantic_core import PydanticCustomError
 
 from hil.config.document import Document, document_from_mapping
 from hil.config.explain import StrictModel, findings_of
-from hil.config.model import Name
+from hil.config.port_model import Name
 from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import NAME_PATTERN

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from hil.core import Core, Snapshot
 from hil.sim.device import Device, Home
@@ -28,6 +28,9 @@ from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
+
+if TYPE_CHECKING:
+    from hil.sim.modbus.modbus_node import ModbusNode
 
 
 class Store(Protocol):
@@ -114,6 +117,7 @@ class BenchRuntime:
         self.roster = Roster()
         self.devices: Mapping[str, Device] = self.roster.devices
         self.taps: Mapping[str, Tap] = self.roster.taps
+        self.nodes: Mapping[str, ModbusNode] = self.roster.nodes
         self.segments: Mapping[str, SegmentView] = self.roster.segments
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
@@ -157,6 +161,12 @@ class BenchRuntime:
         """Add a device to its group; its firmware starts now."""
         group.add(device)
         self.roster.add_device(device, group)
+
+    def add_node(self, node: "ModbusNode") -> None:
+        """Add a Modbus node, a station of a segment in its device's group."""
+        self.roster.add_node(node)
+        if self.log:
+            node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
 
     def set_going(self, device: Device) -> None:
         """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
@@ -261,6 +271,16 @@ class BenchRuntime:
             FaultRefused: there is none of this number.
         """
         self.take(self.faults.listed(number).target, Clear(number))
+
+    def carry_out(self, target: str, given: Input) -> Answer:
+        """Let what the simulated world itself does to a device, as a node does, take effect at the time that
+        its group has reached: no input from outside, and in no log. Returns a verb's answer.
+
+        Raises:
+            VerbRefused: as ``take``.
+        """
+        group = self.roster.group_of(target)
+        return self._apply(group, target, given, group.now_ns, lambda refusal: None)
 
     # ---- looking ----
 

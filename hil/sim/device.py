@@ -57,6 +57,7 @@ class Device:
         self.profile = spec.profile
         self.verbs = spec.verbs
         self.framing = spec.framing
+        self.own_map = spec.own_map
         self.is_hung = False
         """True if its main program stands still (a fault), whatever resets it."""
         self.interrupting = False
@@ -68,6 +69,8 @@ class Device:
         self._memory, self._interfaces = self._hardware.memory, self._hardware.interfaces
         self.notes: Mapping[str, str] = self._hardware.notes
         """Notes for the operator, keyed by topic."""
+        self.told: Mapping[str, float] = self._hardware.told
+        """Values of the firmware's own that it tells, by name."""
         self.nvm = self._memory.content
         self.uarts: DeviceParts[DeviceUart] = self._interfaces.by_name
         """UARTs by name; each has a port or a segment of its own."""

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from hil.vocab.framing import Framing, Item
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import HeardCharacter
-from hil.wire.serial_line import character_ns, resample
+from hil.wire.serial_line import Sampled, character_ns, resample
 
 
 @dataclass(eq=False, slots=True)
@@ -21,6 +22,8 @@ class Flight:
     """Packets of the bytes by the line's framing, if they are whole packets for everybody."""
     framing: Framing | None = None
     """Framing of the line."""
+    spoiled: frozenset[int] = frozenset()
+    """Times of characters with a wrong stop bit or a wrong parity."""
 
     tail: bytes = b""
     """Last two bytes of the flight, or fewer."""
@@ -38,19 +41,36 @@ class Flight:
 @lru_cache(maxsize=4)
 def flight_of(characters: tuple[HeardCharacter, ...]) -> Flight:
     """Make a flight of characters; cached, because all receivers on a line hear the same."""
-    return Flight(tuple(each.at_ns for each in characters), bytes(each.byte for each in characters))
+    return Flight(
+        tuple(each.at_ns for each in characters),
+        bytes(each.byte for each in characters),
+        spoiled=frozenset(each.at_ns for each in characters if each.is_framing_error or each.is_parity_error),
+    )
 
 
 @lru_cache(maxsize=4)
 def heard(
-    start_ns: int, data: bytes, sent_baud: int, baud: int, framing: Framing | None = None
+    start_ns: int,
+    data: bytes,
+    sent_baud: int,
+    baud: int,
+    framing: Framing | None = None,
+    line_format: LineFormat = EIGHT_N_1,
 ) -> Flight | None:
     """Characters that a receiver makes of bytes on a line, of this framing; cached: all receivers on it make
     the same."""
+    bits = line_format.bits
     if sent_baud == baud:
-        times_ns = tuple(start_ns + character_ns(i + 1, baud) for i in range(len(data)))
+        times_ns = tuple(start_ns + character_ns(i + 1, baud, bits) for i in range(len(data)))
         return Flight(times_ns, data, framing=framing) if data else None
-    one_ns = character_ns(1, baud)
-    sampled = resample(data, sent_baud, baud)
+    one_ns = character_ns(1, baud, bits)
+    sampled = resample(data, sent_baud, baud, line_format)
+    if not sampled:
+        return None
     times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)
-    return Flight(times_ns, bytes(each.byte for each in sampled)) if sampled else None
+    wrong = (at_ns for at_ns, each in zip(times_ns, sampled, strict=True) if _is_wrong(each))
+    return Flight(times_ns, bytes(each.byte for each in sampled), spoiled=frozenset(wrong))
+
+
+def _is_wrong(sampled: Sampled) -> bool:
+    return sampled.framing_error or sampled.parity_error

@@ -38,6 +38,8 @@ class DeviceSpec:
     time_out: TimeOut | None = None
     follow: Callable[..., None] | None = None
     framing: Framing | None = None
+    own_map: object | None = None
+    """Map of registers of its own (``DeviceInfo.own_map``)."""
 
 
 class Memory:
@@ -91,6 +93,8 @@ class Hardware:
         self.interfaces = Interfaces(spec.bauds, guard, due_changed)
         self.notes: dict[str, str] = {}
         """Notes for the operator, keyed by topic."""
+        self.told: dict[str, float] = {}
+        """Values of the firmware's own, by name."""
         self._registers = {
             name: {
                 each: value for each, value in spec.power_up.get(name, {}).items() if each in axis.kind.fields
@@ -105,6 +109,7 @@ class Hardware:
             nvm=self.memory.content,
             facts=spec.facts,
             note=self.note,
+            tell=self.tell,
         )
         """Interfaces that the firmware is made with."""
         self.power_up_axes()
@@ -116,9 +121,17 @@ class Hardware:
         else:
             self.notes[about] = text
 
+    def tell(self, name: str, value: float | None) -> None:
+        """Keep a value that the firmware tells; None removes it."""
+        if value is None:
+            self.told.pop(name, None)
+        else:
+            self.told[name] = value
+
     def power_up(self) -> None:
         """Power the board up; what is on the lines stays there."""
         self.notes.clear()
+        self.told.clear()
         self.power_up_axes()
         self.interfaces.clear()
 

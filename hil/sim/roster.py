@@ -1,6 +1,7 @@
 """Names of a bench: devices, taps and segments, and the group in whose time each lives."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from hil.core import CoreAxis
 from hil.sim.device import Device
@@ -8,8 +9,21 @@ from hil.sim.group import Group
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import address_of, owner_of
-from hil.vocab.faults import DEVICE, PORT, SEGMENT, SERVO, SHAFT, STATION, SUPPLIED, TWIN_PORT
+from hil.vocab.faults import (
+    DEVICE,
+    MODBUS_NODE,
+    PORT,
+    SEGMENT,
+    SERVO,
+    SHAFT,
+    STATION,
+    SUPPLIED,
+    TWIN_PORT,
+)
 from hil.vocab.segment import Segment
+
+if TYPE_CHECKING:
+    from hil.sim.modbus.modbus_node import ModbusNode
 
 
 @dataclass(frozen=True)
@@ -22,6 +36,7 @@ class Place:
     axis: CoreAxis | None = None
     segment: Segment | None = None
     station: str = ""
+    node: "ModbusNode | None" = None
     is_board: bool = False
     """True for the device as a whole, which its first UART and axis are, too."""
 
@@ -32,6 +47,7 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
+            MODBUS_NODE: self.node is not None,
             DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
             SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
@@ -45,6 +61,7 @@ class Roster:
     def __init__(self) -> None:
         self.devices: dict[str, Device] = {}
         self.taps: dict[str, Tap] = {}
+        self.nodes: dict[str, ModbusNode] = {}
         self.segments: dict[str, Segment] = {}
         self.axes: dict[str, tuple[Device, str]] = {}
         """Axes by their addresses: the device, and the axis's name there."""
@@ -70,8 +87,12 @@ class Roster:
         self._groups[tap.name] = group
         tap.segment.join(tap.name, tap)
 
+    def add_node(self, node: "ModbusNode") -> None:
+        """Add a Modbus node of a device, which is in its segment's group."""
+        self.nodes[node.name] = node
+
     def group_of(self, target: str) -> Group:
-        """Group of a device or a part of it, of a tap or a segment."""
+        """Group of a device or a part of it, of a tap, a node or a segment."""
         return self._groups.get(target) or self._groups[owner_of(target)]
 
     def axis_address(self, text: str) -> str | None:
@@ -94,6 +115,8 @@ class Roster:
         if target in self.taps:
             return Place(self._groups[target], segment=self.taps[target].segment, station=target)
         name, part = address_of(target)
+        if node := self.nodes.get(target):
+            return Place(self._groups[name], segment=node.segment, station=target, node=node)
         if (device := self.devices.get(name)) is None:
             return None
         uart, axis = device.uarts.get(part), device.axes.get(part)
@@ -109,4 +132,4 @@ class Roster:
         labels = [
             device.uarts.label(name, uart) for name, device in self.devices.items() for uart in device.uarts
         ]
-        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.taps, *self.segments])]
+        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.nodes, *self.taps, *self.segments])]

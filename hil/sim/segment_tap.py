@@ -41,6 +41,7 @@ class Tap:
 
     def __post_init__(self) -> None:
         self._sent = self.segment.framing.splitter()
+        self._bits = self.segment.line_format.bits
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         if isinstance(given, Play):
@@ -58,7 +59,7 @@ class Tap:
 
     def _send(self, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
         start_ns = SimTimeNs(max(now_ns, self._free_ns))
-        self._free_ns = start_ns + character_ns(len(data), baud)
+        self._free_ns = start_ns + character_ns(len(data), baud, self._bits)
         self.segment.transmit(self.name, start_ns, data, baud)
 
     def _leave_to_real_nodes(self, data: bytes, now_ns: SimTimeNs) -> None:
@@ -71,13 +72,13 @@ class Tap:
 
     def room(self, now_ns: SimTimeNs) -> int:
         """Number of bytes that may be taken from a client."""
-        waiting = max(self._free_ns - now_ns, 0) // character_ns(1, self.baud_now)
+        waiting = max(self._free_ns - now_ns, 0) // character_ns(1, self.baud_now, self._bits)
         return max(0, TAP_ROOM_BYTES - int(waiting))
 
     @property
     def room_ns(self) -> SimTimeNs:
         """Time at which half of what may wait has gone out."""
-        return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now)))
+        return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now, self._bits)))
 
     def take(self, until_ns: int) -> bytes:
         out = bytearray()
@@ -95,7 +96,7 @@ class Tap:
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        if flight := heard(start_ns, data, baud, self.baud_now):
+        if flight := heard(start_ns, data, baud, self.baud_now, line_format=self.segment.line_format):
             self.heard.extend(flight.characters())
         self._tell()
 

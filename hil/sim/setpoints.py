@@ -18,7 +18,7 @@ class TimeOut:
     after_ns: int
     policy: str
     acceleration_rpm_per_s: float
-    starve: Callable[..., None]
+    starve: Callable[..., bool | None]
 
 
 class Setpoints:
@@ -59,10 +59,10 @@ class Setpoints:
             del self._due_ns[axis]
         self._find_next()
         for axis in over:
+            stop, acceleration_rpm_per_s = self._time_out.starve, self._time_out.acceleration_rpm_per_s
+            if stop(firmware, policy, acceleration_rpm_per_s, **self._named[axis]) is False:
+                continue
             self._stops[axis] += 1
-            self._time_out.starve(
-                firmware, policy, self._time_out.acceleration_rpm_per_s, **self._named[axis]
-            )
             note(self._topic(axis), f"no set-point for {ms:g} ms: {policy} ({self._stops[axis]} times)")
 
     def end(self) -> None:

@@ -6,6 +6,7 @@
 | ``arm.elbow`` | an axis of a device, by its name |
 | ``arm.logger`` | a UART of a device, by its name |
 | ``bus0.master`` | a tap of a segment |
+| ``m1.modbus``, ``arm.elbow.modbus`` | the Modbus node of an axis |
 | ``m1.step``, ``arm.elbow.step`` | a pin of an axis |
 
 No two UARTs or axes of a device share a name. The first axis and the first UART may be written with their

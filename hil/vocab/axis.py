@@ -35,6 +35,8 @@ class AxisNow:
     why_not: str | None = None
     tells_position: bool = True
     """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
+    is_awaited: bool = False
+    """True if the end of its motion is awaited all the same: it comes later than planned, over a line."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.axis import AxisState
@@ -60,6 +61,9 @@ class DeviceInfo:
     inputs: Mapping[str, str] = field(default_factory=dict)
     """Pins of the axis that may be driven, each by one of its names, in the order of their numbers; and the
     field that tells the pin's level, empty where none does."""
+    own_map: object | None = None
+    """Map of registers of its own, a ``DriveMap`` of ``hil.registers.drive_map``; None: it has none, and its
+    registers are made of its verbs and fields."""
 
     @property
     def is_seen(self) -> bool:
@@ -69,11 +73,13 @@ class DeviceInfo:
 
 class AxisLook(NamedTuple):
     """Answer of ``look``: an axis at one simulated time. ``packed``: its fields in the binary layout;
-    ``failed``: why its board's firmware has stopped, or None."""
+    ``failed``: why its board's firmware has stopped, or None; ``told``: values of the firmware's own, by
+    name."""
 
     packed: bytes
     motion: AxisState
     failed: str | None
+    told: Mapping[str, float] = MappingProxyType({})
 
 
 class Watched(Enum):

@@ -12,12 +12,14 @@ from hil.vocab.verbs import VerbRefused
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
+MODBUS_NODE = "modbus_node"
 TARGETS = {
     DEVICE: "a twin",
     PORT: "a port of a twin, or a real board",
     TWIN_PORT: "a port of a twin",
-    STATION: "a twin's port on a segment, or a tap",
+    STATION: "a twin's port on a segment, a Modbus node, or a tap",
     SEGMENT: "a segment",
+    MODBUS_NODE: "an axis's Modbus node",
     SERVO: "a twin with an encoder",
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
@@ -32,7 +34,7 @@ LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
 
 @dataclass(frozen=True)
 class FaultKind:
-    """Kind of fault: its layer (byte, host, packet, wire, node, physics) and its target."""
+    """Kind of fault: its layer (byte, host, packet, modbus, wire, node, physics) and its target."""
 
     name: str
     layer: str
@@ -47,6 +49,7 @@ class FaultKind:
 _BIT_RATE = Parameter("rate", "probability for each bit")
 _BYTE_RATE = Parameter("rate", "probability for each byte")
 _PACKET_RATE = Parameter("rate", "probability for each packet", default=1.0)
+_REQUEST_RATE = Parameter("rate", "probability for each request", default=1.0)
 _TOWARDS = Parameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
 _SEED = Parameter("seed", "where its chance starts", maximum=2**53, default=0)
 _DAY_S = 86_400.0
@@ -68,6 +71,17 @@ _KINDS = (
               (_PACKET_RATE, _SEED)),
     FaultKind("packet_no_ack", "packet", STATION, "acknowledgements are not sent", (_PACKET_RATE, _SEED)),
     FaultKind("packet_nak", "packet", STATION, "NAK is sent for ACK", (_PACKET_RATE, _SEED)),
+    FaultKind("modbus_no_answer", "modbus", MODBUS_NODE, "requests are carried out and not answered",
+              (_REQUEST_RATE, _SEED)),
+    FaultKind("modbus_exception", "modbus", MODBUS_NODE,
+              "requests are not carried out, but answered with an exception",
+              (Parameter("code", "which", "", 1.0, 255.0, 6, is_whole=True), _REQUEST_RATE, _SEED)),
+    FaultKind("modbus_late", "modbus", MODBUS_NODE, "answers come late; of several the latest counts",
+              (Parameter("late_ms", "how late", "ms", 0.0, 60_000.0, 1000.0), _REQUEST_RATE, _SEED)),
+    FaultKind("modbus_wrong_unit", "modbus", MODBUS_NODE,
+              "answers have another unit's number; of several the latest counts",
+              (Parameter("unit", "which; 0: the one after its own", "", 0.0, 247.0, 0, is_whole=True),
+               _REQUEST_RATE, _SEED)),
     FaultKind("wire_noise", "wire", SEGMENT, "bits on the wire are inverted, for all alike",
               (_BIT_RATE, _SEED)),
     FaultKind("wire_cut", "wire", STATION, "the wire to a station is cut"),

@@ -84,10 +84,10 @@ class Profile:
     """Framing of the line that the board is on; None: it has no say in that."""
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
-    starve: Callable[..., None] | None = None
-    """``starve(firmware, policy, acceleration_rpm_per_s)`` stops an axis whose set-points stay away; None: it
-    has no stream of them. On a board with several axes it, ``follow`` and each ``Verb.is_of_axis`` get
-    ``axis``, the axis's name."""
+    starve: Callable[..., bool | None] | None = None
+    """``starve(firmware, policy, acceleration_rpm_per_s)`` stops an axis whose set-points stay away; False:
+    those were no stream, and nothing was stopped. None: it has no stream of them. On a board with several
+    axes it, ``follow`` and each ``Verb.is_of_axis`` get ``axis``, the axis's name."""
     follow: Callable[..., None] | None = None
     """``follow(firmware, path, start_ns)`` lets an axis follow a path of set-points; None: it cannot."""
     dialogues: Mapping[str, Callable[[], Dialogue[Any]]] = field(default_factory=dict)

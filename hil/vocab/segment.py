@@ -6,11 +6,13 @@ from typing import Any, Protocol
 
 from hil.vocab.faults import Fault
 from hil.vocab.framing import Framing, Item
+from hil.vocab.line_format import LineFormat
 from hil.vocab.time import SimTimeNs
 
 
 class HeardCharacter(Protocol):
-    """Character that a receiver reads, complete at ``at_ns``; a framing error if its stop bit was low."""
+    """Character that a receiver reads, complete at ``at_ns``; a framing error if its stop bit was low, a
+    parity error if its parity bit was wrong."""
 
     @property
     def at_ns(self) -> int: ...
@@ -18,6 +20,8 @@ class HeardCharacter(Protocol):
     def byte(self) -> int: ...
     @property
     def is_framing_error(self) -> bool: ...
+    @property
+    def is_parity_error(self) -> bool: ...
 
 
 class Receiver(Protocol):
@@ -61,6 +65,10 @@ class SegmentView(Protocol):
     @property
     def framing(self) -> Framing:
         """Framing of the bytes on the wire."""
+
+    @property
+    def line_format(self) -> LineFormat:
+        """Format of the characters on the wire."""
 
     @property
     def baud(self) -> int:

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
+
 LINKTYPE_RTAC_SERIAL = 250
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D
@@ -44,6 +46,12 @@ class Interface:
     """Name of the framing of its bytes; "": it is not known."""
     baud: int = 0
     """Speed of the line; 0: it is not known."""
+    line_format: LineFormat = EIGHT_N_1
+    """Format of its characters; written behind the framing, as in ``modbus_rtu 8E1``, where it is not 8N1."""
+
+    @property
+    def description(self) -> str:
+        return self.framing + ("" if self.line_format is EIGHT_N_1 else f" {self.line_format.name}")
 
 
 def header(program: str, interfaces: Sequence[Interface]) -> bytes:
@@ -52,8 +60,8 @@ def header(program: str, interfaces: Sequence[Interface]) -> bytes:
     blocks = [_block(_SECTION, section)]
     for each in interfaces:
         options = [(_IF_NAME, each.name.encode())]
-        if each.framing:
-            options.append((_IF_DESCRIPTION, each.framing.encode()))
+        if each.description:
+            options.append((_IF_DESCRIPTION, each.description.encode()))
         if each.baud:
             options.append((_IF_SPEED, struct.pack("<Q", each.baud)))
         options.append((_IF_TSRESOL, bytes((_NANOSECONDS,))))
@@ -172,12 +180,11 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
 
 
 def _interface(options: Mapping[int, bytes], order: str, number: int) -> Interface:
-    name, framing = (
-        options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION)
-    )
+    name, about = (options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION))
+    framing, _, line_format = about.partition(" ")
     speed = options.get(_IF_SPEED, b"")
     baud = int.from_bytes(speed, "little" if order == "<" else "big") if len(speed) == 8 else 0
-    return Interface(name or str(number), framing, baud)
+    return Interface(name or str(number), framing, baud, FORMATS.get(line_format, EIGHT_N_1))
 
 
 def _record(body: bytes, order: str, lines: list[Interface], units: list[int], at: int) -> Record:

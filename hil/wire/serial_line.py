@@ -6,8 +6,9 @@ which the edges of the sent bits and the middles of the read bits are whole numb
 
 from dataclasses import dataclass
 
+from hil.vocab.line_format import DATA_BITS, EIGHT_N_1, LineFormat
+
 _NS_PER_S = 10**9
-_BITS = 10
 
 
 @dataclass(frozen=True)
@@ -19,20 +20,24 @@ class Sampled:
     """True if the line was low where the receiver looked for the stop bit."""
     offset_ns: int
     """Time of the character's start edge, counted from the first start edge, rounded down."""
+    parity_error: bool = False
+    """True if the parity bit was not that of the byte."""
 
 
-def character_ns(n: int, baud: int) -> int:
-    """Duration of ``n`` characters of 10 bits (start and stop included), rounded down once."""
-    return n * _BITS * _NS_PER_S // baud
+def character_ns(n: int, baud: int, bits: int = EIGHT_N_1.bits) -> int:
+    """Duration of ``n`` characters of so many bits (start and stop included), rounded down once."""
+    return n * bits * _NS_PER_S // baud
 
 
-def resample(data: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
+def resample(
+    data: bytes, sent_baud: int, read_baud: int, line_format: LineFormat = EIGHT_N_1
+) -> list[Sampled]:
     """Read bytes that were sent back to back at ``sent_baud`` as a receiver at ``read_baud`` does.
 
-    One start bit, 8 data bits (least significant first), no parity, one stop bit, the line idle before and
-    after. The receiver waits for a falling edge, checks that the line is still low in the middle of the start
-    bit, takes each further bit in its middle, and looks for the next falling edge after it has sampled the
-    stop bit. A sample on an edge sees the level after the edge.
+    One start bit, 8 data bits (least significant first), parity if the format has it, stop bits, the line
+    idle before and after. The receiver waits for a falling edge, checks that the line is still low in the
+    middle of the start bit, takes each further bit in its middle, and looks for the next falling edge after
+    it has sampled the first stop bit. A sample on an edge sees the level after the edge.
 
     Raises:
         ValueError: a baud rate is not positive.
@@ -40,22 +45,24 @@ def resample(data: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
     if sent_baud <= 0 or read_baud <= 0:
         raise ValueError(f"baud rates must be positive, not {sent_baud} and {read_baud}")
     if sent_baud == read_baud:
-        return [Sampled(byte, False, character_ns(n, sent_baud)) for n, byte in enumerate(data)]
-    return _sample(_levels(data), sent_baud, read_baud)
+        bits = line_format.bits
+        return [Sampled(byte, False, character_ns(n, sent_baud, bits)) for n, byte in enumerate(data)]
+    return _sample(_levels(data, line_format), sent_baud, read_baud, line_format)
 
 
-def _levels(data: bytes) -> bytes:
+def _levels(data: bytes, line_format: LineFormat) -> bytes:
     """The line's level (0 or 1) in each bit time; one idle bit stands before the first start bit."""
     levels = bytearray([1])
     for byte in data:
-        levels += bytes((0, *(byte >> bit & 1 for bit in range(8)), 1))
+        levels += bytes(line_format.levels(byte))
     return bytes(levels)
 
 
-def _sample(levels: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
+def _sample(levels: bytes, sent_baud: int, read_baud: int, line_format: LineFormat) -> list[Sampled]:
     sent_bit = 2 * read_baud
     half_read_bit = sent_baud
-    middles = [(2 * bit + 1) * half_read_bit for bit in range(_BITS)]
+    samples = line_format.bits - line_format.stop_bits + 1
+    middles = [(2 * bit + 1) * half_read_bit for bit in range(samples)]
     last = len(levels) - 1  # a stop bit: the line stays at its level
     sampled = []
     now = -1  # the first start edge is at 0
@@ -66,7 +73,8 @@ def _sample(levels: bytes, sent_baud: int, read_baud: int) -> list[Sampled]:
         if bits[0] == 1:  # too short for a start bit: the receiver takes it for a glitch
             now = start + middles[0]
             continue
-        byte = sum(bit << place for place, bit in enumerate(bits[1:-1]))
-        sampled.append(Sampled(byte, bits[-1] == 0, edge * _NS_PER_S // sent_baud))
+        byte = sum(bit << place for place, bit in enumerate(bits[1 : 1 + DATA_BITS]))
+        is_odd = line_format.has_parity and bits[1 + DATA_BITS] != line_format.parity_bit(byte)
+        sampled.append(Sampled(byte, bits[-1] == 0, edge * _NS_PER_S // sent_baud, is_odd))
         now = start + middles[-1]
     return sampled

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from hil.vocab.framing import Splitter
+from hil.vocab.line_format import LineFormat
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.serial_line import character_ns
@@ -47,6 +48,7 @@ class Disturbance:
         splitter: Splitter,
         stats: SegmentStats,
         watchers: Iterable[Callable[[SegmentEvent], None]],
+        line_format: LineFormat,
     ) -> None:
         first = before[0] if before else burst
         self._stations = stations
@@ -54,7 +56,8 @@ class Disturbance:
         self._splitter = splitter
         self._stats = stats
         self._watchers = watchers
-        self._line = DisturbedLine(first.on_ns)
+        self._line = DisturbedLine(first.on_ns, line_format)
+        self._bits = line_format.bits
         self._told: dict[str, tuple[Character, ...]] = {}
         """Characters that were read last, by station."""
         self._told_ns: int = FOREVER
@@ -94,7 +97,7 @@ class Disturbance:
         told = {id(characters): characters for characters in self._told.values()}.values()
         under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
         # A low that was too short for a start bit may go on as one: half a bit of the next character is over.
-        soonest_ns = now_ns + character_ns(1, baud) * 19 // 20
+        soonest_ns = now_ns + character_ns(1, baud, self._bits) * 19 // 20
         next_ns = now_ns + 1 if is_surprise else min([soonest_ns, *under_way])
         self._told_ns = now_ns
         self._tell_at(next_ns)
@@ -114,7 +117,7 @@ class Disturbance:
 
     def _tell(self, now_ns: SimTimeNs) -> None:
         if now_ns == self._tell_ns:
-            until_ns = now_ns + character_ns(WINDOW_CHARACTERS, self._line.fastest_baud)
+            until_ns = now_ns + character_ns(WINDOW_CHARACTERS, self._line.fastest_baud, self._bits)
             self._read(now_ns, until_ns if until_ns < self._line.off_ns else FOREVER)
             if len(self._piece) >= PIECE_BYTES:
                 self._show_piece(now_ns)

@@ -9,6 +9,7 @@ short one does. Receivers that stand alike and see the same wire are read once f
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from virtual_ports.rs485.waveform import Character, Drive, Lows, inverted, joined, low_line, read, without
 
 
@@ -24,7 +25,8 @@ class Ear(NamedTuple):
 class DisturbedLine:
     """Disturbed line from ``from_ns``. Times never go back; bursts are added when they begin."""
 
-    def __init__(self, from_ns: int) -> None:
+    def __init__(self, from_ns: int, line_format: LineFormat = EIGHT_N_1) -> None:
+        self._format = line_format
         self.from_ns = from_ns
         self.off_ns = from_ns
         """Time at which the last driver lets go, of the bursts that have begun."""
@@ -70,7 +72,7 @@ class DisturbedLine:
                 lows = lines[ear.is_swapped]
                 for on_ns, off_ns in own:
                     lows = without(lows, on_ns, off_ns)
-                characters, again_ns = read(lows, ear.baud, ready_ns, now_ns, until_ns)
+                characters, again_ns = read(lows, ear.baud, ready_ns, now_ns, until_ns, self._format)
                 read_once[key] = tuple(characters), again_ns
             heard[ear.name], again[ear] = read_once[key]
         self._again_ns = again
@@ -83,7 +85,7 @@ class DisturbedLine:
         send."""
         if from_ns >= to_ns:
             return {False: [], True: []}
-        lows = [] if is_held else low_line(self._drives, from_ns, to_ns)
+        lows = [] if is_held else low_line(self._drives, from_ns, to_ns, self._format)
         return {False: lows, True: inverted(lows, from_ns, to_ns)}
 
     def _go_on(self, more: dict[bool, Lows]) -> None:

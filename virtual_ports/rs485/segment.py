@@ -5,15 +5,16 @@ one go, is the unit of work: one that nothing disturbs costs the same for two st
 is split into packets once and only those are told that it concerns.
 
 Not modelled: the cable's length (no delay, no reflections), rise times, a receiver's threshold (``waveform``
-says what contention reads as), parity and other character formats than eight data bits and one stop bit.
+says what contention reads as), noise in start, parity and stop bits.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
 from hil.vocab.framing import Framing, Item, Splitter
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import Receiver, SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults
@@ -22,6 +23,7 @@ from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.phantom import Phantom
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
+from virtual_ports.rs485.waveform import Character
 
 
 class _Clean(NamedTuple):
@@ -34,14 +36,17 @@ class _Clean(NamedTuple):
 
 class Segment:
     """Segment: stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends:
-    two that send at once collide. ``framing`` says what on it is a packet, and for whom.
+    two that send at once collide. ``framing`` says what on it is a packet, and for whom; ``line_format`` is
+    that of all stations' characters.
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
     told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
     """
 
-    def __init__(self, clock: Clock, framing: Framing) -> None:
+    def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:
         self.framing = framing
+        self.line_format = line_format
+        self._bits, self._has_parity = line_format.bits, line_format.has_parity
         self.stats = SegmentStats()
         self.stations = Stations()
         self.watchers: list[Callable[[SegmentEvent], None]] = []
@@ -150,11 +155,12 @@ class Segment:
             return
         for transform in sender.transforms.values():
             data = transform(data)
+        meant = data
         for noise in self.noise.values():
             data = b"".join(piece for _, piece in noise.apply(data))
         if not data:
             return
-        end_ns = now_ns + character_ns(len(data), baud)
+        end_ns = now_ns + character_ns(len(data), baud, self._bits)
         burst = Burst(station, now_ns, data, baud, now_ns, end_ns + sender.release_ns)
         own = self.stats.stations[station]
         own.bursts += 1
@@ -163,7 +169,7 @@ class Segment:
             return
         is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
         if is_alone and not self._disturbance and not self.stations.is_odd:
-            self._bring(burst)
+            self._bring(burst, meant)
         else:
             self._disturb(burst)
         self._clock.at(burst.off_ns, self._settle)
@@ -194,8 +200,8 @@ class Segment:
             self._disturbance = None
             self._listen_for_silence(over_ns)
 
-    def _bring(self, burst: Burst) -> None:
-        """Deliver a burst that nothing disturbs, so far."""
+    def _bring(self, burst: Burst, meant: bytes) -> None:
+        """Deliver a burst that nothing disturbs, so far. ``meant``: its bytes without noise."""
         before = self._splitter.copy()
         start_ns, data, baud = SimTimeNs(burst.start_ns), burst.data, burst.baud
         items, addresses, is_for_all, over_ns = self._splitter.burst(data, start_ns, baud)
@@ -203,9 +209,34 @@ class Segment:
             self._listen_for_silence(over_ns)
         self._clean.append(_Clean(burst, items, before))
         packets = items if is_for_all else None
-        for station in self.stations.concerned(addresses):
+        concerned = self.stations.concerned(addresses)
+        if self._has_parity and data != meant:
+            self._bring_spoiled(burst, meant, concerned)
+            return
+        for station in concerned:
             if not station.is_cut and (station.name != burst.station or station.has_echo):
                 station.receiver.hear(start_ns, data, baud, packets)
+
+    def _bring_spoiled(self, burst: Burst, meant: bytes, concerned: Iterable[Station]) -> None:
+        """Deliver a burst with noise on a line with parity: a character of which an odd number of bits are
+        wrong has the parity bit of what was meant. A receiver at another speed hears what it reads anyway."""
+        baud, parity = burst.baud, self.line_format.parity_bit
+        characters = tuple(
+            Character(
+                burst.start_ns + character_ns(at + 1, baud, self._bits),
+                byte,
+                False,
+                parity(byte) != parity(was),
+            )
+            for at, (byte, was) in enumerate(zip(burst.data, meant, strict=True))
+        )
+        for station in concerned:
+            if station.is_cut or (station.name == burst.station and not station.has_echo):
+                continue
+            if station.receiver.baud_now == baud:
+                station.receiver.hear_characters(characters)
+            else:
+                station.receiver.hear(SimTimeNs(burst.start_ns), burst.data, baud)
 
     def _listen_for_silence(self, over_ns: SimTimeNs) -> None:
         """Count what is a packet once the line has been silent until then."""
@@ -227,5 +258,12 @@ class Segment:
             self._splitter = self._clean[0].before
             self._clean.clear()
         self._disturbance = Disturbance(
-            burst, before, self.stations, self._clock, self._splitter, self.stats, self.watchers
+            burst,
+            before,
+            self.stations,
+            self._clock,
+            self._splitter,
+            self.stats,
+            self.watchers,
+            self.line_format,
         )

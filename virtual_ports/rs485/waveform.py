@@ -9,12 +9,12 @@ Everything takes a span of time, so that a line can be read piece by piece, as i
 
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from typing import NamedTuple
 
+from hil.vocab.line_format import DATA_BITS, EIGHT_N_1, LineFormat
+
 _NS_PER_S = 10**9
-_BITS = 10  # start, eight data, stop
-_LOWS_OF_BYTE = [1 | (~byte & 0xFF) << 1 for byte in range(256)]
-"""The bits of a character that are low, the first one in the lowest place."""
 
 Lows = list[tuple[int, int]]
 """Spans in which a line is low, ascending; two never touch."""
@@ -38,9 +38,17 @@ class Character(NamedTuple):
     at_ns: int
     byte: int
     is_framing_error: bool
+    is_parity_error: bool = False
 
 
-def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
+@cache
+def _lows_of_bytes(line_format: LineFormat) -> tuple[int, ...]:
+    """The bits of each byte's character that are low, the first one in the lowest place."""
+    levels = (line_format.levels(byte) for byte in range(256))
+    return tuple(sum((not level) << at for at, level in enumerate(each)) for each in levels)
+
+
+def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int, line_format: LineFormat = EIGHT_N_1) -> Lows:
     alike: dict[tuple[object, ...], list[Drive]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:
@@ -49,7 +57,7 @@ def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
     changes: list[tuple[int, int, int]] = []  # time, change of drivers on, change of drivers low
     for group in alike.values():
         changes += [(max(group[0].on_ns, from_ns), 1, 0), (min(group[0].off_ns, to_ns), -1, 0)]
-        for low_ns, high_ns in _low_times(group, from_ns, to_ns):
+        for low_ns, high_ns in _low_times(group, from_ns, to_ns, line_format):
             changes += [(low_ns, 0, 1), (high_ns, 0, -1)]
     changes.sort()
     lows: Lows = []
@@ -69,23 +77,24 @@ def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int) -> Lows:
     return lows
 
 
-def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int) -> Lows:
+def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int, line_format: LineFormat) -> Lows:
     """Times at which drivers that begin and end together, at one baud, all drive low, between two times."""
     start_ns, data, baud, on_ns, off_ns, is_inverted = group[0]
-    first = max((from_ns - start_ns) * baud // _NS_PER_S // _BITS, 0)
-    end = max(min((to_ns - start_ns) * baud // _NS_PER_S // _BITS + 1, len(data)), first)
+    size, lows_of = line_format.bits, _lows_of_bytes(line_format)
+    first = max((from_ns - start_ns) * baud // _NS_PER_S // size, 0)
+    end = max(min((to_ns - start_ns) * baud // _NS_PER_S // size + 1, len(data)), first)
     different = {drive.data[first:end] for drive in group}
     edges: Lows = []
     for index in range(end - first):
         if is_inverted:  # the others' highs are lows
             bits = 0
             for part in different:
-                bits |= _LOWS_OF_BYTE[part[index]]
+                bits |= lows_of[part[index]]
         else:
             bits = -1
             for part in different:
-                bits &= _LOWS_OF_BYTE[part[index]]
-        place = (first + index) * _BITS
+                bits &= lows_of[part[index]]
+        place = (first + index) * size
         while bits:
             zeros = (bits & -bits).bit_length() - 1
             bits >>= zeros
@@ -128,10 +137,17 @@ def without(lows: Lows, from_ns: int, to_ns: int) -> Lows:
     return kept
 
 
-def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> tuple[list[Character], int]:
+def read(
+    lows: Lows,
+    baud: int,
+    ready_ns: int,
+    known_ns: int,
+    until_ns: int,
+    line_format: LineFormat = EIGHT_N_1,
+) -> tuple[list[Character], int]:
     """Read the characters of a line as a UART at ``baud`` does that was ready for a start bit at
     ``ready_ns``: it waits for a falling edge, checks the start bit's middle, takes each bit in its middle,
-    and looks for the next edge after the stop bit's middle.
+    and looks for the next edge after the first stop bit's middle.
 
     Answers the characters that are complete by ``until_ns``; and the time from which a later reading, of a
     line that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.
@@ -139,7 +155,7 @@ def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> 
     characters: list[Character] = []
     again_ns = ready_ns
     is_known = True
-    for at_ns, next_ns, character in _readings(lows, baud, ready_ns):
+    for at_ns, next_ns, character in _readings(lows, baud, ready_ns, line_format):
         if is_known:
             is_over = character.at_ns <= known_ns if character else next_ns < known_ns
             is_known = is_over and at_ns < known_ns
@@ -154,11 +170,15 @@ def read(lows: Lows, baud: int, ready_ns: int, known_ns: int, until_ns: int) -> 
     return characters, again_ns
 
 
-def _readings(lows: Lows, baud: int, ready_ns: int) -> Iterator[tuple[int, int, Character | None]]:
+def _readings(
+    lows: Lows, baud: int, ready_ns: int, line_format: LineFormat
+) -> Iterator[tuple[int, int, Character | None]]:
     """Iterate over each falling edge that a UART tries as a start bit: when it was, when the UART looks for
     the next, and what character it began, None if it was a glitch."""
-    samples_ns = [(2 * bit + 1) * _NS_PER_S // (2 * baud) for bit in range(_BITS)]
-    one_ns = _BITS * _NS_PER_S // baud
+    stop = line_format.bits - line_format.stop_bits
+    samples_ns = [(2 * bit + 1) * _NS_PER_S // (2 * baud) for bit in range(stop + 1)]
+    one_ns = line_format.bits * _NS_PER_S // baud
+    has_parity = line_format.has_parity
     index, end = bisect_left(lows, (ready_ns,)), len(lows)
     while index < end:
         start_ns = lows[index][0]
@@ -180,5 +200,7 @@ def _readings(lows: Lows, baud: int, ready_ns: int) -> Iterator[tuple[int, int, 
             yield start_ns, ready_ns, None
         else:
             ready_ns = start_ns + samples_ns[-1]
-            yield start_ns, ready_ns, Character(start_ns + one_ns, levels >> 1 & 0xFF, levels < 512)
+            byte = levels >> 1 & 0xFF
+            is_odd = has_parity and levels >> 1 + DATA_BITS & 1 != line_format.parity_bit(byte)
+            yield start_ns, ready_ns, Character(start_ns + one_ns, byte, not levels >> stop, is_odd)
         index += 1

@@ -50,13 +50,18 @@ class Apply:
         except BaseException:
             await self.stage.put_away(staged)
             raise
-        gone = self.swap.carry_out(plan, staged, asides)
-        closed = await asyncio.gather(*(port.close() for port in gone), return_exceptions=True)
+        gone, leaving = self.swap.carry_out(plan, staged, asides)
+        drives = self.places.drives
+        closed = await asyncio.gather(
+            *(port.close() for port in gone), *map(drives.end, leaving), return_exceptions=True
+        )
         lines = staged.lines.items()
         opened = await asyncio.gather(
             *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
             return_exceptions=True,
         )
+        for name in staged.drives:
+            drives.begin(name)
         for error in filter(None, [*closed, *opened]):  # hil's own error: the other ports go on
             log.error("a port that was exchanged", exc_info=error)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))

@@ -7,28 +7,40 @@ from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
-from hil.config import PortConfig
+from hil.config import DeviceConfig, PortConfig
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.configured import Configured
+from hil.live.drives.drive_axis import DriveAxis
+from hil.live.drives.drive_control import DriveControl
+from hil.live.drives.real_drive import DriveSpec, RealDrive
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
+from hil.live.runs.real_axes import SETPOINT_RATE_HZ
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.vocab.address import Address
 from hil.vocab.ports import Port, PortContext, PortError
+from hil.wire.drive_address import DriveAddress
+
+POLL_INTERVAL_MS = 20.0
+"""Default interval of polls of a real drive."""
+ANSWER_S = 0.2
+"""Time for a real drive to answer, beside the delay of its line: a request and its answer take 0.1 s at 9600
+baud, if they are long."""
 
 
 @dataclass
 class Staged:
     """Parts for a plan, made beside the bench. ``joints``: those of ports that are new and open already,
-    vacant, by label; ``lines``: those of real boards, still closed; ``seeds``: index of each twin's axis
-    among the bench's seeds."""
+    vacant, by label; ``lines``: those of real boards, still closed; ``drives``: not asked yet; ``seeds``:
+    index of each twin's axis among the bench's seeds."""
 
     twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
     joints: dict[str, Joint[Any]] = field(default_factory=dict)
     lines: dict[str, Port] = field(default_factory=dict)
+    drives: dict[str, DriveControl] = field(default_factory=dict)
     seeds: dict[str, int] = field(default_factory=dict)
 
 
@@ -65,6 +77,9 @@ class Stage:
                     await self._open(staged, str(Address(segment, tap)), tap_config.port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
+            if device.drive_address:
+                staged.drives[name] = self._make_drive(name, device, device.drive_address)
+                continue
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if device.port and not self.keeps_port(plan, name, ""):
                 await self._open(staged, name, device.port, problems)
@@ -89,6 +104,19 @@ class Stage:
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False
         return old.port_of(uart) == new.port_of(uart)
+
+    def _make_drive(self, name: str, device: DeviceConfig, address: DriveAddress) -> DriveControl:
+        drive_map = device.drive_map(self.configured.catalogue.profiles[device.profile])
+        assert drive_map is not None, f"{name}: the configuration's check wants a map"
+        spec = DriveSpec(
+            name=name,
+            address=address,
+            map=drive_map,
+            interval_s=(device.poll_interval_ms or POLL_INTERVAL_MS) / 1e3,
+            timeout_s=ANSWER_S + (device.line_delay_ms or 0) / 1e3,
+            setpoint_s=1 / (device.setpoint_rate_Hz or SETPOINT_RATE_HZ),
+        )
+        return DriveControl(DriveAxis(RealDrive(spec, lambda: self.bench.now_ns)))
 
     def _make_twin(self, plan: BenchPlan, staged: Staged, name: str, partner: str | None) -> None:
         config = plan.config.devices[name]

@@ -9,6 +9,7 @@ from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
+from hil.live.drives.drive_control import DriveControl
 from hil.live.fault_registry import FaultRegistry
 from hil.live.lines import Lines
 from hil.live.memory_commits import Commits
@@ -39,12 +40,19 @@ class Swap:
     watches: Watches
     notes: dict[str, str]
 
-    def carry_out(self, plan: BenchPlan, staged: Staged, asides: dict[str, str]) -> list[Port]:
-        """Put the new in the old's place; answers the ports that have gone, still open."""
+    def carry_out(
+        self, plan: BenchPlan, staged: Staged, asides: dict[str, str]
+    ) -> tuple[list[Port], list[DriveControl]]:
+        """Put the new in the old's place; answers the ports that have gone, still open, and real drives that
+        are still asked."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
+        leaving: list[DriveControl] = []
         for name in plan.named("remove", "restart"):
-            gone += self._take_away(plan, staged, name)
+            if name in self.places.drives:
+                leaving.append(self.places.drives.pop(name))
+            else:
+                gone += self._take_away(plan, staged, name)
         self.configured.config = plan.config
         self.stage.done(plan, staged)
         for name, (group, device) in staged.twins.items():
@@ -65,7 +73,7 @@ class Swap:
                 self.bench.set_going(device)
         self._inject(plan)
         self.watches.exchanged(plan.named("remove", "restart", "add"))
-        return gone
+        return gone, leaving
 
     def _take_away(self, plan: BenchPlan, staged: Staged, name: str) -> list[Port]:
         """Remove a device; answers its ports that have gone. Ports that the new one keeps are vacated."""
@@ -111,6 +119,7 @@ class Swap:
         for label in self.bench.taps if plan.is_start else ():
             taps[label] = staged.joints[label]
             taps[label].occupy(TapEnd(self.bench, self.lines, taps[label], self.bench.taps[label]))
+        self.places.drives.update(staged.drives)
         for name, line in staged.lines.items():
             boards[name] = staged.joints.get(name) or boards[name]
             boards[name].occupy(BoardEnd(boards[name], line))

@@ -31,6 +31,7 @@ def axis_told(axis: AxisNow) -> dict[str, Any]:
         "pins": axis.pins,
         "why_not": axis.why_not,
         "is_real": not axis.tells_position,
+        "is_awaited": axis.is_awaited,
     }
 
 
@@ -43,6 +44,7 @@ def axis_heard(told: Mapping[str, Any]) -> AxisNow:
         told["pins"],
         told["why_not"],
         tells_position=not told["is_real"],
+        is_awaited=bool(told.get("is_awaited", False)),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from hil.live.configured import Configured
+from hil.live.drives.drive_axes import DriveAxes
 from hil.live.places import Places
 from hil.live.runs.real_axis import RealAxis
 from hil.sim.bench import BenchRuntime
@@ -87,18 +88,21 @@ class RealAxes:
 
 
 class AllAxes:
-    """Axes of a bench, of twins and real boards, as ``hil.vocab.axis.Axes``."""
+    """Axes of a bench, of twins, real boards and real drives, as ``hil.vocab.axis.Axes``."""
 
-    def __init__(self, twins: Axes, real: RealAxes) -> None:
+    def __init__(self, twins: Axes, real: RealAxes, drives: DriveAxes) -> None:
         self._twins = twins
         self._real = real
+        self._drives = drives
 
     @property
     def now_ns(self) -> int:
         return self._twins.now_ns
 
     def axes(self) -> dict[str, AxisNow]:
-        return self._twins.axes() | self._real.axes()
+        return self._twins.axes() | self._real.axes() | self._drives.axes()
 
     def __getitem__(self, device: str) -> Axis:
+        if device in self._drives:
+            return self._drives[device]
         return self._real[device] if device in self._real else self._twins[device]

@@ -10,6 +10,7 @@ from typing import Any, cast
 from hil.compose import find_catalogue
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
+from hil.live.drives.drive_axes import DriveAxes
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.runs.real_axes import AllAxes, RealAxes
@@ -81,7 +82,9 @@ class World(asyncio.SelectorEventLoop):
         config = SimpleNamespace(devices=devices, speed=1)
         configured = cast(Configured, SimpleNamespace(config=config, catalogue=find_catalogue()))
         self.real = RealAxes(self.places, configured, self.near._runtime)
-        self.axes = AllAxes(TwinAxes(self.near._runtime, self.near._sampler), self.real)
+        self.axes = AllAxes(
+            TwinAxes(self.near._runtime, self.near._sampler), self.real, DriveAxes({}, configured)
+        )
         super().__init__(_Sleeping(self))
 
     def time(self) -> float:

@@ -10,7 +10,16 @@ from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.sim.roster import Place, Roster
 from hil.vocab.address import owner_of
-from hil.vocab.faults import FAULT_KINDS, OF_FRAMINGS, SEGMENT, STATION, TARGETS, Fault, FaultRefused
+from hil.vocab.faults import (
+    FAULT_KINDS,
+    MODBUS_NODE,
+    OF_FRAMINGS,
+    SEGMENT,
+    STATION,
+    TARGETS,
+    Fault,
+    FaultRefused,
+)
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
@@ -131,6 +140,8 @@ class Faults:
             for way in _ways(fault, place):
                 all_lost = fault.layer == "host"
                 way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0) if all_lost else byte_faults(fault)
+        elif place.node and kind.target == MODBUS_NODE:
+            place.node.faults.begin(number, fault)
         elif fault.kind == "node_babble":
             chance = Chance(int(fault.number("seed")))
             node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
@@ -144,6 +155,8 @@ class Faults:
         if kind.layer in ("byte", "host"):
             for way in _ways(fault, place):
                 del way[number]
+        elif place.node and kind.target == MODBUS_NODE:
+            place.node.faults.end(number)
         elif place.segment and kind.target in (SEGMENT, STATION):
             if fault.kind != "node_babble":  # a babbling node notices it when it wants to speak again
                 place.segment.clear(number, fault, place.station)

@@ -50,7 +50,8 @@ def babble(
         data = bytes(chance.bits() & 0xFF for _ in range(count))
         _send(place.segment, place.station, data, now_ns)
         # A burst that came before this one is out would be lost, and its bytes drawn for nothing.
-        period_ns = max(period_ns, character_ns(count, place.segment.baud_of(place.station)))
+        baud, bits = place.segment.baud_of(place.station), place.segment.line_format.bits
+        period_ns = max(period_ns, character_ns(count, baud, bits))
     place.group.at(now_ns + period_ns, partial(babble, fault, place, is_in_force, chance))
 
 

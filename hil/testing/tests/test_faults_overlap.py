@@ -22,6 +22,7 @@ from hil.testing import Bench
 from hil.vocab.faults import (
     DEVICE,
     FAULT_KINDS,
+    MODBUS_NODE,
     PORT,
     SEGMENT,
     SERVO,
@@ -38,7 +39,10 @@ CONFIG: dict[str, Any] = {
         "m1": {"profile": "mechaduino", "flash": {"table": "identity"}},
         "m2": {"profile": "mechaduino", "flash": {"table": "identity"}, "plant": "full"},
     },
-    "segments": {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "memory"}}}},
+    "segments": {
+        "bus0": {"stations": ["s1"], "taps": {"master": {"port": "memory"}}},
+        "bus1": {"modbus": {"units": {"m1": 1}}},
+    },
 }
 PLACES = {
     PORT: ["s1", "s1.network", "m1", "m2"],
@@ -49,6 +53,7 @@ PLACES = {
     SHAFT: ["s1", "m1", "m2"],
     SERVO: ["m1", "m2"],
     SUPPLIED: ["m2"],
+    MODBUS_NODE: ["m1.modbus"],
 }
 MODEST = {
     "rate": st.sampled_from([0.0, 0.01, 0.5, 1.0]),
@@ -61,6 +66,9 @@ MODEST = {
     "torque_Nm": st.sampled_from([-0.02, 0.01, 0.005]),  # however many, no motor refuses them
     "turn_deg": st.sampled_from([-7.2, 90.0]),
     "supply_V": st.sampled_from([0.0, 6.0, 10.0]),
+    "code": st.sampled_from([1.0, 255.0]),
+    "late_ms": st.sampled_from([0.0, 9.0]),
+    "unit": st.sampled_from([0.0, 247.0]),
     "counts": st.integers(0, 300).map(float),
 }
 """Values of parameters that are numbers; words are drawn from the table."""
@@ -269,6 +277,12 @@ class Overlaps(RuleBasedStateMachine):
             late = self.on(target, "driver_late")
             assert station.release_ns == (late[-1].parameters["late_us"] * 1000 if late else 0)
             assert list(station.transforms) == [each.number for each in self.on(target, *packet_kinds)]
+
+    @invariant()
+    def nodes(self) -> None:
+        kinds = [kind.name for kind in FAULT_KINDS.values() if kind.target == MODBUS_NODE]
+        active = self.rig.runtime.nodes["m1.modbus"].faults.numbers
+        assert active == [each.number for each in self.on("m1.modbus", *kinds)]
 
     @invariant()
     def shafts(self) -> None:

@@ -82,6 +82,11 @@ class Diagnostics:
         else:
             self.counters.bus_errors += 1
 
+    def count_line(self, good: int, bad: int) -> None:
+        """Count so many frames on the line, for a node that is not told of each."""
+        self.counters.bus_messages += good
+        self.counters.bus_errors += bad
+
     def takes(self, request: Request | None) -> bool:
         """True if a request to this node or to all is to be processed; None: one that ``parse`` refused. In
         listen-only mode a restart alone is; what else comes gets neither an effect nor an answer.

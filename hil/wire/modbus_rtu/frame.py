@@ -2,8 +2,8 @@
 
 A frame has at most 256 bytes, and no mark of its end: it ends where the line is silent for at least 3.5
 characters. A silence of more than 1.5 characters within it makes it no frame. Up to 19200 baud these follow
-the speed; above it they are fixed (2.5.1.1). Decision: a character has the ten bits of the lines here, where
-the standard's default, with parity, has eleven.
+the speed; above it they are fixed (2.5.1.1). A character has ten bits, or eleven with parity, which is the
+standard's default.
 """
 
 from dataclasses import dataclass
@@ -20,18 +20,17 @@ DATA_MAX = FRAME_BYTES_MAX - FRAME_BYTES_MIN
 FIXED_ABOVE_BAUD = 19200
 """Speed above which both silences are fixed (2.5.1.1)."""
 FIXED_GAP_NS, FIXED_SILENCE_NS = 750_000, 1_750_000
-_TENTH_NS = 10**9
-"""Nanoseconds of a bit at 1 baud, a tenth of a character."""
+_TENTH_S_NS = 10**8
 
 
-def gap_ns(baud: int) -> int:
-    """Longest silence within a frame (t1.5), rounded down."""
-    return FIXED_GAP_NS if baud > FIXED_ABOVE_BAUD else 15 * _TENTH_NS // baud
+def gap_ns(baud: int, bits: int = 10) -> int:
+    """Longest silence within a frame (t1.5), rounded down. ``bits``: of a character."""
+    return FIXED_GAP_NS if baud > FIXED_ABOVE_BAUD else 15 * bits * _TENTH_S_NS // baud
 
 
-def silence_ns(baud: int) -> int:
-    """Shortest silence between frames (t3.5), rounded down."""
-    return FIXED_SILENCE_NS if baud > FIXED_ABOVE_BAUD else 35 * _TENTH_NS // baud
+def silence_ns(baud: int, bits: int = 10) -> int:
+    """Shortest silence between frames (t3.5), rounded down. ``bits``: of a character."""
+    return FIXED_SILENCE_NS if baud > FIXED_ABOVE_BAUD else 35 * bits * _TENTH_S_NS // baud
 
 
 def encode(address: int, function: int, data: bytes = b"") -> bytes:
@@ -55,10 +54,17 @@ class Frame:
     at_ns: int
     """Time at which its first start bit began."""
     raw: bytes
+    asked = b""
+    """Frame that it answers; empty: it is a question, or nobody knows the question."""
     is_packet = True
     origin = None
     """Sender of the frame, which it does not tell: an answer has the address of the node that gives it, as
     the question had."""
+
+    def as_answer(self, asked: bytes) -> "Frame":
+        """The same as the answer to a frame."""
+        object.__setattr__(self, "asked", asked)  # no field of the class, which costs each frame its time
+        return self
 
     @property
     def address(self) -> int:

@@ -1,19 +1,27 @@
 """Framing of Modbus RTU: ``hil.vocab.framing.Framing``."""
 
+from functools import cache
+
 from hil.vocab.framing import Item, Transform
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.byte_faults import Chance
-from hil.wire.modbus_rtu.frame import FRAME_BYTES_MIN, TO_ALL, Frame, Malformed
+from hil.wire.modbus_rtu.frame import FRAME_BYTES_MIN, Frame, Malformed
 from hil.wire.modbus_rtu.splitter import RtuSplitter
 
 
 class ModbusRtu:
+    """Framing of a line whose characters have a format."""
+
     name = "modbus_rtu"
     faults = ("packet_bad_crc",)
 
     has_ends = False
 
+    def __init__(self, line_format: LineFormat = EIGHT_N_1) -> None:
+        self._bits = line_format.bits
+
     def splitter(self) -> RtuSplitter:
-        return RtuSplitter()
+        return RtuSplitter(self._bits)
 
     def ends(self, data: bytes, before: bytes | None) -> tuple[int, ...]:
         """Answer none: no byte ends a frame."""
@@ -23,13 +31,14 @@ class ModbusRtu:
         return False
 
     def text(self, item: Item) -> str:
-        """Format as in ``17, function 3: 00 6b 00 03``, question and answer alike."""
+        """Format as in ``to 17: read holding registers 107 to 109``."""
+        from hil.wire.modbus_rtu.frame_words import said  # the protocol, which a line alone needs not
+
         assert isinstance(item, Frame | Malformed)
         if isinstance(item, Malformed):
             return f"malformed ({item.fault}): {item.raw.hex(' ')}"
-        to = "all" if item.address == TO_ALL else str(item.address)
         check = f"  CRC {item.raw[-2:].hex(' ')} is wrong" if item.fault else ""
-        return f"{to}, function {item.function}: {item.data.hex(' ')}".rstrip() + check
+        return said(item.raw, item.asked) + check
 
     def fault(self, kind: str, rate: float, seed: int) -> Transform:
         """Make ``packet_bad_crc``: a burst, which is a frame, gets another CRC."""
@@ -48,3 +57,9 @@ class ModbusRtu:
 
 
 MODBUS_RTU = ModbusRtu()
+
+
+@cache
+def modbus_rtu(line_format: LineFormat) -> ModbusRtu:
+    """Framing of Modbus RTU on a line of this format, always the same object."""
+    return MODBUS_RTU if line_format == EIGHT_N_1 else ModbusRtu(line_format)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from hil.vocab.framing import BurstItems
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.modbus_rtu.exchange import is_answer
 from hil.wire.modbus_rtu.frame import (
     FRAME_BYTES_MAX,
     FRAME_BYTES_MIN,
@@ -15,15 +16,20 @@ from hil.wire.modbus_rtu.frame import (
 )
 from hil.wire.serial_line import character_ns
 
+_NOTHING = bytes((TO_ALL, 0))
+_READS, _READ_BYTES = (3, 4), 8
+"""Reads of registers, and the length of their questions, which no answer of theirs has."""
+
 
 class RtuSplitter:
     """Splits a line's characters by the silences between them. Time never goes back.
 
     A frame is over when the line has been silent behind it: the next character shows it, or ``silence``. All
-    bytes come out again, each once.
+    bytes come out again, each once. ``bits``: of a character.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, bits: int = 10) -> None:
+        self._bits = bits
         self._raw = b""
         self._at_ns = 0
         self._last_ns = 0
@@ -35,6 +41,8 @@ class RtuSplitter:
         self._is_long = False
         """True if a first piece of what is held was given as too long."""
         self._address = TO_ALL
+        self._asked = _NOTHING
+        """Frame before, if it can be a question whose answer has not come."""
         self._baud = self._gap_ns = self._silence_ns = 0
         """Speed of what came last, and its silences, kept because each burst needs them."""
 
@@ -42,14 +50,14 @@ class RtuSplitter:
         items: list[Frame | Malformed] = []
         if data:
             self._take(data, start_ns, baud, items)
-            self._last_ns = start_ns + character_ns(len(data), baud)
+            self._last_ns = start_ns + character_ns(len(data), baud, self._bits)
             self._over_ns = self._last_ns + self._silence_ns
         addresses = None if self._address == TO_ALL else (self._address,)
         return BurstItems(items, addresses, False, SimTimeNs(self._over_ns))
 
     def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
         items: list[Frame | Malformed] = []
-        one_ns = character_ns(1, baud)
+        one_ns = character_ns(1, baud, self._bits)
         for at_ns, byte in zip(times_ns, data, strict=True):
             self._take(bytes((byte,)), at_ns - one_ns, baud, items)
             self._last_ns, self._over_ns = at_ns, at_ns + self._silence_ns
@@ -69,7 +77,8 @@ class RtuSplitter:
     def _take(self, data: bytes, start_ns: int, baud: int, items: list[Frame | Malformed]) -> None:
         """Take characters without a silence between them, the first of which begins at ``start_ns``."""
         if baud != self._baud:
-            self._baud, self._gap_ns, self._silence_ns = baud, gap_ns(baud), silence_ns(baud)
+            self._baud, self._gap_ns = baud, gap_ns(baud, self._bits)
+            self._silence_ns = silence_ns(baud, self._bits)
         if start_ns >= self._over_ns:
             self._end(items)
         if self._over_ns == FOREVER:
@@ -94,7 +103,13 @@ class RtuSplitter:
         elif len(raw) < FRAME_BYTES_MIN:
             items.append(Malformed(self._at_ns, raw, "too short"))
         else:
-            items.append(Frame(self._at_ns, raw))
+            frame, asked = Frame(self._at_ns, raw), self._asked
+            self._asked = raw
+            is_read = len(raw) == _READ_BYTES and raw[1] in _READS  # always a question: most frames are
+            if not is_read and raw[0] == asked[0] and is_answer(asked, raw):
+                self._asked = _NOTHING
+                frame.as_answer(asked)
+            items.append(frame)
         self._raw = b""
         self._over_ns = FOREVER
         self._is_broken = self._is_long = False

@@ -154,8 +154,11 @@ def test_a_wrong_crc_is_seen_and_made() -> None:
     assert MODBUS_RTU.fault("packet_bad_crc", 0.0, 1)(frame) == frame
     (item,) = split([(0, spoiled)], 9600)
     assert (item.is_packet, item.fault) == (True, "CRC")
-    assert MODBUS_RTU.text(Frame(0, frame)) == "17, function 3: 00 6b 00 03"
-    assert MODBUS_RTU.text(item) == f"17, function 3: 00 6b 00 03  CRC {spoiled[-2:].hex(' ')} is wrong"
+    assert MODBUS_RTU.text(Frame(0, frame)) == "to 17: read holding registers 107 to 109"
+    assert (
+        MODBUS_RTU.text(item)
+        == f"to 17: read holding registers 107 to 109  CRC {spoiled[-2:].hex(' ')} is wrong"
+    )
     assert MODBUS_RTU.text(Malformed(0, b"\1", "too short")) == "malformed (too short): 01"
 
 

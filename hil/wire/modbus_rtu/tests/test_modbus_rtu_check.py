@@ -8,10 +8,11 @@ from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 from hil.wire.serial_line import character_ns
 
 QUESTION, ANSWER = encode(17, 3, bytes.fromhex("006b0003")), encode(17, 3, bytes.fromhex("06022b00000064"))
+UNASKED = "17, function 3: 06 02 2b 00 00 00 64 (function 3 with 8 bytes; it has 5)"
 MESSAGES = {
-    QUESTION: [("17, function 3: 00 6b 00 03", True, "", None)],
-    ANSWER: [("17, function 3: 06 02 2b 00 00 00 64", True, "", None)],
-    encode(0, 6, b"\0\1"): [("all, function 6: 00 01", True, "", None)],
+    QUESTION: [("to 17: read holding registers 107 to 109", True, "", None)],
+    ANSWER: [(UNASKED, True, "", None)],
+    encode(0, 6, b"\0\1\0\3"): [("to all: write holding register 1: 3", True, "", None)],
 }
 
 

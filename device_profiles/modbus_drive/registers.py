@@ -1,0 +1,91 @@
+"""What a Modbus master writes: values and control bits, all that one request has at once."""
+
+from collections.abc import Mapping
+
+from device_profiles.modbus_drive.firmware import BITS, ModbusDrive, duration_of
+from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import Effect, Verb, VerbRefused
+
+ANGLE_DEG = 1e6
+RPM, RPM_PER_S = (0.1, 3000.0), (1.0, 1e6)
+"""Limits within which every path can be computed."""
+Answer = Mapping[str, float | str | int]
+_NAMES = {"set_velocity_rpm": "velocity_rpm", "acceleration_rpm_per_s": "acceleration_rpm_per_s"}
+"""Attributes of the firmware by names of values."""
+
+
+def write(board: ModbusDrive, **given: float) -> Answer | None:
+    """Take what a request writes, in the order reset, values, enable, stop, follow, start; all of it or
+    nothing. A start answers as a move."""
+    board.must_be_ready()
+    bits = board.bits | {name: int(value) for name, value in given.items() if name in BITS}
+    rises = {name for name in BITS if bits[name] > board.bits[name]}
+    is_switched_off = board.bits["enable"] > bits["enable"]
+    _check(board, bits, rises, is_switched_off=is_switched_off)
+    if "reset" in rises:
+        board.clear_fault()
+    for name, attribute in _NAMES.items():
+        if name in given:
+            setattr(board, attribute, given[name])
+    if is_switched_off:
+        board.switch_off()
+    elif "enable" in rises:
+        board.switch_on(follows=bool(bits["follow"]))
+    answer = _moved(board, bits, rises, given.get("set_point_deg"))
+    board.bits = bits
+    board.tell()
+    return answer
+
+
+def _check(board: ModbusDrive, bits: Mapping[str, int], rises: set[str], *, is_switched_off: bool) -> None:
+    """Refuse what cannot be taken, before anything is."""
+    if "enable" in rises and "reset" not in rises:
+        board.must_be_sound()
+    if "follow" in rises and board.is_moving:
+        raise VerbRefused("not_now", "follow: a move is under way; stop it, or let it end")
+    if "start" not in rises:
+        return
+    if "reset" not in rises:
+        board.must_be_sound()
+    if is_switched_off or not (board.is_on or "enable" in rises):
+        raise VerbRefused("not_now", "start: the control loop is off; enable it first")
+    for bit in ("stop", "follow"):
+        if bits[bit]:
+            raise VerbRefused("not_now", f"start: {bit} is 1; write 0 to it first")
+
+
+def _moved(
+    board: ModbusDrive, bits: Mapping[str, int], rises: set[str], set_point_deg: float | None
+) -> Answer | None:
+    """Stop, follow and start, as the bits say."""
+    if "stop" in rises and board.is_on:
+        board.ramp_down(board.acceleration_rpm_per_s)
+    if set_point_deg is not None:
+        board.set_point_deg = set_point_deg
+    is_new = set_point_deg is not None or "follow" in rises
+    if bits["follow"] and not bits["stop"] and board.is_on and is_new:
+        board.step_to(board.set_point_deg)
+    if "start" in rises:
+        path = board.move(board.set_point_deg, board.velocity_rpm, board.acceleration_rpm_per_s)
+        return duration_of(path)
+    return None
+
+
+_SET_POINT = Parameter(
+    "set_point_deg", "target of a move, or set-point that is followed", "deg", -ANGLE_DEG, ANGLE_DEG
+)
+_OTHERS = (
+    Parameter("set_velocity_rpm", "largest speed of moves", "rpm", *RPM, is_optional=True),
+    Parameter("acceleration_rpm_per_s", "acceleration of moves", "rpm/s", *RPM_PER_S, is_optional=True),
+    *(Parameter(bit, "control bit", is_whole=True, is_optional=True, limits="0 or 1") for bit in BITS),
+)
+VERBS = (
+    Verb(
+        "set_point",
+        "write the set-point's register, and others with it, as a Modbus master does",
+        (_SET_POINT, *_OTHERS),
+        write,
+        Effect.STREAM,
+    ),
+    Verb("write", "write registers and control bits, as a Modbus master does", _OTHERS, write),
+)

@@ -1,0 +1,54 @@
+"""Builder of the Modbus nodes of a segment."""
+
+from functools import partial
+
+from hil import __version__
+from hil.config import Catalogue
+from hil.config.modbus_model import ModbusConfig
+from hil.config.station_names import node_name
+from hil.registers.device_identity import device_identity
+from hil.registers.units import unit_of
+from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.group import Group
+from hil.sim.modbus.modbus_node import ModbusNode
+from hil.sim.modbus.register_server import CardAxis
+from hil.sim.settable import setting_problem
+from hil.sim.twin_info import info_of
+from hil.vocab.address import address_of
+from hil.vocab.segment import Segment
+from hil.vocab.time import NS_PER_MS
+
+
+def add_nodes(
+    bench: BenchRuntime,
+    config: ModbusConfig,
+    baud: int,
+    segment: Segment,
+    group: Group,
+    catalogue: Catalogue,
+) -> None:
+    """Put the nodes of a segment on it, in the order of the configuration."""
+    for axis, unit in config.units.items():
+        owner, part = address_of(axis)
+        is_low_first = config.word_order == "low_first"
+        card = _card_axis(bench, bench.devices[owner], part, catalogue, is_low_first=is_low_first)
+        name = node_name(card.device.axes.label(owner, part))
+        response_ns = round(config.response_ms * NS_PER_MS)
+        node = ModbusNode(name, unit, card, segment, group, baud=baud, response_ns=response_ns)
+        bench.add_node(node)
+
+
+def _card_axis(
+    bench: BenchRuntime, device: Device, part: str, catalogue: Catalogue, *, is_low_first: bool
+) -> CardAxis:
+    label, short = device.axes.label(device.name, part), device.axes.short(part)
+    info = info_of(device, short, catalogue.boards[device.profile])
+    return CardAxis(
+        device,
+        short,
+        lambda: unit_of(info, is_low_first=is_low_first),
+        device_identity(unit_of(info).map, bench.name, __version__),
+        partial(bench.carry_out, label),
+        lambda field, value: setting_problem(bench.faults, device, field, value, part),
+    )

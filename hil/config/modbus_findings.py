@@ -1,0 +1,74 @@
+"""Checks of Modbus nodes on segments: whose they are, their numbers, and the format of their line."""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from hil.config.catalogue import ProfileInfo
+from hil.config.document import Finding, KeyPath
+from hil.config.explain import suggestion
+from hil.config.joint_findings import no_twin_finding
+from hil.config.station_names import MODBUS
+from hil.vocab.address import DeviceParts, address_of, no_part
+from hil.vocab.line_format import EIGHT_N_1
+
+
+def modbus_findings(
+    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+) -> Iterator[Finding]:
+    """Findings about nodes and formats. ``devices``: those whose profile is known; ``real``: real boards."""
+    taken: dict[str, str] = {}
+    for name, segment in segments.items() if isinstance(segments, dict) else ():
+        if not isinstance(segment, dict):
+            continue
+        yield from _format(name, segment)
+        modbus = segment.get("modbus")
+        units = modbus.get("units") if isinstance(modbus, dict) else None
+        yield from _nodes(name, units if isinstance(units, dict) else {}, devices, real, taken)
+
+
+def _format(name: str, segment: Mapping[str, Any]) -> Iterator[Finding]:
+    line_format, stations = segment.get("format", EIGHT_N_1.name), segment.get("stations")
+    if line_format != EIGHT_N_1.name and isinstance(stations, list) and stations:
+        message = f"{stations[0]} speaks {EIGHT_N_1.name}, as all boards' UARTs do"
+        remedy = "put it on a segment of its own, or leave format out"
+        yield Finding(("segments", name, "format"), message, remedy)
+
+
+def _nodes(
+    segment: str,
+    units: Mapping[str, Any],
+    devices: Mapping[str, ProfileInfo],
+    real: Collection[str],
+    taken: dict[str, str],
+) -> Iterator[Finding]:
+    """Findings about the nodes of one segment. ``taken``: axes that have a node, with its segment."""
+    numbers: dict[int, str] = {}
+    for axis, number in units.items():
+        path = ("segments", segment, "modbus", "units", axis)
+        if finding := _axis_finding(path, str(axis), devices, real):
+            yield finding
+            continue
+        device, part = address_of(str(axis))
+        label = DeviceParts(devices[device].axes).label(device, part)
+        if (where := taken.setdefault(label, segment)) != segment or label in numbers.values():
+            message = f"{label} has a node on {where} already"
+            yield Finding(path, message, "an axis has one: take one of them out", at_key=True)
+        elif isinstance(number, int) and (other := numbers.setdefault(number, label)) != label:
+            yield Finding(path, f"unit {number} is {other} already", "give each a number of its own")
+
+
+def _axis_finding(
+    path: KeyPath, axis: str, devices: Mapping[str, ProfileInfo], real: Collection[str]
+) -> Finding | None:
+    device, part = address_of(axis)
+    if finding := no_twin_finding(path, device, devices, real, "nodes here are of twins"):
+        return replace(finding, at_key=True)
+    profile = devices[device]
+    if part and part not in profile.axes:
+        message = no_part(device, "axis", part, profile.axes)
+        return Finding(path, message, suggestion(part, [*profile.axes]), at_key=True)
+    if MODBUS in (*profile.uarts, *profile.axes):
+        message = f"a {profile.name} has a part {MODBUS} of its own"
+        return Finding(path, message, "leave it out: its node would have the same name", at_key=True)
+    return None

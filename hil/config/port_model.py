@@ -1,0 +1,17 @@
+"""Model of names and ports in a configuration, checked."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, Field, SerializeAsAny
+
+from hil.config.explain import StrictModel
+from hil.vocab.address import NAME_PATTERN
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+
+
+class PortConfig(StrictModel):
+    """Port at which clients reach a device: its kind and that kind's own options."""
+
+    kind: str
+    options: SerializeAsAny[BaseModel]

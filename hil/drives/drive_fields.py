@@ -1,0 +1,87 @@
+"""Fields of a real drive as doors see them: the binary layout that twins have where they have the same field,
+and a part of its own behind it."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from math import nan
+from struct import Struct
+
+from hil.core.fields import CODES, FIELDS, OFFSETS
+from hil.registers.drive_map import TAKEN, TOLD, DriveMap
+from hil.vocab.desk_protocol import AxisField
+
+OWN_AT, PARAMETERS_AT, MORE_PARAMETERS_AT = 1024, 1536, 8192
+"""Offsets of the fields that no twin has, and of parameters that no twin has: bytes. Doors of Modbus have a
+register of half the number; parameters of verbs are between the last two."""
+NEAR_PARAMETERS = 57
+_UNITS = {"position_deg": "deg", "velocity_rpm": "rpm", "current_A": "A", "set_point_deg": "deg"}
+_LINK = (
+    ("connected", "i32", "", "1 while the drive answers"),
+    ("age_ms", "f64", "ms", "time since the request whose answer the rest of this state is from"),
+    ("polls", "i64", "", "complete readings of the drive's state"),
+    ("writes", "i64", "", "writes that the drive confirmed"),
+    ("time_outs", "i64", "", "requests that were not answered in time"),
+    ("garbled", "i64", "", "answers that did not fit their request"),
+    ("exceptions", "i64", "", "answers that were exceptions"),
+    ("reconnects", "i64", "", "times that it was there again"),
+    ("round_trip_p50_ms", "f64", "ms", "median of the last round trips"),
+    ("round_trip_p99_ms", "f64", "ms", "99th percentile of the last round trips"),
+)
+_SHORT = ("at_ns", "position_deg", "velocity_rpm", "commanded_deg", "enabled", "moving", "fault", "connected")
+_OWN_NAMES = ("current_A", "fault_code", "enabled", "moving", "fault", *(row[0] for row in _LINK))
+"""Fields that no twin has. New ones go to the end: the order is a promise."""
+_OWN_OFFSETS = {name: OWN_AT + 8 * index for index, name in enumerate(_OWN_NAMES)}
+
+
+def drive_fields(of: DriveMap) -> dict[str, AxisField]:
+    """Fields of a drive with this map, by name, in the order of their offsets."""
+    rows = [("at_ns", "i64", "ns", "simulated time of the request that this state is from", False)]
+    rows.append(("position_deg", "f64", "deg", TOLD["position_deg"], False))
+    rows.append(("commanded_deg", "f64", "deg", TAKEN["set_point_deg"], False))
+    for name in ("velocity_rpm", "current_A", "fault_code"):
+        if name in of.values:
+            rows.append((name, "f64", _UNITS.get(name, ""), TOLD[name], False))
+    meanings = {
+        "enabled": "1 while the loop is on",
+        "moving": "1 while it moves",
+        "fault": "1: it has a fault",
+    }
+    rows += [(name, "i32", "", about, False) for name, about in meanings.items()]
+    rows += [(*row, False) for row in _LINK]
+    offsets = {row[0]: OFFSETS.get(row[0], _OWN_OFFSETS.get(row[0], 0)) for row in rows}
+    for index, name in enumerate(sorted(of.parameters)):
+        known = FIELDS.get(name)
+        offsets[name] = OFFSETS[name] if known else _parameter_offset(index)
+        unit, about = (known.unit, known.meaning) if known else ("", "register of the drive")
+        rows.append((name, known.type if known else "f64", unit, about, True))
+    fields = [
+        AxisField(name, kind, unit, about, offsets[name], settable, name in (*_SHORT, "age_ms"))
+        for name, kind, unit, about, settable in rows
+    ]
+    return {each.name: each for each in sorted(fields, key=lambda each: each.offset)}
+
+
+def _parameter_offset(index: int) -> int:
+    far = index - NEAR_PARAMETERS
+    return PARAMETERS_AT + 8 * index if far < 0 else MORE_PARAMETERS_AT + 8 * far
+
+
+@lru_cache(64)
+def _struct(layout: tuple[tuple[str, int], ...]) -> Struct:
+    text, end = "<", 0
+    for kind, offset in layout:
+        code = CODES[kind]
+        text += f"{offset - end}x{code}"
+        end = offset + Struct("<" + code).size
+    return Struct(text)
+
+
+def packed(fields: Mapping[str, AxisField], values: Mapping[str, float]) -> bytes:
+    """Pack values in the binary layout of these fields; what is not told is NaN, or 0 of a whole number."""
+    layout = tuple((each.type, each.offset) for each in fields.values())
+    row = []
+    for name, each in fields.items():
+        value = values.get(name, nan)
+        is_whole = each.type.startswith("i")
+        row.append((0 if value != value else round(value)) if is_whole else value)
+    return _struct(layout).pack(*row)

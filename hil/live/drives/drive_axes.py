@@ -1,0 +1,55 @@
+"""Real Modbus drives of a bench, by their devices' names, and as runs find them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from hil.live.configured import Configured
+from hil.live.drives.drive_control import DriveControl
+from hil.live.drives.drive_lines import DriveLines
+from hil.live.drives.drive_polls import DrivePolls
+from hil.vocab.axis import Axis, AxisNow
+
+
+class Drives(dict[str, DriveControl]):
+    """Drives by name. Only ``hil.live.apply`` changes them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines = DriveLines()
+
+    def begin(self, name: str) -> None:
+        """Begin to ask a drive."""
+        drive = self[name].drive
+        place, timeout_s = drive.spec.address.place, drive.spec.timeout_s
+        drive.start(lambda member: self._lines.join(member, place, timeout_s), DrivePolls(drive).run())
+
+    async def end(self, control: DriveControl) -> None:
+        """Stop a drive that moves, and ask it no more."""
+        await control.axis.end()
+        await control.drive.close(self._lines.leave)
+
+    async def close(self) -> None:
+        """Stop all that move, and ask nobody any more."""
+        while self:
+            await self.end(self.popitem()[1])
+
+
+class DriveAxes:
+    """Axes of the drives of a bench."""
+
+    def __init__(self, drives: Mapping[str, DriveControl], configured: Configured) -> None:
+        self._drives = drives
+        self._configured = configured
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._drives
+
+    def axes(self) -> dict[str, AxisNow]:
+        found = {name: control.axis.now() for name, control in self._drives.items()}
+        if (speed := self._configured.config.speed) != 1:
+            why = f"the bench goes at {speed:g} times the speed of its real drives"
+            return {name: replace(now, why_not=why) for name, now in found.items()}
+        return found
+
+    def __getitem__(self, name: str) -> Axis:
+        return self._drives[name].axis

@@ -1,0 +1,144 @@
+"""Verbs of a real drive, one after the other; and its parameters."""
+
+import asyncio
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hil.drives.drive_link import LOST_AFTER
+from hil.drives.drive_verbs import FOLLOW_RPM, FOLLOW_RPM_PER_S
+from hil.firmware.set_point_paths import length_ns, trapezoid
+from hil.live.drives.drive_axis import DriveAxis
+from hil.live.drives.drive_line import URGENT
+from hil.live.drives.real_drive import ASKING
+from hil.vocab.path import DEG_PER_S
+from hil.vocab.verbs import VerbRefused
+
+TAKES_S = 2.0
+"""Time for a drive to do as it is told: to say that its loop is on, or off, or that its fault is gone."""
+_POLL_S = 0.01
+AT_ANY_TIME = ("stop", "disable")
+"""Verbs that are carried out also while a run has the drive; the run fails."""
+BEGIN_NS = 50_000_000
+"""Time until a stream that the daemon makes of a move begins."""
+
+
+class DriveControl:
+    """Control of one drive by verbs."""
+
+    def __init__(self, axis: DriveAxis) -> None:
+        self.axis = axis
+        self.drive, self._motion = axis.drive, axis.motion
+        self._lock = asyncio.Lock()
+
+    async def do(self, verb: str, given: Mapping[str, Any]) -> dict[str, float]:
+        """Carry out a verb. Raises VerbRefused: it was not done, or nobody knows."""
+        if self.axis.is_held and verb not in AT_ANY_TIME:
+            raise VerbRefused("not_now", "a run has this drive; cancel it, or wait for its end")
+        if verb in AT_ANY_TIME:
+            self.axis.stopped_by(verb)
+            self._motion.abandon()
+        async with self._lock:
+            self._check_there()
+            try:
+                answer: dict[str, float] = await getattr(self, f"_{verb}")(**given)
+                return answer
+            except ASKING as error:
+                raise VerbRefused("not_now", f"{verb}: {error}") from None
+
+    async def set(self, name: str, value: Any) -> None:
+        """Write a parameter. Raises VerbRefused."""
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise VerbRefused("bad_parameter", f"{name}: write a number")
+        async with self._lock:
+            self._check_there()
+            try:
+                await self.drive.write_value(name, value, self.drive.link.session, URGENT)
+            except ValueError as error:
+                raise VerbRefused("bad_parameter", f"{name}: {error}") from None
+            except ASKING as error:
+                raise VerbRefused("not_now", f"{name}: {error}") from None
+
+    def _check_there(self) -> None:
+        if not self.drive.link.is_there:
+            raise VerbRefused("not_now", f"{self.drive.name} is not there: {self.drive.link.why}")
+
+    async def _until(self, is_so: Callable[[], bool], what: str) -> None:
+        """Wait until the drive tells that something is so. Raises VerbRefused: it does not."""
+        drive, told_ns = self.drive, self.drive.now_ns()
+        for _ in range(round(TAKES_S / _POLL_S) + LOST_AFTER):
+            reading = drive.reading
+            if reading and reading.at_ns > told_ns and is_so():
+                return
+            if not drive.link.is_there:
+                raise VerbRefused("not_now", f"{drive.name} was lost meanwhile: {drive.link.why}")
+            await asyncio.sleep(_POLL_S)
+        said = f"; {drive.fault}" if drive.fault else ""
+        raise VerbRefused(
+            "not_now", f"{drive.name} was told so, and after {TAKES_S:g} s it is not {what}{said}"
+        )
+
+    # ---- verbs, by their names ----
+
+    async def _enable(self) -> dict[str, float]:
+        self._motion.abandon()
+        session = self.drive.link.session
+        if not self.drive.is_on:  # a drive may wait for the edge, as after a fault
+            await self.drive.write_bits(session, enable=False)
+        await self.drive.write_bits(session, enable=True, start=False, stop=False, follow=False)
+        await self._until(lambda: self.drive.is_on, "enabled")
+        return {}
+
+    async def _disable(self) -> dict[str, float]:
+        session = self.drive.link.session
+        await self.drive.write_bits(session, URGENT, enable=False, start=False, follow=False)
+        await self._until(lambda: not self.drive.is_on, "disabled")
+        return {}
+
+    async def _stop(self) -> dict[str, float]:
+        await self._motion.stop("prejudice")
+        return {}
+
+    async def _clear_fault(self) -> dict[str, float]:
+        return await self._reset()
+
+    async def _reset(self) -> dict[str, float]:
+        await self._motion.reset()
+        await self._until(lambda: self.drive.fault is None, "free of its fault")
+        return {}
+
+    async def _move_rel(self, angle_deg: float, **ramps: float) -> dict[str, float]:
+        from_deg = self._motion.target_deg
+        if from_deg is None:
+            from_deg = self.axis.now().position_deg
+        return await self._move_abs(from_deg + angle_deg, **ramps)
+
+    async def _move_abs(
+        self,
+        position_deg: float,
+        velocity_rpm: float | None = None,
+        acceleration_rpm_per_s: float | None = None,
+    ) -> dict[str, float]:
+        drive, motion = self.drive, self._motion
+        if drive.fault:
+            raise VerbRefused("not_now", f"{drive.fault}; clear it first")
+        if not drive.is_on:
+            raise VerbRefused("not_now", "its loop is off; enable it first")
+        now_ns = drive.now_ns()
+        if "start" in drive.map.control:
+            motion.move(position_deg, velocity_rpm, acceleration_rpm_per_s, now_ns)
+            while motion.is_waiting:
+                await asyncio.sleep(_POLL_S / 10)
+            if motion.failure:
+                raise VerbRefused("not_now", motion.failure)
+            return {"set_point": position_deg}
+        velocity_rpm, acceleration_rpm_per_s = (
+            velocity_rpm or FOLLOW_RPM,
+            acceleration_rpm_per_s or FOLLOW_RPM_PER_S,
+        )
+        here_deg, start_ns = self.axis.now().position_deg, now_ns + BEGIN_NS
+        per_s, per_s2 = velocity_rpm * DEG_PER_S, acceleration_rpm_per_s * DEG_PER_S
+        path = trapezoid(here_deg, 0.0, position_deg, per_s, per_s2)
+        motion.check(position_deg)
+        motion.follow(path, start_ns)
+        return {"set_point": position_deg, "ends_after_ns": BEGIN_NS + length_ns(path)}

@@ -1,0 +1,7 @@
+"""Modbus nodes: interface cards of axes, stations of their own on a segment, in simulated time.
+
+``rtu_receiver.py`` makes frames of what a station hears, ``modbus_node.py`` is the station,
+``register_server.py`` carries out its requests at one moment, ``verb_ends.py`` says when a motion that one
+began has ended, ``answer_faults.py`` spoils answers. A node is an input of nothing: its inputs are the bytes
+on the wire.
+"""

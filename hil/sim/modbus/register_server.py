@@ -1,0 +1,133 @@
+"""Requests to the registers of an axis, carried out at one moment of simulated time."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hil.core import CoreAxis
+from hil.registers.control_word import Wanted
+from hil.registers.exception_codes import code_and_reason
+from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.registers_protocol import Registers
+from hil.sim.axis_look import axis_look
+from hil.sim.device import Device
+from hil.sim.inputs import Do, Input, Pin, Reset, SetField
+from hil.sim.modbus.verb_ends import VerbEnds
+from hil.sim.motion_end import begun_motion
+from hil.sim.verb_calls import Answer
+from hil.vocab.desk_protocol import AxisLook
+from hil.vocab.time import Clock, SimTimeNs
+from hil.vocab.verbs import Effect, VerbRefused
+from hil.wire.modbus.identification import Identification, identify
+from hil.wire.modbus.pdu import Function, Refused, Request, Span, Table, answer, exception
+
+
+@dataclass(frozen=True)
+class CardAxis:
+    """Axis behind a card, and what the card may do with it. ``part``: the axis's name; empty: the first."""
+
+    device: Device
+    part: str
+    make_registers: Callable[[], Registers]
+    """Makes the registers as they are after power-up."""
+    identification: Identification
+    carry_out: Callable[[Input], Answer]
+    """Lets an input take effect now. Raises VerbRefused."""
+    problem: Callable[[str, float], str | None]
+    """Says why a field cannot have a value, or None."""
+
+    @property
+    def axis(self) -> CoreAxis | None:
+        """None: the board has none."""
+        return self.device.axes[self.part] if self.device.axes else None
+
+
+class RegisterServer:
+    """Registers of an axis with their state, from one power-up on. There is one client: the line."""
+
+    def __init__(self, clock: Clock, of: CardAxis) -> None:
+        self._clock, self._of = clock, of
+        self._registers = of.make_registers()
+        self._halves: Halves = {}
+        self._ends = (
+            VerbEnds(clock, of.device, of.axis, self._registers.note) if of.axis is not None else None
+        )
+        self.refusal = ""
+        """Reason of the last exception, in words."""
+        self.carried_out = 0
+        """Number of operations that were carried out."""
+
+    def close(self) -> None:
+        """Await nothing any more."""
+        if self._ends:
+            self._ends.clear()
+
+    def answer(self, request: Request, now_ns: SimTimeNs) -> bytes:
+        """Carry out a request of functions 1 to 6, 15, 16, 22, 23 and 43/14; answers the PDU, an exception
+        where it is refused."""
+        try:
+            if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
+                return identify(request, self._of.identification)
+            if self._ends:
+                self._ends.look(now_ns)
+            if request.write or request.mask:
+                self._write(request, now_ns)
+            if not (span := request.read):
+                return answer(request)
+            return answer(request, self._registers.read(span, self._look(span), self._halves))
+        except (Refused, VerbRefused) as error:
+            return self.refuse(request.function, error)
+
+    def refuse(self, function: int, error: Refused | VerbRefused) -> bytes:
+        """Make an exception, and keep the reason."""
+        code, why = code_and_reason(error)
+        self.refusal = f"{code:02}: {why}"
+        return exception(function, code)
+
+    def _write(self, request: Request, now_ns: SimTimeNs) -> None:
+        write = request.write
+        if request.mask:
+            span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
+            write = self._registers.masked(request.mask, self._look(span), self._halves)
+        if request.read:  # what cannot be read back is not carried out
+            self._registers.check(request.read)
+        for wanted in self._registers.write(write, self._halves) if write else ():
+            self._carry_out(wanted, now_ns)
+
+    def _look(self, span: Span) -> AxisLook | None:
+        axis = self._of.axis
+        if axis is None or not self._registers.needs_look(span):
+            return None
+        return axis_look(self._of.device, axis.kind, axis.snapshot())
+
+    def _carry_out(self, wanted: Wanted, now_ns: SimTimeNs) -> None:
+        try:
+            said = self._of.carry_out(self._input(wanted))
+        except VerbRefused:
+            self._registers.note(wanted, VerbStage.REFUSED)
+            raise
+        self.carried_out += 1
+        if wanted.number is None:
+            return
+        verb = self._of.device.verbs[str(wanted.given["name"])]
+        if verb.effect is Effect.ENDS and self._ends:
+            self._ends.follow(wanted, wanted.number, begun_motion(now_ns, said))
+        else:
+            if self._ends:
+                self._ends.drop(wanted.number)
+            self._registers.note(wanted, VerbStage.DONE)
+
+    def _input(self, wanted: Wanted) -> Input:
+        """Input that an operation is. Raises VerbRefused: a value is out of its limits."""
+        given = dict(wanted.given)
+        if wanted.operation == "reset":
+            return Reset()
+        if wanted.operation == "pin":
+            return Pin(str(given["pin"]), int(str(given["level"])))
+        if wanted.operation == "set":
+            name, value = str(given["field"]), float(str(given["value"]))
+            if problem := self._of.problem(name, value):
+                raise VerbRefused("bad_parameter", problem)
+            return SetField(name, value)
+        name, parameters = str(given["name"]), given["parameters"]
+        assert isinstance(parameters, dict)
+        return Do(name, tuple(self._of.device.verbs[name].filled(parameters).items()))

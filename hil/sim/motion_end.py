@@ -1,0 +1,44 @@
+"""Ends of motions that verbs began: whether one goes on, and whether something else ended it."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from hil.core import CoreAxis
+from hil.sim.device import Device
+from hil.vocab.axis import AxisState
+
+BEGINS_NS = 20_000_000
+"""Time after a verb within which its motion has begun: what a main program does begins with its next step."""
+
+
+class BegunMotion(NamedTuple):
+    """Motion that a verb began at a time. ``ends_after_ns`` and ``set_point``: as the verb answered; None: it
+    did not say."""
+
+    effective_at_ns: int
+    ends_after_ns: float | None = None
+    set_point: float | None = None
+
+    def is_under_way(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool:
+        """True while it goes on, as the axis's state tells. A path ends at the time that its verb told; the
+        board's own ramps end when they do."""
+        if device.failed:
+            return False
+        follows = device.follows_paths and axis.kind.follows_paths
+        may_be = not follows or now_ns < self.effective_at_ns + (self.ends_after_ns or 0) + BEGINS_NS
+        return device.is_busy or (may_be and state.is_under_way)
+
+    def was_cut_short(self, device: Device, state: AxisState) -> bool:
+        """True if something else has ended it."""
+        if device.failed:
+            return True
+        # What follows paths may be given set-points that it does not stand at; a stepper goes to each.
+        if self.set_point is None or (self.ends_after_ns is None and device.follows_paths):
+            return False
+        stands_at = state.commanded_deg
+        return stands_at is not None and abs(stands_at - self.set_point) > abs(self.set_point) * 1e-6 + 1e-4
+
+
+def begun_motion(effective_at_ns: int, answer: Mapping[str, Any]) -> BegunMotion:
+    """Motion of a verb with its answer."""
+    return BegunMotion(effective_at_ns, answer.get("ends_after_ns"), answer.get("set_point"))
