@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native device_profiles/sac/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx
+NATIVE := $(shell find hil/core/native device_profiles/sac/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
 
 .PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
@@ -118,7 +118,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/core/*.so hil/wire/*.so hil/wire/modbus_rtu/*.so device_profiles/*/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
