@@ -87,7 +87,8 @@ cdef class BitWire:
     cdef int noises
     cdef noise noise_of[MOST_NOISES]
     cdef int happened
-    cdef readonly bint is_asleep, leaps
+    cdef readonly bint is_asleep
+    cdef public bint leaps
     cdef readonly int64_t busy_bits, decided_ns
     cdef readonly int sender
 
@@ -414,6 +415,9 @@ cdef class BitWire:
             p = &self.nodes[i]
             if p.state == OFF or p.state == BUS_OFF and not p.recovers:
                 continue
+            # At 128 a good frame makes it active again, for a receiver before the frame's end.
+            if p.rec >= PASSIVE_FROM or p.tec == PASSIVE_FROM:
+                return False
             if p.no_ack_most or p.state != IDLE and p.state != SUSPENDED:
                 return False
             ackers += not p.is_listening
@@ -451,37 +455,10 @@ cdef class BitWire:
                 p.state, p.count = INTERMISSION, 0
             self.happened |= p.happened
         self.sender = best
-        for i in range(self.size):
-            if self.nodes[i].happened & CHANGED:
-                self.sender = -1
-                self.read(self.nodes, best)
-                break
         self.bit += size
         self.busy_bits += size
         self.level, self.held = 1, 0
         return True
-
-    cdef void read(self, controller *nodes, int sender) noexcept:
-        """Let all have heard what a sender has sent: for a leap whose end is not clean."""
-        cdef const uint8_t *bits = self.frames.bits + (sender * 2 + nodes[sender].slot) * MOST_BITS
-        cdef controller reader
-        cdef int i, run = 0, last = 2
-        reader.tail = -1
-        reader.place = reader.run = 0
-        reader.last = 2
-        reader.crc = reader.crc_read = reader.id = 0
-        reader.is_extended = reader.is_remote = 0
-        reader.crc_at = 19
-        reader.dlc = 0
-        i = 0
-        while reader.tail < 0:
-            self.parse(&reader, bits[i])
-            i += 1
-        for i in range(self.size):
-            if nodes[i].happened & HEARD:
-                nodes[i].id, nodes[i].dlc = reader.id, reader.dlc
-                nodes[i].is_extended, nodes[i].is_remote = reader.is_extended, reader.is_remote
-                nodes[i].data = reader.data
 
     cdef void begin(self, controller *p, int64_t now_ns) noexcept:
         """Begin to send what is loaded."""
@@ -506,7 +483,6 @@ cdef class BitWire:
 
     cdef void step(self, controller *p, int level, int index, int64_t now_ns) noexcept:
         """Take the level of a bit; decide what to drive in the next."""
-        p.error = NONE
         if p.state == FRAME:
             self.step_frame(p, level, index)
         elif p.state == IDLE:

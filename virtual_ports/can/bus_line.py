@@ -1,8 +1,8 @@
 """Bits of a CAN wire, joined to the time of a clock.
 
-The wire is known up to the last time at which something happened. What comes next, if nobody does anything, is
-looked ahead for, and becomes true when its time has come. Whoever does something before takes the wire to that
-time first, and it is looked ahead anew.
+The wire is known up to the last time at which something happened. What comes next, if nobody does anything,
+is looked ahead for, and becomes true when its time has come. Whoever does something before takes the wire to
+that time first, and it is looked ahead anew.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,12 +21,16 @@ class Loader(Protocol):
 
 
 class BusLine:
-    """Wire on a clock. ``tell(wire, now_ns)`` is called at each time at which something has happened on it."""
+    """Wire on a clock. ``tell(wire, now_ns)`` is called whenever something has happened on it."""
 
     def __init__(
-        self, clock: Clock, rate: int, tell: Callable[[BitWire, SimTimeNs], None], beside: "BusLine | None" = None
+        self,
+        clock: Clock,
+        rate: int,
+        tell: Callable[[BitWire, SimTimeNs], None],
+        beside: "BusLine | None" = None,
     ) -> None:
-        self.wire = BitWire(rate, beside.wire if beside else None)
+        self.wire: BitWire = BitWire(rate, beside.wire if beside else None)
         self._ahead = BitWire(rate, self.wire)
         self._clock = clock
         self._tell = tell
@@ -39,7 +43,7 @@ class BusLine:
     def offer(self, loader: Loader) -> None:
         """Have a controller's next frame loaded: now, or when the frame on the wire is over."""
         now_ns = self._clock.now_ns
-        if self._is_telling or self._next_ns < FOREVER and now_ns > self._ahead.decided_ns:
+        if self._is_telling or (self._next_ns < FOREVER and now_ns > self._ahead.decided_ns):
             self._waiting[loader] = None
             return
         wire = self.wire

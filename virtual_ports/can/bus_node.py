@@ -35,7 +35,7 @@ class Mailbox(NamedTuple):
     bits: bytes
 
 
-class MailboxesFull(Exception):  # noqa: N818 - it says it
+class MailboxesFull(Exception):
     """No mailbox is free: the frame is not taken."""
 
 

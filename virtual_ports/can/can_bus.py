@@ -125,7 +125,7 @@ class CanBus:
             wire.set_recovery(self.nodes[name].index, recovers)
 
     def send(self, name: str, frame: CanFrame) -> None:
-        """Send a frame from a node as soon as the bus lets it, again and again until somebody acknowledges it.
+        """Send a frame from a node when the bus lets it, again and again until somebody acknowledges it.
 
         Raises:
             MailboxesFull: too many wait already.

@@ -46,8 +46,11 @@ def check(frame: CanFrame) -> None:
 
 
 def urgency(frame: CanFrame) -> int:
-    """Number by which frames are arbitrated: of several the lowest wins. 32 bits, those of the frame from the
-    identifier to RTR: of one base identifier a data frame is before a remote one, both before an extended one."""
+    """Number by which frames are arbitrated: of several the lowest wins.
+
+    It has 32 bits, those of the frame from the identifier to RTR. So of one base identifier a data frame is
+    before a remote one, and both are before an extended one.
+    """
     if frame.is_extended:
         base, rest = divmod(frame.id, 1 << 18)
         return base << 21 | 3 << 19 | rest << 1 | frame.is_remote
