@@ -136,7 +136,16 @@ setup(
         ),
         Extension(
             "virtual_ports.can._bit_wire",
-            ["virtual_ports/can/_bit_wire.pyx"],
+            [
+                "virtual_ports/can/_bit_wire.pyx",
+                "virtual_ports/can/native/can_errors.c",
+                "virtual_ports/can/native/can_node.c",
+                "virtual_ports/can/native/can_odd.c",
+                "virtual_ports/can/native/can_reader.c",
+                "virtual_ports/can/native/can_wire.c",
+            ],
+            depends=headers("virtual_ports/can/native"),
+            include_dirs=["virtual_ports/can"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(

@@ -11,21 +11,37 @@ class BitWire:
     """
 
     def __init__(self, rate: int, other: BitWire | None = None, leaps: bool = True) -> None: ...
-    size: int
     leaps: bool
-    is_asleep: bool
-    """True if nothing will happen until somebody does something; time then stands still."""
-    busy_bits: int
-    """Bits in which the wire was not free: frames, error and overload frames, three bits behind each."""
-    decided_ns: int
-    """Time at which somebody has begun to send, the latest; what is loaded after it waits for the next."""
-    sender: int
+    @property
+    def is_asleep(self) -> bool:
+        """True if nothing will happen until somebody does something; time then stands still."""
+
+    @property
+    def is_held(self) -> bool:
+        """True if it is asleep and dominant."""
+
+    @property
+    def busy_bits(self) -> int:
+        """Bits in which the wire was not free: frames, error and overload frames, three bits behind each."""
+
+    @property
+    def decided_ns(self) -> int:
+        """Start of the last bit in which somebody could begin to send: what is loaded later waits."""
+
+    @property
+    def sender(self) -> int:
+        """The controller that has sent, if this and that others have heard it is all that happened in the
+        last bit; else -1."""
+
     def add(self, index: int, is_listening: bool, recovers: bool) -> None:
         """Add a controller, which waits for 11 recessive bits. ``is_listening``: it never drives.
         ``recovers``: it comes back from bus-off."""
 
     def remove(self, index: int) -> None: ...
-    def take(self, other: BitWire, index: int, with_time: bool) -> None: ...
+    def take(self, other: BitWire, index: int, with_time: bool) -> None:
+        """Take a controller over: in the middle of whatever it does, with the other wire's time; or to wait
+        until this wire has been recessive for 11 bits."""
+
     def load(self, index: int, bits: bytes, key: int) -> int:
         """Set what a controller sends next, until it is sent; answers its place, 0 or 1."""
 
@@ -39,7 +55,13 @@ class BitWire:
     def set_rate(self, index: int, rate: int) -> None:
         """Give a controller a clock of its own, in bits per second; 0: the wire's."""
 
-    def set_noise(self, pairs: Sequence[tuple[int, int]]) -> None: ...
+    def set_noise(self, pairs: Sequence[tuple[int, int]]) -> None:
+        """Set all noises: how many of 2**64 draws invert a bit, and the state to draw from.
+
+        Raises:
+            ValueError: more than 16.
+        """
+
     def noise_states(self) -> list[int]: ...
     def force_bus_off(self, index: int) -> None: ...
     def look(self, index: int) -> tuple[int, int, int, int]:
@@ -51,17 +73,25 @@ class BitWire:
     def now_ns(self) -> int:
         """Time at which the next bit begins."""
 
-    @property
-    def is_held(self) -> bool: ...
-    def wake(self, now_ns: int) -> None: ...
+    def wake(self, now_ns: int) -> None:
+        """Let the next bit begin now, if the wire sleeps or everybody only waits. To be called before any
+        change."""
+
     def copy(self, other: BitWire) -> None:
         """Become what another wire is."""
 
-    def advance(self, until_ns: int) -> None: ...
-    def run(self) -> int: ...
-    @property
-    def is_clean(self) -> bool: ...
+    def advance(self, until_ns: int) -> None:
+        """Go on to the end of the last bit that ends by then, or to where it sleeps."""
+
+    def run(self) -> int:
+        """Go on to the end of the bit in which something happens; answers that time, or -1 if it falls asleep
+        before."""
+
     def has_heard(self, index: int) -> bool: ...
     def started_ns(self, index: int) -> int: ...
-    def events(self) -> list[tuple[int, int, int]]: ...
-    def heard(self, index: int) -> tuple[int, bytes, bool, bool, int]: ...
+    def events(self) -> list[tuple[int, int, int]]:
+        """All that happened in the last bit: controller; 1 sent, 2 heard, 4 error, 8 other state, or several;
+        the error: 1 bit, 2 stuff, 3 CRC, 4 form, 5 acknowledgement."""
+
+    def heard(self, index: int) -> tuple[int, bytes, bool, bool, int]:
+        """Fields of the frame that a controller has heard, as of ``CanFrame``."""

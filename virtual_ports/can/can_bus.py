@@ -1,7 +1,7 @@
 """A CAN bus with nodes: bit times, arbitration, acknowledgement, errors and their confinement, and faults.
 
 Pure: integer nanoseconds of simulated time come in as arguments. A frame that nothing disturbs is the unit of
-work; where something does, bits are. Both give the same (``_bit_wire``).
+work; where something does, bits are. Both give the same (``native``).
 
 Not modelled: the cable's length (all see one level at a time), sample points and the tolerance of oscillators
 (nodes of one rate are in step), CAN FD. A node that begins to listen, or comes back to the wire, waits for 11
@@ -25,14 +25,13 @@ from virtual_ports.can.bus_node import (
     MailboxesFull,
     NodeState,
 )
+from virtual_ports.can.bus_nodes import BusNodes
 
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 """Bits per second."""
-MOST_NODES = 256
 ERRORS = ("", "bit", "stuff", "CRC", "form", "acknowledgement")
 """Kinds of errors, by the numbers of the wire."""
 _SENT, _HEARD, _ERROR, _CHANGED = 1, 2, 4, 8
-_KEPT_LISTENERS = 4096
 
 
 class BusEvent(NamedTuple):
@@ -57,7 +56,7 @@ class CanBus:
         if not LEAST_BIT_RATE <= bit_rate <= MOST_BIT_RATE:
             raise ValueError(f"{bit_rate} bit/s; a bus has {LEAST_BIT_RATE} to {MOST_BIT_RATE}")
         self.bit_rate = bit_rate
-        self.nodes: dict[str, BusNode] = {}
+        self.nodes = BusNodes()
         self.frames = 0
         self.errors: dict[str, int] = {}
         """Errors by kind, each once for a bit, however many have found it."""
@@ -66,10 +65,6 @@ class CanBus:
         self._main = BusLine(clock, bit_rate, self._tell)
         self._cut: dict[str, BusLine] = {}
         """Lines of the nodes that are cut off, each alone on its own."""
-        self._of: list[BusNode | None] = []
-        """Nodes by their numbers on the wire."""
-        self._wanting: dict[tuple[int, bool], list[BusNode]] = {}
-        """Nodes that want an identifier, as far as it was asked for."""
 
     # ---- nodes ----
 
@@ -89,31 +84,22 @@ class CanBus:
         Raises:
             ValueError: the name is taken, or there are 256 nodes.
         """
-        if name in self.nodes:
-            raise ValueError(f"{name} is on the bus already")
-        index = next((at for at, node in enumerate(self._of) if node is None), len(self._of))
-        if index >= MOST_NODES:
-            raise ValueError(f"a bus has at most {MOST_NODES} nodes")
-        node = BusNode(name, index, listener, Mailboxes(mailboxes), filters)
-        self._of[index : index + 1] = [node]
-        self.nodes[name] = node
-        self._wanting.clear()
+        node = BusNode(name, self.nodes.free_index(name), listener, Mailboxes(mailboxes), filters)
+        self.nodes.join(node)
         with self._main.change() as wire:
-            wire.add(index, is_listening, recovers)
+            wire.add(node.index, is_listening, recovers)
 
     def leave(self, name: str) -> None:
         """Take a node off the bus, in the middle of a frame too."""
-        node = self.nodes.pop(name)
+        node = self.nodes[name]
         node.mailboxes.clear()
-        line = self._cut.pop(name, self._main)
-        with line.change() as wire:
+        with self._cut.pop(name, self._main).change() as wire:
             wire.remove(node.index)
-        self._of[node.index] = None
-        self._wanting.clear()
+        self.nodes.leave(name)
 
     def set_filters(self, name: str, filters: Sequence[CanFilter] | None) -> None:
         self.nodes[name].filters = filters
-        self._wanting.clear()
+        self.nodes.changed()
 
     def set_listening(self, name: str, is_listening: bool) -> None:
         with self.changed(name) as wire:
@@ -220,14 +206,14 @@ class CanBus:
     # ---- what happens ----
 
     def _tell(self, wire: BitWire, now_ns: SimTimeNs) -> None:
-        if wire.is_clean:
-            sender = self._of[wire.sender]
+        if wire.sender >= 0:
+            sender = self.nodes.at(wire.sender)
             assert sender
             self._tell_frame(wire, sender, now_ns)
             return
         counted = set()
         for index, what, error in wire.events():
-            node = self._of[index]
+            node = self.nodes.at(index)
             if node is None:
                 continue
             if what & _ERROR:
@@ -247,13 +233,7 @@ class CanBus:
         """Tell of a frame that one node has sent, and the others have heard."""
         frame = sender.mailboxes.sent(wire.sent_slot(sender.index))
         start_ns = SimTimeNs(wire.started_ns(sender.index))
-        key = frame.id, frame.is_extended
-        wanting = self._wanting.get(key)
-        if wanting is None:
-            if len(self._wanting) >= _KEPT_LISTENERS:
-                self._wanting.clear()
-            wanting = self._wanting[key] = [node for node in self._of if node and node.wants(frame)]
-        for node in wanting:
+        for node in self.nodes.wanting(frame):
             if wire.has_heard(node.index):
                 node.stats.heard += 1
                 node.listener.hear(frame, start_ns, now_ns)

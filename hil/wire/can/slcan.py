@@ -117,8 +117,8 @@ def bit_rate_of(registers: bytes) -> int:
 
 
 def accepts(code: bytes, mask: bytes, frame: CanFrame) -> bool:
-    """True if a frame passes one of the two filters of an SJA1000 (its data sheet, 6.4.15): the first two bytes
-    of code and mask, or the other two. Bits where the mask has ones do not count."""
+    """True if a frame passes one of the two filters of an SJA1000 (its data sheet, 6.4.15): the first two
+    bytes of code and mask, or the other two. Bits where the mask has ones do not count."""
     if frame.is_extended:
         head, counted = frame.id >> 13, 0xFFFF
     else:

@@ -1,4 +1,7 @@
-"""Arbitration, times and queues against a slow bus that goes bit by bit; who waits how long when it is full."""
+"""Arbitration, times and queues against a slow bus that goes bit by bit; who waits when it is full."""
+
+from contextlib import suppress
+from itertools import pairwise
 
 import pytest
 from can_rig import BIT_NS, RATE, READY_NS, Bench, Offer, Told, play
@@ -93,8 +96,8 @@ def test_times_do_not_drift(rate: int) -> None:
 
 
 def test_beyond_capacity_the_least_urgent_wait() -> None:
-    """Ten nodes offer a frame each 1 ms, 1.2 times what the wire carries: the first eight get all through, each
-    after those before it; the ninth what is left, the last nothing."""
+    """Ten nodes offer a frame each 1 ms, 1.2 times what the wire carries: the first eight get all through,
+    each after those before it; the ninth gets what is left, the last nothing."""
     bus = Bench(*map(str, range(10)), rate=1_000_000)
     bus.run()
     frame_ns = (frame_bits(CanFrame(0x100, b"\x55" * 8)) + 3) * 1000
@@ -102,11 +105,9 @@ def test_beyond_capacity_the_least_urgent_wait() -> None:
     for turn in range(200):
         bus.run(READY_NS + turn * 1_000_000)
         for node in range(10):
-            try:
+            with suppress(MailboxesFull):
                 bus.send(str(node), CanFrame(0x100 + node, b"\x55" * 8))
                 offered_ns[node].append(bus.timeline.now_ns)
-            except MailboxesFull:
-                pass
     bus.run(READY_NS + 200_000_000)
     waits_ms = [
         [
@@ -156,7 +157,7 @@ def test_no_frame_is_lost_or_doubled(offered: list[tuple[int, int, int]]) -> Non
     of_one = {frame.id: [each for each in heard if each.id == frame.id] for frame in sent}
     assert all(each == sorted(each) for each in of_one.values())
     times = [(told.start_ns, told.end_ns) for told in bus.ears["ear"].got]
-    assert all(before[1] + 3 * BIT_NS <= after[0] for before, after in zip(times, times[1:], strict=False))
+    assert all(before[1] + 3 * BIT_NS <= after[0] for before, after in pairwise(times))
 
 
 def test_mailboxes_are_as_many_as_there_are() -> None:

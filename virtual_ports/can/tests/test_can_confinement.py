@@ -1,5 +1,7 @@
 """Errors and their confinement by the book; faults; a bus by leaps against one by bits."""
 
+from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,7 @@ def seen(bus: Bench, node: str) -> list[Any]:
 def test_sequences_by_the_book(sequence: dict[str, Any], leaps: bool) -> None:
     bus = Bench(*sequence["nodes"], leaps=leaps)
     bus.run()
-    fault = None
+    fault, node = None, ""
     for number, step in enumerate(sequence["steps"]):
         if "clear" in step:
             assert fault
@@ -65,7 +67,7 @@ def test_a_passive_node_waits_eight_bits_more() -> None:
     bus.send("a", CanFrame(0x123))
     bus.later(10**7)
     starts = [event.start_ns for event in bus.events]
-    periods_ns = [after - before for before, after in zip(starts, starts[1:], strict=False)]
+    periods_ns = [after - before for before, after in pairwise(starts)]
     until_ack_ns = bus.events[0].at_ns - READY_NS
     active_ns = until_ack_ns + (6 + 8 + 3) * BIT_NS
     assert periods_ns[:15] == [active_ns] * 15
@@ -221,8 +223,8 @@ def test_a_node_with_a_wrong_rate_disturbs_until_it_is_passive(wrong: int) -> No
 
 
 def test_a_node_that_is_too_fast_disturbs_as_long_as_it_is_there() -> None:
-    """It takes a few recessive bits for the end of an error frame, and answers the dominant bit behind them by
-    an overload flag, which is dominant of a passive node too (3.1.4, part B)."""
+    """It takes a few recessive bits for the end of an error frame, and answers the dominant bit behind them
+    by an overload flag, which is dominant of a passive node too (3.1.4, part B)."""
     bus = Bench("a", "b", "odd")
     bus.run()
     fault = bus.inject(1, "bit_rate_wrong", "odd", bit_rate=1_000_000)
@@ -243,7 +245,7 @@ def test_a_listener_acknowledges_nothing_and_has_no_errors() -> None:
     bus.run()
     bus.send("a", CanFrame(1))
     bus.later(10**7)
-    # While the sender's flag is active it destroys the frame; a passive one is as recessive as the frame's end.
+    # An active flag of the sender destroys the frame; a passive one is as recessive as the frame's end.
     assert bus.ears["tap"].got[0].start_ns > bus.ears["a"].states[0][0]
     assert {told.frame.id for told in bus.ears["tap"].got} == {1}
     assert bus.ears["a"].out == []
@@ -309,10 +311,8 @@ def do(bus: Bench, given_acts: list[tuple[Any, ...]], look_ns: int = 0) -> objec
             bus.counters(bus.timeline.now_ns)
         bus.run(end_ns)
         if what == "send":
-            try:
+            with suppress(MailboxesFull):
                 bus.send(node, rest[0])
-            except MailboxesFull:
-                pass
         elif what == "inject":
             kind, rate, bit_rate = rest
             where = "" if kind == "wire_noise" else node

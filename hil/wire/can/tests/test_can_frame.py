@@ -87,7 +87,7 @@ def test_lengths_are_within_the_published_bounds(frame: CanFrame) -> None:
 
 @pytest.mark.parametrize("size", range(9))
 def test_the_longest_are_those_of_davis(size: int) -> None:
-    """Table of the paper, by its equations 2 and 3: 55 + 10 s and 80 + 10 s bits, the space behind included."""
+    """Table of the paper, by its equations 2 and 3: 55 + 10 s and 80 + 10 s bits, with the space behind."""
     assert longest_bits(size, is_extended=False) + INTERMISSION_BITS == 55 + 10 * size
     assert longest_bits(size, is_extended=True) + INTERMISSION_BITS == 80 + 10 * size
 
