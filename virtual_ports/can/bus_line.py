@@ -55,8 +55,11 @@ class BusLine:
     @contextmanager
     def change(self) -> Iterator[BitWire]:
         """Let the wire be changed as it is now."""
+        now_ns = self._clock.now_ns
+        if self._next_ns == now_ns:  # what happens now comes first
+            self._reach(now_ns)
         wire = self.now()
-        wire.wake(self._clock.now_ns)
+        wire.wake(now_ns)
         self._load()
         yield wire
         if not self._is_telling:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from heapq import heapify, heappop, heappush
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
@@ -137,13 +137,17 @@ class BusNode:
     listener: CanListener
     mailboxes: Mailboxes
     filters: Sequence[CanFilter] | None = None
+    is_listening: bool = False
     stats: NodeStats = field(default_factory=NodeStats)
     state: NodeState = NodeState.ACTIVE
     wire_faults: dict[int, Fault] = field(default_factory=dict)
     """Faults by number, the oldest first."""
 
     def load(self, wire: BitWire) -> None:
-        self.mailboxes.load(wire, self.index)
+        if self.is_listening:
+            wire.unload(self.index)
+        else:
+            self.mailboxes.load(wire, self.index)
 
     def wants(self, frame: CanFrame) -> bool:
         return self.filters is None or any(each.wants(frame) for each in self.filters)
@@ -155,3 +159,23 @@ class BusNode:
             return NodeState.BUS_OFF
         is_passive = max(transmit_errors, receive_errors) >= PASSIVE_FROM
         return NodeState.PASSIVE if is_passive else NodeState.ACTIVE
+
+    def note_state(self, wire: BitWire, now_ns: SimTimeNs) -> None:
+        """Tell the listener of the state, if it is another than before."""
+        state = self.state_in(wire)
+        if state is not self.state:
+            self.state = state
+            self.listener.changed(state, now_ns)
+
+    def counters(self, wire: BitWire) -> dict[str, Any]:
+        """Counters since the node joined, for JSON."""
+        _, transmit_errors, receive_errors, lost = wire.look(self.index)
+        return {
+            **vars(self.stats),
+            "errors": dict(self.stats.errors),
+            "arbitrations_lost": lost,
+            "waiting": len(self.mailboxes),
+            "state": self.state_in(wire).value,
+            "transmit_errors": transmit_errors,
+            "receive_errors": receive_errors,
+        }

@@ -8,7 +8,7 @@ Not modelled: the cable's length (all see one level at a time), sample points an
 recessive bits.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
@@ -84,7 +84,9 @@ class CanBus:
         Raises:
             ValueError: the name is taken, or there are 256 nodes.
         """
-        node = BusNode(name, self.nodes.free_index(name), listener, Mailboxes(mailboxes), filters)
+        node = BusNode(
+            name, self.nodes.free_index(name), listener, Mailboxes(mailboxes), filters, is_listening
+        )
         self.nodes.join(node)
         with self._main.change() as wire:
             wire.add(node.index, is_listening, recovers)
@@ -102,8 +104,13 @@ class CanBus:
         self.nodes.changed()
 
     def set_listening(self, name: str, is_listening: bool) -> None:
+        """Set whether a node never drives the wire. What it has to send waits meanwhile, but for a frame that
+        is on the wire."""
+        node = self.nodes[name]
+        node.is_listening = is_listening
         with self.changed(name) as wire:
-            wire.set_listening(self.nodes[name].index, is_listening)
+            wire.set_listening(node.index, is_listening)
+            node.load(wire)
 
     def set_recovery(self, name: str, recovers: bool) -> None:
         """Set whether a node comes back from bus-off, as a driver asks for it."""
@@ -154,20 +161,7 @@ class CanBus:
             "load_percent": 100 * self.busy_ns() / elapsed_ns if elapsed_ns > 0 else 0.0,
             "frames": self.frames,
             "errors": dict(self.errors),
-            "nodes": {name: self._counters(node) for name, node in self.nodes.items()},
-        }
-
-    def _counters(self, node: BusNode) -> Mapping[str, object]:
-        wire = self.line_of(node.name).now()
-        _, transmit_errors, receive_errors, lost = wire.look(node.index)
-        return {
-            **vars(node.stats),
-            "errors": dict(node.stats.errors),
-            "arbitrations_lost": lost,
-            "waiting": len(node.mailboxes),
-            "state": node.state_in(wire).value,
-            "transmit_errors": transmit_errors,
-            "receive_errors": receive_errors,
+            "nodes": {name: node.counters(self.line_of(name).now()) for name, node in self.nodes.items()},
         }
 
     # ---- for faults (can_faults.py) ----
@@ -227,7 +221,7 @@ class CanBus:
                     node.stats.heard += 1
                     node.listener.hear(frame, SimTimeNs(wire.started_ns(index)), now_ns)
             if what & _CHANGED:
-                self.note_state(node, wire, now_ns)
+                node.note_state(wire, now_ns)
 
     def _tell_frame(self, wire: BitWire, sender: BusNode, now_ns: SimTimeNs) -> None:
         """Tell of a frame that one node has sent, and the others have heard."""
@@ -255,10 +249,3 @@ class CanBus:
             self.errors[kind] = self.errors.get(kind, 0) + 1
         for watcher in self.watchers:
             watcher(BusEvent(SimTimeNs(wire.started_ns(node.index)), now_ns, node.name, error=kind))
-
-    def note_state(self, node: BusNode, wire: BitWire, now_ns: SimTimeNs) -> None:
-        """Tell a node of its state, if that is another than before."""
-        state = node.state_in(wire)
-        if state is not node.state:
-            node.state = state
-            node.listener.changed(state, now_ns)

@@ -56,7 +56,11 @@ class CanFaults:
             self._babbling.add(number)
             chance = Chance(int(fault.number("seed")))
             self._babble(
-                number, name, round(fault.number("every_ms") * NS_PER_MS), chance, self._bus.clock.now_ns
+                number,
+                name,
+                max(round(fault.number("every_ms") * NS_PER_MS), 1),
+                chance,
+                self._bus.clock.now_ns,
             )
         else:
             if fault.kind == "bit_rate_wrong" and not (
@@ -106,7 +110,7 @@ class CanFaults:
     def _force_bus_off(self, node: BusNode) -> None:
         with self._bus.changed(node.name) as wire:
             wire.force_bus_off(node.index)
-        self._bus.note_state(node, self._bus.line_of(node.name).wire, self._bus.clock.now_ns)
+        node.note_state(self._bus.line_of(node.name).wire, self._bus.clock.now_ns)
 
     def _babble(self, number: int, name: str, every_ns: int, chance: Chance, now_ns: SimTimeNs) -> None:
         """Send nonsense, and again when it is time, or when a mailbox is free if that takes longer."""

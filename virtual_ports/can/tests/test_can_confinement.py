@@ -268,6 +268,50 @@ def test_faults_that_cannot_be_are_refused(
         bus.inject(1, kind, node, **parameters)
 
 
+def test_a_node_that_listens_only_sends_nothing_until_it_may() -> None:
+    bus = Bench("a", "b", "c")
+    bus.run()
+    bus.set_listening("a", True)
+    bus.send("a", CanFrame(1))
+    bus.later(10**6)
+    assert bus.frames == 0
+    bus.set_listening("a", False)
+    bus.later(10**6)
+    assert [told.frame.id for told in bus.ears["b"].got] == [1]
+
+
+@pytest.mark.parametrize("kind", ["wire_cut", "driver_stuck", "bus_off"])
+def test_what_is_done_when_a_frame_ends_comes_after_it(kind: str) -> None:
+    """At the very nanosecond, and before the bus has its turn."""
+    bus = Bench("a", "b", "c")
+    bus.run()
+    frame = CanFrame(0x123, b"1")
+    end_ns = READY_NS + frame_bits(frame) * BIT_NS
+    bus.timeline.at(end_ns, lambda now_ns: bus.inject(1, kind, "a") and None)
+    bus.send("a", frame)
+    bus.later(10**6)
+    assert [told.end_ns for told in bus.ears["b"].got] == [end_ns]
+    assert [told.end_ns for told in bus.ears["a"].out] == [end_ns]
+
+
+@pytest.mark.parametrize("kind", ["wire_cut", "driver_stuck", "bus_off", "node_babble", "leave"])
+def test_faults_may_begin_in_a_callback(kind: str) -> None:
+    bus = Bench("a", "b", "c")
+    bus.run()
+
+    def hear(frame: CanFrame, start_ns: int, end_ns: int) -> None:
+        if kind == "leave":
+            bus.leave("a")
+        elif frame.id == 1:
+            bus.inject(1, kind, "a", every_ms=1)
+
+    bus.ears["b"].hear = hear  # type: ignore[method-assign]
+    bus.send("a", CanFrame(1))
+    bus.later(5 * 10**6)
+    assert bus.ears["c"].got[0].frame.id == 1
+    assert bus.frames >= 1
+
+
 # ---- leaps against bits ----
 
 KINDS = (
