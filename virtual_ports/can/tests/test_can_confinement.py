@@ -1,5 +1,6 @@
 """Errors and their confinement by the book; faults; a bus by leaps against one by bits."""
 
+import os
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -372,10 +373,10 @@ def do(bus: Bench, given_acts: list[tuple[Any, ...]], look_ns: int = 0) -> objec
     return bus.everything()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=int(os.environ.get("HIL_FUZZ", "150")), deadline=None)
 @given(acts())
-def test_leaps_and_looks_change_nothing(given_acts: list[tuple[Any, ...]]) -> None:
-    """Whatever is done: frame by frame or bit by bit, looked at or not, it is the same."""
+def test_fuzz_leaps_and_looks_change_nothing(given_acts: list[tuple[Any, ...]]) -> None:
+    """Whatever is done, ``HIL_FUZZ`` times: frame by frame or bit by bit, looked at or not, it is the same."""
     by_leaps = do(Bench("a", "b", "c"), given_acts)
     assert do(Bench("a", "b", "c", leaps=False), given_acts) == by_leaps
     assert do(Bench("a", "b", "c"), given_acts, 37_001) == by_leaps
