@@ -84,8 +84,8 @@ class BitWire:
         """Go on to the end of the last bit that ends by then, or to where it sleeps."""
 
     def run(self) -> int:
-        """Go on to the end of the bit in which something happens; answers that time, or -1 if it falls asleep
-        before."""
+        """Go on to the end of the bit in which something happens, by 2000 bits at most; answers that time, or
+        -1 if it falls asleep before."""
 
     def has_heard(self, index: int) -> bool: ...
     def started_ns(self, index: int) -> int: ...

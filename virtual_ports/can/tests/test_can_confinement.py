@@ -197,6 +197,25 @@ def test_a_wire_that_is_held_costs_nothing_and_comes_back() -> None:
     assert [told.frame.id for told in bus.ears["b"].got] == [1]
 
 
+def test_a_wire_on_which_nothing_can_happen_and_never_rests_goes_on() -> None:
+    """Held, with noise, and all bus-off: never 11 recessive bits."""
+    bus = Bench("a", "b")
+    bus.run()
+    faults = [
+        (1, bus.inject(1, "wire_noise", rate=0.003), ""),
+        (2, bus.inject(2, "driver_stuck", "a"), "a"),
+    ]
+    for number, name in enumerate("ab"):
+        bus.inject(3 + number, "bus_off", name)
+    bus.send("a", CanFrame(1))
+    bus.later(2 * 10**9)
+    assert bus.state("a") is bus.state("b") is NodeState.BUS_OFF
+    for fault in faults:
+        bus.faults.clear(*fault)
+    bus.later(10**7)
+    assert [told.frame.id for told in bus.ears["b"].got] == [1]
+
+
 @pytest.mark.parametrize("wrong", [100_000, 125_000, 250_000])
 def test_a_node_with_a_wrong_rate_disturbs_until_it_is_passive(wrong: int) -> None:
     bus = Bench("a", "b", "odd")
@@ -376,7 +395,7 @@ def do(bus: Bench, given_acts: list[tuple[Any, ...]], look_ns: int = 0) -> objec
 @settings(max_examples=int(os.environ.get("HIL_FUZZ", "150")), deadline=None)
 @given(acts())
 def test_fuzz_leaps_and_looks_change_nothing(given_acts: list[tuple[Any, ...]]) -> None:
-    """Whatever is done, ``HIL_FUZZ`` times: frame by frame or bit by bit, looked at or not, it is the same."""
+    """Whatever is done, ``HIL_FUZZ`` times: by leaps or by bits, looked at or not, it is the same."""
     by_leaps = do(Bench("a", "b", "c"), given_acts)
     assert do(Bench("a", "b", "c", leaps=False), given_acts) == by_leaps
     assert do(Bench("a", "b", "c"), given_acts, 37_001) == by_leaps
