@@ -149,9 +149,11 @@ cdef class BitWire:
     def set_rate(self, int index, int64_t rate):
         cdef can_node *n = &self.w.nodes[index]
         self.w.odd += (rate != 0) - (n.rate != 0)
+        if n.rate:
+            n.drive = n.coming  # what it has decided to drive next
+        n.coming = n.drive
         n.rate = rate
         n.origin_ns, n.half_bits = can_at(&self.w, self.w.bit), -1
-        n.coming = n.drive
 
     def set_noise(self, pairs):
         cdef int count = 0

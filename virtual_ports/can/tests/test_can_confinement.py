@@ -242,6 +242,20 @@ def test_a_node_with_a_wrong_rate_disturbs_until_it_is_passive(wrong: int) -> No
     assert bus.ears["b"].got[-1].frame == CanFrame(0x321, b"12345678")
 
 
+@pytest.mark.parametrize("after_bits", range(12))
+def test_a_rate_may_become_right_in_the_middle_of_a_flag(after_bits: int) -> None:
+    bus = Bench("a", "b", "odd")
+    bus.run()
+    fault = bus.inject(1, "bit_rate_wrong", "odd", bit_rate=125_000)
+    bus.send("a", CanFrame(0x123, b"12345678"))
+    while not any(event.node == "odd" for event in bus.events):
+        bus.later(BIT_NS)
+    bus.later(after_bits * BIT_NS * 4)
+    bus.faults.clear(1, fault, "odd")
+    bus.later(10**8)
+    assert len(bus.ears["a"].out) == 1
+
+
 def test_a_node_that_is_too_fast_disturbs_as_long_as_it_is_there() -> None:
     """It takes a few recessive bits for the end of an error frame, and answers the dominant bit behind them
     by an overload flag, which is dominant of a passive node too (3.1.4, part B)."""
