@@ -1,5 +1,5 @@
 """Parts of the build that pyproject.toml cannot say yet: the native core, the planner, the packet codec, the
-byte faults, Modbus RTU's CRC, and that packages are made of what git tracks."""
+byte faults, Modbus RTU's CRC, bits of CAN, and that packages are made of what git tracks."""
 
 import subprocess
 from pathlib import Path
@@ -127,6 +127,25 @@ setup(
         Extension(
             "hil.wire.modbus_rtu._crc16",
             ["hil/wire/modbus_rtu/_crc16.pyx"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
+        ),
+        Extension(
+            "hil.wire.can._wire_bits",
+            ["hil/wire/can/_wire_bits.pyx"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
+        ),
+        Extension(
+            "virtual_ports.can._bit_wire",
+            [
+                "virtual_ports/can/_bit_wire.pyx",
+                "virtual_ports/can/native/can_errors.c",
+                "virtual_ports/can/native/can_node.c",
+                "virtual_ports/can/native/can_odd.c",
+                "virtual_ports/can/native/can_reader.c",
+                "virtual_ports/can/native/can_wire.c",
+            ],
+            depends=headers("virtual_ports/can/native"),
+            include_dirs=["virtual_ports/can"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(

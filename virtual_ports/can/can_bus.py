@@ -1,0 +1,251 @@
+"""A CAN bus with nodes: bit times, arbitration, acknowledgement, errors and their confinement, and faults.
+
+Pure: integer nanoseconds of simulated time come in as arguments. A frame that nothing disturbs is the unit of
+work; where something does, bits are. Both give the same (``native``).
+
+Not modelled: the cable's length (all see one level at a time), sample points and the tolerance of oscillators
+(nodes of one rate are in step), CAN FD. A node that begins to listen, or comes back to the wire, waits for 11
+recessive bits.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple
+
+from hil.vocab.time import NS_PER_S, Clock, SimTimeNs
+from hil.wire.can.can_frame import CanFrame
+from virtual_ports.can._bit_wire import BitWire
+from virtual_ports.can.bus_line import BusLine
+from virtual_ports.can.bus_node import (
+    MAILBOXES,
+    BusNode,
+    CanFilter,
+    CanListener,
+    Mailboxes,
+    MailboxesFull,
+    NodeState,
+)
+from virtual_ports.can.bus_nodes import BusNodes
+
+LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
+"""Bits per second."""
+ERRORS = ("", "bit", "stuff", "CRC", "form", "acknowledgement")
+"""Kinds of errors, by the numbers of the wire."""
+_SENT, _HEARD, _ERROR, _CHANGED = 1, 2, 4, 8
+
+
+class BusEvent(NamedTuple):
+    """What was on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time.
+    ``node``: who sent it, or found it."""
+
+    start_ns: SimTimeNs
+    at_ns: SimTimeNs
+    node: str
+    frame: CanFrame | None = None
+    error: str = ""
+
+
+class CanBus:
+    """Bus at a rate in bits per second. All that happens here happens at times of ``clock``.
+
+    Raises:
+        ValueError: a rate beyond 10 kbit/s to 1 Mbit/s.
+    """
+
+    def __init__(self, clock: Clock, bit_rate: int) -> None:
+        if not LEAST_BIT_RATE <= bit_rate <= MOST_BIT_RATE:
+            raise ValueError(f"{bit_rate} bit/s; a bus has {LEAST_BIT_RATE} to {MOST_BIT_RATE}")
+        self.bit_rate = bit_rate
+        self.nodes = BusNodes()
+        self.frames = 0
+        self.errors: dict[str, int] = {}
+        """Errors by kind, each once for a bit, however many have found it."""
+        self.watchers: list[Callable[[BusEvent], None]] = []
+        self._clock = clock
+        self._main = BusLine(clock, bit_rate, self._tell)
+        self._cut: dict[str, BusLine] = {}
+        """Lines of the nodes that are cut off, each alone on its own."""
+
+    # ---- nodes ----
+
+    def join(
+        self,
+        name: str,
+        listener: CanListener,
+        *,
+        filters: Sequence[CanFilter] | None = None,
+        mailboxes: int = MAILBOXES,
+        is_listening: bool = False,
+        recovers: bool = True,
+    ) -> None:
+        """Put a node on the bus. ``is_listening``: it never drives the wire, not even to acknowledge.
+        ``recovers``: it comes back from bus-off by itself.
+
+        Raises:
+            ValueError: the name is taken, or there are 256 nodes.
+        """
+        node = BusNode(
+            name, self.nodes.free_index(name), listener, Mailboxes(mailboxes), filters, is_listening
+        )
+        self.nodes.join(node)
+        with self._main.change() as wire:
+            wire.add(node.index, is_listening, recovers)
+
+    def leave(self, name: str) -> None:
+        """Take a node off the bus, in the middle of a frame too."""
+        node = self.nodes[name]
+        node.mailboxes.clear()
+        with self._cut.pop(name, self._main).change() as wire:
+            wire.remove(node.index)
+        self.nodes.leave(name)
+
+    def set_filters(self, name: str, filters: Sequence[CanFilter] | None) -> None:
+        self.nodes[name].filters = filters
+        self.nodes.changed()
+
+    def set_listening(self, name: str, is_listening: bool) -> None:
+        """Set whether a node never drives the wire. What it has to send waits meanwhile, but for a frame that
+        is on the wire."""
+        node = self.nodes[name]
+        node.is_listening = is_listening
+        with self.changed(name) as wire:
+            wire.set_listening(node.index, is_listening)
+            node.load(wire)
+
+    def set_recovery(self, name: str, recovers: bool) -> None:
+        """Set whether a node comes back from bus-off, as a driver asks for it."""
+        with self.changed(name) as wire:
+            wire.set_recovery(self.nodes[name].index, recovers)
+
+    def send(self, name: str, frame: CanFrame) -> None:
+        """Send a frame from a node when the bus lets it, again and again until somebody acknowledges it.
+
+        Raises:
+            MailboxesFull: too many wait already.
+            ValueError: the frame cannot be sent.
+        """
+        node = self.nodes[name]
+        try:
+            is_first = node.mailboxes.put(frame)
+        except MailboxesFull:
+            node.stats.refused += 1
+            raise
+        if is_first:
+            (self._cut.get(name, self._main) if self._cut else self._main).offer(node)
+
+    def drop(self, name: str) -> None:
+        """Drop all frames of a node that wait; one that is on the wire goes on, once."""
+        node = self.nodes[name]
+        node.mailboxes.clear()
+        self.line_of(name).offer(node)
+
+    # ---- what it counts ----
+
+    def state(self, name: str) -> NodeState:
+        return self.nodes[name].state_in(self.line_of(name).now())
+
+    def error_counters(self, name: str) -> tuple[int, int]:
+        """Transmit and receive error counter of a node."""
+        _, transmit_errors, receive_errors, _ = self.line_of(name).now().look(self.nodes[name].index)
+        return transmit_errors, receive_errors
+
+    def busy_ns(self) -> int:
+        """Time in which the wire was not free, the three bits behind each frame with it."""
+        wire = self._main.now()
+        held_ns = self._clock.now_ns - wire.now_ns if wire.is_held else 0
+        return wire.busy_bits * NS_PER_S // self.bit_rate + held_ns
+
+    def counters(self, elapsed_ns: int) -> dict[str, Any]:
+        """Statistics since the start, for JSON."""
+        return {
+            "load_percent": 100 * self.busy_ns() / elapsed_ns if elapsed_ns > 0 else 0.0,
+            "frames": self.frames,
+            "errors": dict(self.errors),
+            "nodes": {name: node.counters(self.line_of(name).now()) for name, node in self.nodes.items()},
+        }
+
+    # ---- for faults (can_faults.py) ----
+
+    def line_of(self, name: str) -> BusLine:
+        return self._cut.get(name, self._main)
+
+    @property
+    def main_line(self) -> BusLine:
+        return self._main
+
+    @property
+    def clock(self) -> Clock:
+        return self._clock
+
+    def changed(self, name: str) -> AbstractContextManager[BitWire]:
+        """Let the wire that a node is on be changed."""
+        return self.line_of(name).change()
+
+    def set_cut(self, name: str, is_cut: bool) -> None:
+        """Cut the wire to a node, which goes on alone; or join it again."""
+        if is_cut == (name in self._cut):
+            return
+        index = self.nodes[name].index
+        if is_cut:
+            line = self._cut[name] = BusLine(self._clock, self.bit_rate, self._tell, self._main)
+            with self._main.change() as main, line.change() as own:
+                own.take(main, index, True)
+                main.remove(index)
+            return
+        line = self._cut.pop(name)
+        with self._main.change() as main, line.change() as own:
+            main.take(own, index, False)
+            own.remove(index)
+
+    # ---- what happens ----
+
+    def _tell(self, wire: BitWire, now_ns: SimTimeNs) -> None:
+        if wire.sender >= 0:
+            sender = self.nodes.at(wire.sender)
+            assert sender
+            self._tell_frame(wire, sender, now_ns)
+            return
+        counted = set()
+        for index, what, error in wire.events():
+            node = self.nodes.at(index)
+            if node is None:
+                continue
+            if what & _ERROR:
+                self._tell_error(node, wire, error, now_ns, error not in counted)
+                counted.add(error)
+            if what & _SENT:
+                self._be_sent(node, wire, node.mailboxes.sent(wire.sent_slot(index)), now_ns)
+            if what & _HEARD:
+                frame = CanFrame(*wire.heard(index))
+                if node.wants(frame):
+                    node.stats.heard += 1
+                    node.listener.hear(frame, SimTimeNs(wire.started_ns(index)), now_ns)
+            if what & _CHANGED:
+                node.note_state(wire, now_ns)
+
+    def _tell_frame(self, wire: BitWire, sender: BusNode, now_ns: SimTimeNs) -> None:
+        """Tell of a frame that one node has sent, and the others have heard."""
+        frame = sender.mailboxes.sent(wire.sent_slot(sender.index))
+        start_ns = SimTimeNs(wire.started_ns(sender.index))
+        for node in self.nodes.wanting(frame):
+            if wire.has_heard(node.index):
+                node.stats.heard += 1
+                node.listener.hear(frame, start_ns, now_ns)
+        self._be_sent(sender, wire, frame, now_ns)
+
+    def _be_sent(self, node: BusNode, wire: BitWire, frame: CanFrame, now_ns: SimTimeNs) -> None:
+        start_ns = SimTimeNs(wire.started_ns(node.index))
+        self.frames += 1
+        node.stats.sent += 1
+        self.line_of(node.name).offer(node)
+        for watcher in self.watchers:
+            watcher(BusEvent(start_ns, now_ns, node.name, frame))
+        node.listener.sent(frame, start_ns, now_ns)
+
+    def _tell_error(self, node: BusNode, wire: BitWire, error: int, now_ns: SimTimeNs, is_new: bool) -> None:
+        kind = ERRORS[error]
+        node.stats.errors[kind] = node.stats.errors.get(kind, 0) + 1
+        if is_new:
+            self.errors[kind] = self.errors.get(kind, 0) + 1
+        for watcher in self.watchers:
+            watcher(BusEvent(SimTimeNs(wire.started_ns(node.index)), now_ns, node.name, error=kind))
