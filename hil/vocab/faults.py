@@ -31,6 +31,8 @@ TARGETS = {
 }
 
 
+MOST_NOISES = 16
+"""Maximum number of ``wire_noise`` on one CAN bus: it draws for each bit and each of them."""
 MOST_LOADS = 10
 """Maximum load, in holding torques of the motor. Two drag it along, ten leave room for knocks. More is a
 wrong unit: Ncm are a hundred, mNm a thousand times too much."""

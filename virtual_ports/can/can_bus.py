@@ -156,9 +156,15 @@ class CanBus:
         mailboxes = self.nodes[name].mailboxes
         return mailboxes.size - len(mailboxes)
 
-    def lost_arbitrations(self, name: str) -> int:
-        """Number of times that a node has given way to a more urgent frame."""
-        return self.line_of(name).now().look(self.nodes[name].index)[3]
+    def waiting(self, name: str) -> int:
+        """Number of frames of a node that are not sent yet."""
+        return len(self.nodes[name].mailboxes)
+
+    def tally(self, name: str) -> tuple[int, int]:
+        """Number of errors that a node has found, and how often it has given way to a more urgent frame."""
+        node = self.nodes[name]
+        lost = self.line_of(name).now().look(node.index)[3]
+        return sum(node.stats.errors.values()), lost
 
     def error_counters(self, name: str) -> tuple[int, int]:
         """Transmit and receive error counter of a node."""

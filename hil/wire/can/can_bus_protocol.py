@@ -102,8 +102,11 @@ class CanBus(Protocol):
     def free_mailboxes(self, name: str) -> int:
         """Number of frames that a node may give to its controller now."""
 
-    def lost_arbitrations(self, name: str) -> int:
-        """Number of times that a node has given way to a more urgent frame."""
+    def waiting(self, name: str) -> int:
+        """Number of frames of a node that are not sent yet."""
+
+    def tally(self, name: str) -> tuple[int, int]:
+        """Number of errors that a node has found, and how often it has given way to a more urgent frame."""
 
     def state(self, name: str) -> NodeState:
         """State of a node now."""

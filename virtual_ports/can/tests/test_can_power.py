@@ -90,4 +90,4 @@ def test_mailboxes_and_lost_arbitrations_can_be_asked_for() -> None:
         bus.send(node, CanFrame(identifier))
     assert bus.free_mailboxes("a") == free - 2
     bus.later(10**6)
-    assert (bus.free_mailboxes("a"), bus.lost_arbitrations("a")) == (free, 2), "to c, then to b"
+    assert (bus.free_mailboxes("a"), bus.waiting("a"), bus.tally("a")) == (free, 0, (0, 2)), "to c, then to b"
