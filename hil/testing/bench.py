@@ -137,7 +137,7 @@ class Bench:
         if name not in self._canbuses:
             from hil.testing.can_faces import CanBusFace
 
-            self._canbuses[name] = CanBusFace(self._runtime, self._runtime.buses[name], self.run)
+            self._canbuses[name] = CanBusFace(self, self._runtime, self._runtime.buses[name])
         return self._canbuses[name]
 
     def axis(self, name: str) -> AxisFace:

@@ -1,8 +1,9 @@
 """Faces of a CAN bus for tests: frames at times, an adapter's serial line, and a CANopen drive."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.can.can_tap import CanTap
@@ -13,6 +14,11 @@ from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.can.can_bus_protocol import NodeState
 from hil.wire.can.can_frame import CanFrame
 
+if TYPE_CHECKING:
+    from hil.testing.bench import Bench
+
+SERVO = "mechaduino"
+"""Profile that needs a table to move."""
 TESTER = "tester"
 """Name of the node that a test has on the bus, behind the bus's."""
 PATIENCE_MS = 1000.0
@@ -44,17 +50,15 @@ class HeardFrame(NamedTuple):
 
 
 class CanBusFace:
-    """A bus, with a node of the test's own on it, ``can0.tester``, that hears all frames of others.
+    """A bus, with a node of the test's own on it, ``can0.tester``, that hears all frames of others."""
 
-    ``run`` lets milliseconds of simulated time pass.
-    """
-
-    def __init__(self, runtime: BenchRuntime, of: BenchBus, run: Callable[[float], None]) -> None:
+    def __init__(self, bench: "Bench", runtime: BenchRuntime, of: BenchBus) -> None:
+        self.bench = bench
         self.name = of.name
         self.bus = of.bus
         self.heard: list[HeardFrame] = []
         """All frames so far."""
-        self._runtime, self._run = runtime, run
+        self._runtime = runtime
         self._group = runtime.roster.group_of(of.name)
         self._node = str(Address(of.name, TESTER))
         self._read = 0
@@ -96,7 +100,7 @@ class CanBusFace:
                 wanted = f"{can_id:03X}#" + ("" if data is None else data.hex().upper())
                 last = ", ".join(str(each.frame) for each in self.heard[-5:]) or "nothing"
                 raise AssertionError(f"no {wanted} on {self.name} within {within_ms:g} ms; the last: {last}")
-            self._run(min(left_ms, _SLICE_MS))
+            self.bench.run(min(left_ms, _SLICE_MS))
 
     # ---- the bus ----
 
@@ -115,8 +119,16 @@ class CanBusFace:
 
     def drive(self, axis: str) -> "DriveFace":
         """CANopen drive of an axis, by the axis's address. Raises KeyError: it has no node here."""
-        (node,) = [each for each in self._runtime.can_nodes.values() if each.name == f"{axis}.canopen"]
+        node = self._runtime.can_nodes[f"{axis}.{CANOPEN}"]
+        if node.of.name != self.name:
+            raise KeyError(f"{axis} is on {node.of.name}")
         return DriveFace(self, axis, int(node.counters()["id"]))
+
+    def drives(self) -> "list[DriveFace]":
+        """All drives on the bus, in the order of the configuration."""
+        nodes = self._runtime.can_nodes.values()
+        axes = [node.name.removesuffix(f".{CANOPEN}") for node in nodes if node.of.name == self.name]
+        return [self.drive(axis) for axis in axes]
 
     # ---- hil.wire.can.can_bus_protocol.CanListener ----
 
@@ -182,13 +194,20 @@ class DriveFace:
         return self.canbus.expect(0x580 + self.node_id).frame.data
 
 
-def axes_on_bus(drives: int, first_id: int, profile: str) -> Sequence[tuple[str, int]]:
-    """Names of axes with their node ids, as fixtures give them.
+def canbus_config(
+    drives: int, profile: str, bit_rate: int, first_id: int, switches: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Make the configuration of a bench of drives on one bus, as the fixture ``canbus`` describes it.
 
     Raises:
         ValueError: they do not fit.
     """
     if drives < 1 or first_id < 1 or first_id + drives > 128:
         raise ValueError(f"{drives} drives from id {first_id} on do not fit: ids are 1 to 127")
-    letter = profile[0]
-    return [(f"{letter}{number}", first_id + number - 1) for number in range(1, drives + 1)]
+    device: dict[str, Any] = {"profile": profile}
+    if profile == SERVO:
+        device["flash"] = {"table": "identity"}
+    ids = {f"{profile[0]}{number}": first_id + number - 1 for number in range(1, drives + 1)}
+    nodes = {name: {"id": node_id, "switches": switches} for name, node_id in ids.items()}
+    bus = {"bit_rate": bit_rate, "nodes": nodes}
+    return {"bench": "drives", "devices": dict.fromkeys(ids, device), "can": {"can0": bus}}
