@@ -20,7 +20,7 @@ SHORTEST_FRAME = 6
 """Characters of the shortest command that is a frame, with its end."""
 CLOSED_ROOM = 256
 """Bytes that are taken at a time while the adapter is closed: no frame is among what it does."""
-STUCK_NS = 100 * NS_PER_MS
+STUCK_NS = 1000 * NS_PER_MS
 """Time without a frame sent after which the client is not held up any more, but told that no mailbox is free:
 nobody acknowledges, or others have all of the bus."""
 _WARNING_FROM = 96
