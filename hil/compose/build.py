@@ -165,10 +165,9 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
     if config.can:
-        from hil.compose.can_buses import add_bus  # most benches start without CAN
+        from hil.compose.can_buses import add_buses  # most benches start without CAN
 
-        for bus_name, bus_config in config.can.items():
-            add_bus(bench, bus_name, bus_config)
+        add_buses(bench, config, catalogue)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig, catalogue: Catalogue) -> None:

@@ -72,7 +72,8 @@ def _nodes(
             yield Finding(at_id, message, remedy)
         switches = given.get("switches") if isinstance(given, dict) else None
         if isinstance(switches, dict):
-            inputs = KINDS[axes[part].law].inputs
+            kind = KINDS[axes[part].law]
+            inputs = {pin: number for pin, number in kind.inputs.items() if kind.level_field(pin)}
             yield from _switches((*path, "switches"), label, switches, inputs)
 
 

@@ -56,6 +56,11 @@ class AxisKind:
     memory_bytes: int
     """Locked memory in the core, of an axis that is alone in its group."""
 
+    def level_field(self, pin: str) -> str | None:
+        """Field that tells the level of an input, by any of the input's names; None: none does."""
+        same = (f"pin_{name.lower()}" for name, number in self.inputs.items() if number == self.inputs[pin])
+        return next((name for name in same if name in self.fields), None)
+
     def holding_Nm(self, parameters: Mapping[str, float]) -> float:
         """Maximum torque of the motor, without that of its magnets."""
         return parameters["torque_constant_Nm_per_A"] * self.max_current_A(parameters)

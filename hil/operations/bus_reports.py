@@ -28,7 +28,4 @@ def listed_buses(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
 
 def listed_nodes(sim: BenchRuntime) -> list[dict[str, Any]]:
     """List the CANopen nodes with their buses."""
-    return [
-        {"node": name, "id": card.counters()["id"], "bus": card.of.name}
-        for name, card in sim.can_nodes.items()
-    ]
+    return [{"node": name, "id": card.node_id, "bus": card.of.name} for name, card in sim.can_nodes.items()]

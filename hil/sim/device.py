@@ -171,7 +171,7 @@ class Device:
             case Pin() | SetField() | ScriptEncoder() | Drive():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):
-                self._commit_done(durable)
+                self._memory.answered(durable)
             case Do(verb, parameters):
                 return self._do(self.verbs[verb], dict(parameters), now_ns, part)
             case Follow(start_ns, path):
@@ -215,10 +215,18 @@ class Device:
 
     def _commit(self, request: Commit) -> None:
         with self._home.guard.aside():
-            durable = self._memory.commit(request)
+            durable = self._memory.commit(request, self._committed)
             if durable is not None:
-                self._commit_done(durable)
+                self._memory.answered(durable)
 
-    def _commit_done(self, durable: bool) -> None:
-        if self._memory.answered(durable) and self._sketch.is_on:
+    def _committed(self, durable: bool) -> None:
+        if self._sketch.is_on:
             self._sketch.runtime.commit_done(durable)
+
+    def keep(self, name: str, data: bytes) -> bool | None:
+        """Keep a section of the memory that is not the firmware's. Answers whether it is durable; None: that
+        is not known yet."""
+        durable = self._memory.commit(Commit(name, data), lambda durable: None)
+        if durable is not None:
+            self._memory.answered(durable)
+        return durable

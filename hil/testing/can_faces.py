@@ -15,6 +15,7 @@ from hil.wire.can.can_bus_protocol import NodeState
 from hil.wire.can.can_frame import CanFrame
 
 if TYPE_CHECKING:
+    from hil.sim.can.canopen_card import CanOpenCard
     from hil.testing.bench import Bench
 
 SERVO = "mechaduino"
@@ -27,6 +28,8 @@ _SLICE_MS = 1.0
 NMT = {"operational": 1, "stopped": 2, "pre-operational": 128, "reset": 129, "reset_communication": 130}
 """Commands of network management. CiA 301 version 4.2.0, 7.2.8.2.1."""
 CONTROLWORD, STATUSWORD = 0x6040, 0x6041
+STATE_BITS, SWITCH_ON_DISABLED = 0x6F, 0x40
+"""Bits of the statusword that are the state, and a state. IEC 61800-7-201:2015."""
 
 
 class CanTapFace(TapFace):
@@ -122,7 +125,7 @@ class CanBusFace:
         node = self._runtime.can_nodes[f"{axis}.{CANOPEN}"]
         if node.of.name != self.name:
             raise KeyError(f"{axis} is on {node.of.name}")
-        return DriveFace(self, axis, int(node.counters()["id"]))
+        return DriveFace(self, axis, node)
 
     def drives(self) -> "list[DriveFace]":
         """All drives on the bus, in the order of the configuration."""
@@ -145,9 +148,14 @@ class CanBusFace:
 class DriveFace:
     """A CANopen drive, as a master sees it. What needs an answer lets time pass until it is there."""
 
-    def __init__(self, canbus: CanBusFace, axis: str, node_id: int) -> None:
-        self.canbus, self.axis, self.node_id = canbus, axis, node_id
+    def __init__(self, canbus: CanBusFace, axis: str, card: "CanOpenCard") -> None:
+        self.canbus, self.axis, self._card = canbus, axis, card
         self.sdo = SdoClient(self._exchange)
+
+    @property
+    def node_id(self) -> int:
+        """Its node id."""
+        return self._card.node_id
 
     def nmt(self, command: str) -> None:
         """Command a state: ``operational``, ``stopped``, ``pre-operational``, ``reset`` or
@@ -183,6 +191,15 @@ class DriveFace:
     def enable(self) -> int:
         """Go to "operation enabled" by shutdown, switch on and enable; answers the statusword."""
         return [self.controlword(word) for word in (0x06, 0x07, 0x0F)][-1]
+
+    def await_ready(self, within_ms: float = 10_000.0) -> None:
+        """Let time pass until the board has started, and the drive can be switched on. Fails if it does
+        not."""
+        bench, end_ns = self.canbus.bench, self.canbus.bench.now_ns + within_ms * NS_PER_MS
+        bench.run(_SLICE_MS)
+        while self.statusword & STATE_BITS != SWITCH_ON_DISABLED:
+            assert bench.now_ns < end_ns, f"{self.axis} is not ready within {within_ms:g} ms"
+            bench.run(10 * _SLICE_MS)
 
     def boot(self, within_ms: float = PATIENCE_MS) -> HeardFrame:
         """Await the boot-up message."""

@@ -82,12 +82,12 @@ def canbus(bench: "Callable[..., Bench]") -> "Callable[..., CanBusFace]":
 
 @pytest.fixture
 def drive(canbus: "Callable[..., CanBusFace]") -> "Callable[..., DriveFace]":
-    """Make a CANopen drive on a bus with a node of the test's own, as ``canbus``, past its boot-up:
-    ``drive()``, ``drive(profile="sac")``. It is ``.canbus.bench.axis(drive.axis)`` in the bench."""
+    """Make a CANopen drive on a bus with a node of the test's own, as ``canbus``, past its board's start:
+    ``drive()``, ``drive(profile="sac")``. Its axis is ``.canbus.bench.axis(drive.axis)``."""
 
     def make(**of: Any) -> "DriveFace":
         made = canbus(1, **of).drives()[0]
-        made.boot()
+        made.await_ready()
         return made
 
     return make

@@ -1,9 +1,9 @@
 """Drive of CiA 402 as the application of a CANopen node."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 from hil.canopen.abort_codes import AbortCode
-from hil.canopen.application import NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Entry, NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
 from hil.canopen.cia402.drive_automaton import DriveAutomaton
@@ -44,8 +44,8 @@ class ProfileDrive:
     """Drive, ``hil.canopen.application.Application``: made at each power-up of the card."""
 
     def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
-        self.entries = objects.objects_of(axis)
-        self.names = objects.names_of(self.entries)
+        self.entries: Sequence[Entry] = objects.objects_of(axis)
+        self.names: Mapping[int, str] = objects.names_of(self.entries)
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
         self._axis, self._services = axis, services
         self._modes = objects.modes_of(axis)

@@ -92,7 +92,7 @@ def test_switches_that_make_no_sense(switches: str, said: str) -> None:
 def test_a_stepper_has_other_inputs() -> None:
     text = problem("  c: {nodes: {s1: {id: 1, switches: {home: {pin: D3}}}}}")
     assert text.startswith(
-        '1:50: can.c.nodes.s1.switches.home.pin: s1 has no input "D3" (known are: EnA, EnB'
+        '1:50: can.c.nodes.s1.switches.home.pin: s1 has no input "D3" (known are: Estop, RST,'
     )
 
 

@@ -1,9 +1,13 @@
 """A CANopen node of a bench: the interface card of an axis, on a bus in its board's time."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
+from hil.canopen.abort_codes import AbortCode
+from hil.canopen.application import Application, NmtState, NodeServices, SdoAbort
+from hil.canopen.communication_entries import Identity
+from hil.canopen.node import CanOpenNode
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.device import Device
 from hil.sim.raised_at import place_of
@@ -13,40 +17,14 @@ from hil.wire.can.can_frame import STANDARD_ID_MAX, CanFrame
 from hil.wire.can.slcan import encode
 
 
-class CardNode(Protocol):
-    """What a card runs: a CANopen node, which knows no axis and no bus."""
+@dataclass(frozen=True)
+class CardSpec:
+    """Node that a card is. ``section``: name of what it keeps in its board's memory."""
 
     node_id: int
-
-    @property
-    def can_ids(self) -> Sequence[int]:
-        """Identifiers that it wants to hear."""
-
-    @property
-    def due_ns(self) -> int:
-        """Next time at which it wants ``step``; FOREVER if none."""
-
-    def hear(self, frame: CanFrame, now_ns: int) -> None:
-        """Take a frame."""
-
-    def step(self, now_ns: int) -> None:
-        """Do what is due."""
-
-    def power_up(self, now_ns: int) -> None:
-        """Begin, as with power."""
-
-    def bus_off(self, now_ns: int) -> None:
-        """Note that its controller is bus-off."""
-
-    def bus_on(self, now_ns: int) -> None:
-        """Note that its controller has come back from bus-off."""
-
-    def counters(self) -> dict[str, Any]:
-        """State and statistics, for JSON."""
-
-
-MakeNode = Callable[[Callable[[CanFrame], None]], CardNode]
-"""Makes a node that sends by a call."""
+    make_application: Callable[[NodeServices], Application]
+    identity: Identity
+    section: str
 
 
 class CanOpenCard:
@@ -56,26 +34,43 @@ class CanOpenCard:
     The node is asked only when a frame that it wants has come, or when it is due.
     """
 
-    def __init__(self, name: str, of: BenchBus, device: Device, clock: Clock, make: MakeNode) -> None:
+    def __init__(self, name: str, of: BenchBus, device: Device, clock: Clock, spec: CardSpec) -> None:
         self.name, self.of, self.device = name, of, device
         self.listeners: list[Callable[[SimTimeNs, bytes], None]] = []
         """Called with each frame that it gives to its controller, as text of slcan."""
-        self._bus, self._clock = of.bus, clock
-        self._seen: Counter[str] = Counter()
+        self.lost = 0
+        """Number of frames for which no mailbox was free."""
+        self._bus, self._clock, self._section = of.bus, clock, spec.section
+        self._node_id = spec.node_id
         self._has_raised = False
         """True if the node has raised an error: it is silent until the next power-up."""
         self._timer_ns: int = FOREVER
         """Earliest time at which the clock calls."""
-        self._node = make(self._send)
+        self.node = CanOpenNode(
+            spec.node_id,
+            of.bus.bit_rate,
+            spec.make_application,
+            spec.identity,
+            self._send,
+            kept=device.nvm.get(spec.section, b""),
+            keep=self._keep,
+            use_bit_rate=self._use_bit_rate,
+        )
         self._ids: Sequence[int] = ()
         self._bus.join(name, self, filters=(), is_on=False)
         device.power.listeners.append(self._power)
         if device.power.is_there:
             clock.at(clock.now_ns, self._power_up)
 
+    @property
+    def node_id(self) -> int:
+        """Node id: the one in use, 255 if LSS has to give one; before the node has booted, as configured."""
+        return self._node_id if self.node.state is NmtState.INITIALISING else self.node.node_id
+
     def counters(self) -> dict[str, Any]:
         """State and statistics, for JSON."""
-        return {"id": self._node.node_id, **self._node.counters(), "lost": self._seen["lost"]}
+        state = {"state": "failed"} if self._has_raised else {}
+        return {"id": self.node_id, **self.node.counters(), **state, "lost": self.lost}
 
     # ---- power ----
 
@@ -84,30 +79,32 @@ class CanOpenCard:
         self._timer_ns = FOREVER
         if is_there:
             self._power_up(self._clock.now_ns)
+        else:
+            self.node.power_off()
 
     def _power_up(self, now_ns: SimTimeNs) -> None:
         self._has_raised = False
         self._bus.switch_on(self.name)
-        self._do(self._node.power_up, now_ns)
+        self._do(self.node.power_up, now_ns)
 
     # ---- hil.wire.can.can_bus_protocol.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
-        if not self._has_raised:
-            try:
-                self._node.hear(frame, end_ns)
-                self._plan()
-            except Exception as error:
-                self._fail(error)
+        if self._has_raised:
+            return
+        try:
+            self.node.hear(frame, end_ns)
+            self._plan()
+        except Exception as error:
+            self._fail(error)
 
     def sent(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         """Do nothing: a node does not ask."""
 
     def changed(self, state: NodeState, at_ns: SimTimeNs) -> None:
-        if state is NodeState.BUS_OFF:
-            self._do(self._node.bus_off, at_ns)
-        elif state is NodeState.ACTIVE:
-            self._do(self._node.bus_on, at_ns)
+        node = self.node
+        told = {NodeState.BUS_OFF: node.bus_off, NodeState.PASSIVE: node.bus_passive}.get(state, node.bus_on)
+        self._do(told, at_ns)
 
     # ---- the node ----
 
@@ -126,23 +123,24 @@ class CanOpenCard:
 
     def _plan(self) -> None:
         """Be there when the node is due, and hear what it wants."""
-        due_ns = self._node.due_ns
+        due_ns = self.node.due_ns
         if due_ns < self._timer_ns:
-            self._timer_ns = due_ns
-            self._clock.at(due_ns, self._due)
-        ids = self._node.can_ids
-        if ids is not self._ids:
-            self._ids = ids
-            self._bus.set_filters(self.name, [CanFilter(each, STANDARD_ID_MAX) for each in ids])
+            self._timer_ns = max(due_ns, self._clock.now_ns)
+            self._clock.at(self._timer_ns, self._due)
+        if self.node.can_ids is not self._ids:
+            self._ids = self.node.can_ids
+            self._bus.set_filters(self.name, [CanFilter(each, STANDARD_ID_MAX) for each in self._ids])
 
     def _due(self, now_ns: SimTimeNs) -> None:
         if now_ns != self._timer_ns:
             return  # an earlier time was asked for since, or the power went
         self._timer_ns = FOREVER
-        if self._node.due_ns <= now_ns:
-            self._do(self._node.step, now_ns)
+        if self.node.due_ns <= now_ns:
+            self._do(self.node.step, now_ns)
         else:
             self._plan()
+
+    # ---- what the node does ----
 
     def _send(self, frame: CanFrame) -> None:
         for listener in self.listeners:
@@ -150,4 +148,11 @@ class CanOpenCard:
         try:
             self._bus.send(self.name, frame)
         except MailboxesFull:
-            self._seen["lost"] += 1
+            self.lost += 1
+
+    def _use_bit_rate(self, bit_rate: int) -> None:
+        self._bus.switch_on(self.name, bit_rate)
+
+    def _keep(self, section: bytes) -> None:
+        if self.device.keep(self._section, section) is False:
+            raise SdoAbort(AbortCode.HARDWARE)

@@ -155,7 +155,7 @@ def test_a_log_is_the_same_again_to_the_byte() -> None:
     assert heard.count(b"t1") > 30
     replayed = replay(text.splitlines(keepends=True))
     assert replayed.difference() is None
-    assert len(replayed.sent["m1"]) > 2
+    assert len(replayed.sent["m1"]) >= 2
     until_ns = max(sent.at_ns for sent in replayed.logged.sent)
     replayed.runtime.advance(until_ns)
     again = replayed.runtime.taps["can0.b"].take(until_ns)
@@ -170,7 +170,7 @@ def test_a_raising_node_stops_its_board_alone(canbus) -> None:
     def broken(*of: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    bus.bench._runtime.can_nodes[NODE]._node.hear = broken  # type: ignore[method-assign]
+    bus.bench._runtime.can_nodes[NODE].node.hear = broken  # type: ignore[method-assign]
     bus.send(0x601, bytes(8))
     bus.bench.run(ms=5)
     failed = bus.bench.device("m1").failed
