@@ -78,7 +78,7 @@ class CardMotor:
             state.is_moving,
             device.failed,
             {name: switch.level(shot) for name, switch in self._switches.items()},
-            not device.is_busy,
+            device.is_ready,
             self._fault_code(),
         )
 
