@@ -118,7 +118,7 @@ def _switches(
 
 
 def _switch(path: KeyPath, switch: Mapping[str, Any]) -> Iterator[Finding]:
-    given = [key for key in _CAM if key in switch]
+    given = [key for key in _CAM if switch.get(key) is not None]
     has_pin = switch.get("pin") is not None
     if given and has_pin:
         message = f"a switch is a cam or at a pin, and here are {given[0]} and pin"

@@ -128,6 +128,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
             | {"address": int, "registers": int, "is_writable": (True, False)}
         ],
     },
+    "eds": {"node": str, "text": str},
     "wait": {"interrupted": (True, False)},
     "health": {"state": str},
     "state": {str: (float, None)},

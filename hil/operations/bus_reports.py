@@ -2,9 +2,11 @@
 
 from typing import Any
 
+from hil.config.station_names import CANOPEN, node_name
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import owner_of
+from hil.vocab.verbs import VerbRefused
 
 
 def listed_buses(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
@@ -24,6 +26,15 @@ def listed_buses(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
             notes += [f"{label}: {note}" for note in tap.end.tap.notes.values()]
         rows.append(bus.counters(now_ns) | {"taps": taps, "drives": drives, "notes": notes})
     return rows
+
+
+def data_sheet(sim: BenchRuntime, axis: str) -> dict[str, str]:
+    """Answer the EDS of an axis's node. Raises VerbRefused: it has none."""
+    name = node_name(axis, CANOPEN)
+    if name not in sim.can_nodes:
+        known = ", ".join(sim.can_nodes) or "none"
+        raise VerbRefused("no_place", f"{axis} has no CANopen node; there are {known}")
+    return {"node": name, "text": sim.can_nodes[name].eds()}
 
 
 def listed_nodes(sim: BenchRuntime) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
-from hil.operations.bus_reports import listed_buses
+from hil.operations.bus_reports import data_sheet, listed_buses
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
 from hil.operations.drive_operations import DriveOperations
@@ -53,6 +53,7 @@ def make_desk(
         "packed": boards.packed,
         "look": boards.look,
         "registers": reports.registers,
+        "eds": lambda asked: data_sheet(sim, asked.target),
         "reset": boards.reset,
         "pin": boards.pin,
         "set": boards.set_field,

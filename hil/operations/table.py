@@ -122,6 +122,7 @@ _ROWS = (
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
     _asked("look", TWIN, VIEWER, "the same, with what it means as motion, and whether the board has stopped"),
     _asked("registers", MEMBER, VIEWER, "the register map that doors of Modbus have of a device"),
+    _asked("eds", MEMBER, VIEWER, "the electronic data sheet of an axis's CANopen node"),
     _common("reset", DEVICE, takes_time=True),
     _common("pin", TWIN),
     _asked("set", TWIN, OPERATOR,

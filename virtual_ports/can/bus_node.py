@@ -12,8 +12,6 @@ from hil.wire.can.can_bus_protocol import CanFilter, CanListener, MailboxesFull,
 from hil.wire.can.can_frame import CanFrame, check, urgency
 from virtual_ports.can._bit_wire import BitWire
 
-MAILBOXES = 64
-"""Frames of a node that may wait. Decision: as many as message buffers of a large controller."""
 PASSIVE_FROM = 128
 _BUS_OFF = 2
 

@@ -13,11 +13,18 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from hil.vocab.time import NS_PER_S, Clock, SimTimeNs
-from hil.wire.can.can_bus_protocol import BusEvent, CanFilter, CanListener, MailboxesFull, NodeState
+from hil.wire.can.can_bus_protocol import (
+    MAILBOXES,
+    BusEvent,
+    CanFilter,
+    CanListener,
+    MailboxesFull,
+    NodeState,
+)
 from hil.wire.can.can_frame import CanFrame
 from virtual_ports.can._bit_wire import BitWire
 from virtual_ports.can.bus_line import BusLine
-from virtual_ports.can.bus_node import MAILBOXES, BusNode, Mailboxes
+from virtual_ports.can.bus_node import BusNode, Mailboxes
 from virtual_ports.can.bus_nodes import BusNodes
 
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000

@@ -7,6 +7,7 @@ from typing import Any
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Application, NmtState, NodeServices, SdoAbort
 from hil.canopen.communication_entries import Identity
+from hil.canopen.eds import eds_text
 from hil.canopen.node import CanOpenNode
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.device import Device
@@ -15,6 +16,9 @@ from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.can.can_bus_protocol import CanFilter, MailboxesFull, NodeState
 from hil.wire.can.can_frame import STANDARD_ID_MAX, CanFrame
 from hil.wire.can.slcan import encode
+
+MAILBOXES = 256
+"""Frames that may wait: a block of SDO has 127, and what is more urgent goes before."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class CanOpenCard:
         self.lost = 0
         """Number of frames for which no mailbox was free."""
         self._bus, self._clock, self._section = of.bus, clock, spec.section
-        self._node_id = spec.node_id
+        self._node_id, self._identity = spec.node_id, spec.identity
         self._has_raised = False
         """True if the node has raised an error: it is silent until the next power-up."""
         self._timer_ns: int = FOREVER
@@ -57,7 +61,7 @@ class CanOpenCard:
             use_bit_rate=self._use_bit_rate,
         )
         self._ids: Sequence[int] = ()
-        self._bus.join(name, self, filters=(), is_on=False)
+        self._bus.join(name, self, filters=(), mailboxes=MAILBOXES, is_on=False)
         device.power.listeners.append(self._power)
         if device.power.is_there:
             clock.at(clock.now_ns, self._power_up)
@@ -71,6 +75,10 @@ class CanOpenCard:
         """State and statistics, for JSON."""
         state = {"state": "failed"} if self._has_raised else {}
         return {"id": self.node_id, **self.node.counters(), **state, "lost": self.lost}
+
+    def eds(self) -> str:
+        """Write the node's electronic data sheet."""
+        return eds_text(self.node.dictionary, self._identity, f"{self.device.profile}.eds")
 
     # ---- power ----
 

@@ -8,6 +8,9 @@ from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 from hil.wire.can.can_frame import CanFrame
 
+MAILBOXES = 64
+"""Frames of a node that may wait. Decision: as many as message buffers of a large controller."""
+
 
 class NodeState(StrEnum):
     """State of fault confinement; of a node without power ``OFF``."""
@@ -75,10 +78,11 @@ class CanBus(Protocol):
         listener: CanListener,
         *,
         filters: Sequence[CanFilter] | None = None,
+        mailboxes: int = MAILBOXES,
         is_on: bool = True,
     ) -> None:
-        """Put a node on the bus. ``filters``: frames that it is told of; None: of all. ``is_on``: it has
-        power."""
+        """Put a node on the bus. ``filters``: frames that it is told of; None: of all. ``mailboxes``: frames
+        that may wait. ``is_on``: it has power."""
 
     def set_filters(self, name: str, filters: Sequence[CanFilter] | None) -> None: ...
     def set_listening(self, name: str, is_listening: bool) -> None:
