@@ -3,6 +3,7 @@ reload, replay."""
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import can
@@ -33,19 +34,25 @@ def address(server: Server, tap: str) -> str:
     return next(row["port"] for row in server.ask("list")["taps"] if row["tap"] == tap)
 
 
+@contextmanager
+def opened(server: Server, tap: str) -> Iterator[can.BusABC]:
+    """python-can's client at a tap, when the adapter is on the bus: the client does not wait for that."""
+    channel = address(server, tap)
+    with can.Bus(interface="slcan", channel=channel, bitrate=500_000, sleep_after_open=0) as bus:
+        until(lambda: server.ask("buses")[0]["nodes"][tap]["state"] != "off", "the adapter")
+        yield bus
+    until(lambda: server.ask("buses")[0]["nodes"][tap]["state"] == "off", "its end")
+
+
 @pytest.fixture
 def pty(server: Server) -> Iterator[can.BusABC]:
-    with can.Bus(
-        interface="slcan", channel=address(server, "can0.a"), bitrate=500_000, sleep_after_open=0
-    ) as bus:
+    with opened(server, "can0.a") as bus:
         yield bus
 
 
 @pytest.fixture
 def tcp(server: Server) -> Iterator[can.BusABC]:
-    with can.Bus(
-        interface="slcan", channel=address(server, "can0.b"), bitrate=500_000, sleep_after_open=0
-    ) as bus:
+    with opened(server, "can0.b") as bus:
         yield bus
 
 
