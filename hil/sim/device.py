@@ -205,7 +205,7 @@ class Device:
     @property
     def is_ready(self) -> bool:
         """True if it would carry out verbs: its main program has started, and is in no routine of its own."""
-        return self.failed is None and not self.is_hung and self._sketch.is_ready
+        return self.power.failed is None and not self.is_hung and self._sketch.is_ready
 
     @property
     def is_committing(self) -> bool:

@@ -24,6 +24,7 @@ TESTER = "tester"
 """Name of the node that a test has on the bus, behind the bus's."""
 PATIENCE_MS = 1000.0
 _SLICE_MS = 1.0
+_MAILBOXES = 256
 
 NMT = {"operational": 1, "stopped": 2, "pre-operational": 128, "reset": 129, "reset_communication": 130}
 """Commands of network management. CiA 301 version 4.2.0, 7.2.8.2.1."""
@@ -65,7 +66,7 @@ class CanBusFace:
         self._group = runtime.roster.group_of(of.name)
         self._node = str(Address(of.name, TESTER))
         self._read = 0
-        self.bus.join(self._node, self)
+        self.bus.join(self._node, self, mailboxes=_MAILBOXES)
 
     # ---- frames ----
 

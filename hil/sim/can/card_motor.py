@@ -6,15 +6,18 @@ from typing import NamedTuple
 
 from hil.canopen.cia402.motor_axis import MotorLook
 from hil.core import CoreAxis
+from hil.core.fields import INDEX
 from hil.core.kinds import MECHADUINO
 from hil.sim.can.drive_switches import Switch
 from hil.sim.device import Device
+from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import How
 from hil.vocab.path import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
+_VELOCITY, _TORQUE = INDEX["velocity_rpm"], INDEX["torque_Nm"]
 _USED = ("enable", "disable", "clear_fault", "stop", "velocity", "torque", "move_abs")
 _EFFORT_COUNTS = 255
 """Effort of a Mechaduino's full current."""
@@ -38,15 +41,18 @@ class CardMotor:
     """Axis ``part`` of a device, ``hil.canopen.cia402.motor_axis.MotorAxis``. ``carry_out`` lets an input
     take effect now, and raises VerbRefused. ``switches``: by name."""
 
+    # A drive is looked at and follows a path at each SYNC: both take the shortest way.
+
     def __init__(
         self,
         device: Device,
         part: str,
+        group: Group,
         carry_out: Callable[[Input], Answer],
         switches: Mapping[str, Switch],
         rating: Rating,
     ) -> None:
-        self._device, self._part, self._carry_out = device, part, carry_out
+        self._device, self._part, self._group, self._carry_out = device, part, group, carry_out
         self._axis: CoreAxis = device.axes[part]
         self._switches = switches
         self._motion = self._axis.kind.motion
@@ -65,26 +71,22 @@ class CardMotor:
 
     def look(self) -> MotorLook:
         shot, device = self._axis.snapshot(), self._device
-        state = self._motion(shot)
+        state, values = self._motion(shot), shot.values
         assert state.position_deg is not None
-        keeps = state.keeps_angle or not self.follows_paths
+        told = device.told.get("fault_code", 0)
         return MotorLook(
             state.at_ns,
             state.position_deg,
-            shot.velocity_rpm,
-            shot.torque_Nm * self._per_Nm,
-            state.commanded_deg if keeps else None,
+            values[_VELOCITY],
+            values[_TORQUE] * self._per_Nm,
+            state.commanded_deg if state.keeps_angle or not self.follows_paths else None,
             bool(state.is_on),
             state.is_moving,
-            device.failed,
+            device.power.failed,
             {name: switch.level(shot) for name, switch in self._switches.items()},
             device.is_ready,
-            self._fault_code(),
+            _BOARD_FAULTS.get(int(told), _BOARD_ERROR) if told else 0,
         )
-
-    def _fault_code(self) -> int:
-        told = int(self._device.told.get("fault_code", 0))
-        return _BOARD_FAULTS.get(told, _BOARD_ERROR) if told else 0
 
     # ---- what moves it ----
 
@@ -98,7 +100,9 @@ class CardMotor:
         self._do_if("clear_fault")
 
     def follow(self, path: Path, start_ns: int = 0) -> None:
-        self._carry_out(Follow(start_ns, path))
+        # As an input, but for the board's main program, which has nothing to do with it.
+        self._device.apply(Follow(start_ns, path), self._group.now_ns, self._part)
+        self._group.note_due(self._device)
 
     def velocity(self, rpm: float) -> None:
         self._do("velocity", velocity_rpm=rpm)
