@@ -166,16 +166,16 @@ class Device:
         """
         self._interfaces.set_time(now_ns)
         match given:
+            case Follow(start_ns, path):
+                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
+            case Do(verb, parameters):
+                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
             case Bytes(data, client_baud, port):
                 self.uarts[port].arrive(data, client_baud)
             case Pin() | SetField() | ScriptEncoder() | Drive():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):
                 self._memory.answered(durable)
-            case Do(verb, parameters):
-                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
-            case Follow(start_ns, path):
-                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
             case Reset():
                 self.power.reset()
         return {}

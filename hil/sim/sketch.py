@@ -60,7 +60,9 @@ class Sketch:
     @property
     def is_ready(self) -> bool:
         """True if the main program has started and takes commands."""
-        return self.is_on and not self.is_busy and bool(getattr(self.firmware, "is_started", True))
+        if not self.is_on or getattr(self.firmware, "is_busy", False):
+            return False
+        return bool(getattr(self.firmware, "is_started", True))
 
     def turn(
         self, work: Callable[..., Result], *given: object, passes: tuple[type[Exception], ...] = ()
