@@ -61,7 +61,7 @@ def test_urgent_frames_keep_their_bounds_and_the_others_have_what_is_left() -> N
         fit += 1
     assert 2 < fit < NODES - 1, "some fit, and not all but one"
     for at in range(fit):
-        assert len(waits[at]) == CYCLES
+        assert len(waits[at]) >= CYCLES - 1, "all but one that is on its way"
         assert max(waits[at]) <= bound_ns(at)
         assert max(waits[at]) >= sum(LENGTH_NS[: at + 1]) - INTERMISSION_BITS * BIT_NS
     means = [sum(each) / len(each) for each in waits.values() if each]
