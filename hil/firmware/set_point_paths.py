@@ -24,7 +24,7 @@ def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
 
 def to_rest(r: float, rate: float, per_s2: float) -> Path:
     """Path from a set-point that changes at ``rate`` per second to rest, with this deceleration."""
-    return _joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])
+    return joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])
 
 
 def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float) -> Path:
@@ -43,10 +43,10 @@ def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float)
         (max(cruise, 0.0) / peak if peak > 0 else 0.0, 0.0),
         (peak / per_s2, -per_s2 * sign),
     ]
-    return (*_joined(r, rate, pieces)[:-1], PathPiece(0, target))
+    return (*joined(r, rate, pieces)[:-1], PathPiece(0, target))
 
 
-def _joined(r: float, rate: float, pieces: Sequence[tuple[float, float]]) -> Path:
+def joined(r: float, rate: float, pieces: Sequence[tuple[float, float]]) -> Path:
     """Join pieces of (seconds, acceleration), each beginning where the one before ends. Times are rounded to
     whole nanoseconds; set-points and rates are those of the times before rounding, so that no error adds
     up."""

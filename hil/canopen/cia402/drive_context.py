@@ -1,0 +1,143 @@
+"""What the modes of a drive share: its axis, the values of its objects, units, limits, and the set-point."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from math import inf
+
+from hil.canopen.application import Entry, NodeServices
+from hil.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
+from hil.canopen.cia402.movers import Mover, PathMover, RampMover
+from hil.canopen.cia402.objects import LIMITED_JERK
+from hil.canopen.cia402.set_point_ramps import MotionRules
+from hil.canopen.cia402.user_units import FACTORS, INT32, UserUnits
+from hil.vocab.path import DEG_PER_S
+from hil.vocab.time import NS_PER_MS, NS_PER_S
+
+ANY = 2**32 - 1
+"""Window that everything is in."""
+_BOUNDS = (*FACTORS, 0x607D, 0x6080)
+
+
+class DriveContext:
+    """Axis, values and units of one drive, from a power-up of its card on."""
+
+    def __init__(self, axis: MotorAxis, services: NodeServices, entries: Sequence[Entry]) -> None:
+        self.axis, self.services = axis, services
+        self.values: dict[int, int] = {
+            entry.index << 8 | entry.subindex: int(entry.default)  # none is a text
+            for entry in entries
+            if not entry.is_live
+        }
+        """Values by index and sub-index, as they were written last."""
+        self.mover: Mover = PathMover(axis) if axis.follows_paths else RampMover(axis)
+        self.is_limited = False
+        """True while what was asked for is beyond a limit: bit 11."""
+        self.torque_demand = 0.0
+        """Torque that mode 4 asks for, in thousandths."""
+        self._seen: MotorLook | None = None
+        self._home_deg = self._zero_deg = 0.0
+        self._convert()
+
+    def value(self, index: int, subindex: int = 0) -> int:
+        return self.values[index << 8 | subindex]
+
+    def keep(self, index: int, subindex: int, value: int) -> None:
+        """Take a value that was written."""
+        self.values[index << 8 | subindex] = value
+        if index in _BOUNDS:
+            self._convert()
+        elif index == 0x60C2:
+            self.period_ns = self._period_ns()
+
+    def load(self) -> None:
+        """Take the values that the node has."""
+        for key in self.values:
+            value = self.services.value(key >> 8, key & 0xFF)
+            assert isinstance(value, int)
+            self.values[key] = value
+        self._convert()
+
+    def look(self, now_ns: int) -> MotorLook:
+        """Look at the axis; once at a time, unless ``forget`` was called."""
+        if self._seen is None or self._seen.at_ns != now_ns:
+            self._seen = self.axis.look()
+        return self._seen
+
+    def forget(self) -> None:
+        """Look anew next time: the axis was told something."""
+        self._seen = None
+
+    def take_home(self, home_deg: float) -> None:
+        """Let an angle be the home position."""
+        self._home_deg = home_deg
+        self._zero_deg = home_deg + self.units.distance_deg(self.value(0x607C))
+        self._convert()
+
+    def rules(self, speed: float | None = None) -> MotionRules:
+        """Rules of a profile's motion: by the objects, or at another speed, deg/s."""
+        units = self.units
+        if speed is None:
+            speed = self.value(0x6081) * abs(units.deg_per_s)
+        speed = min(speed, self.value(0x607F) * abs(units.deg_per_s), self.max_speed)
+        up = min(self.value(0x6083), self.value(0x60C5)) * units.deg_per_s2
+        down = min(self.value(0x6084), self.value(0x60C6)) * units.deg_per_s2
+        is_smooth = self.axis.follows_paths and self.value(0x6086) == LIMITED_JERK
+        return MotionRules(speed, up, down, self.value(0x60A4, 1) * units.deg_per_s2 if is_smooth else None)
+
+    def ramp(self, *, is_quick: bool) -> float:
+        """Deceleration of a stop, deg/s2: the profile's, or that of a quick stop."""
+        steps = min(self.value(0x6085 if is_quick else 0x6084), self.value(0x60C6))
+        return steps * self.units.deg_per_s2
+
+    def within(self, angle_deg: float) -> float:
+        """Angle within the software limits that is nearest; notes whether that is another one."""
+        low_deg, high_deg = self.bounds_deg
+        bound_deg = min(max(angle_deg, low_deg), high_deg)
+        self.is_limited = bound_deg != angle_deg
+        return bound_deg
+
+    def bound_ahead_deg(self, rate: float) -> float | None:
+        """Software limit ahead of a motion; None: there is none."""
+        bound_deg = self.bounds_deg[rate > 0]
+        return bound_deg if abs(bound_deg) != inf else None
+
+    def is_blocked(self, direction: float, now_ns: int) -> bool:
+        """True if the limit switch on that side of the motor is active; ``direction`` is 0 of no motion."""
+        if not direction:
+            return False
+        return bool(self.look(now_ns).inputs.get(POSITIVE if direction > 0 else NEGATIVE))
+
+    @property
+    def switches(self) -> Collection[str]:
+        """Names of the inputs that there are."""
+        return self.axis.look().inputs.keys()
+
+    def following_error_deg(self, now_ns: int) -> float:
+        """Set-point minus position."""
+        return self.mover.where(now_ns).deg - self.look(now_ns).position_deg
+
+    def window_deg(self, index: int) -> float:
+        """Position window of an object in degrees."""
+        units = self.value(index)
+        return inf if units == ANY else abs(self.units.distance_deg(units))
+
+    def ms(self, index: int) -> int:
+        """Time of an object, in nanoseconds."""
+        return self.value(index) * NS_PER_MS
+
+    def _period_ns(self) -> int:
+        count, digits = (self.values.get(0x60C2 << 8 | subindex, 0) for subindex in (1, 2))
+        return NS_PER_S * count // int(10**-digits)
+
+    def _convert(self) -> None:
+        """Work out what stands in the values, for each SYNC."""
+        self.units = UserUnits.made(self.value, self._zero_deg)
+        self.period_ns = self._period_ns()
+        self.max_speed = min(self.value(0x6080), self.axis.max_velocity_rpm) * DEG_PER_S
+        home = replace(self.units, zero_deg=self._home_deg)
+        low, high = self.value(0x607D, 1), self.value(0x607D, 2)
+        at_low = -inf if low == -INT32 - 1 else home.angle_deg(low)
+        at_high = inf if high == INT32 else home.angle_deg(high)
+        if self.units.deg < 0:
+            at_low, at_high = -at_high if high == INT32 else at_high, -at_low if low == -INT32 - 1 else at_low
+        self.bounds_deg = at_low, at_high

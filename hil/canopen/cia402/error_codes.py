@@ -1,0 +1,49 @@
+"""Error codes of a drive (603Fh and EMCY) and the bits of the error register (1001h) that go with them.
+
+Source: IEC 61800-7-201:2015, table of error codes; CiA 301, 7.2.7.1. From FF00h on they are hil's own.
+"""
+
+from enum import IntEnum
+
+_GENERIC, _COMMUNICATION, _PROFILE, _OWN = 0x01, 0x10, 0x20, 0x80
+
+
+class DriveError(IntEnum):
+    """Error code."""
+
+    COMMUNICATION = 0x8100
+    """The node was stopped while operation was enabled."""
+    HEARTBEAT = 0x8130
+    """The master's heartbeat or its guarding stayed away."""
+    BUS_OFF = 0x8140
+    """The node was bus-off."""
+    FOLLOWING = 0x8611
+    """The shaft was too far from the set-point for too long."""
+    SYNC = 0x8700
+    """No SYNC came in a cyclic mode."""
+    LOOP_OFF = 0xFF01
+    """The board switched its loop off by itself."""
+    REFUSED = 0xFF02
+    """The board refused what the drive told it."""
+
+
+_BITS = {
+    DriveError.COMMUNICATION: _GENERIC | _COMMUNICATION,
+    DriveError.HEARTBEAT: _GENERIC | _COMMUNICATION,
+    DriveError.BUS_OFF: _GENERIC | _COMMUNICATION,
+    DriveError.FOLLOWING: _GENERIC | _PROFILE,
+    DriveError.SYNC: _GENERIC | _COMMUNICATION,
+    DriveError.LOOP_OFF: _GENERIC | _OWN,
+    DriveError.REFUSED: _GENERIC | _OWN,
+}
+LOST = {
+    "heartbeat": DriveError.HEARTBEAT,
+    "guarding": DriveError.HEARTBEAT,
+    "bus-off": DriveError.BUS_OFF,
+}
+"""Errors by what a node says that it has lost."""
+
+
+def register_bits(code: int) -> int:
+    """Bits of the error register for an error code; of a board's own fault bit 0."""
+    return _BITS[DriveError(code)] if code in _BITS else _GENERIC

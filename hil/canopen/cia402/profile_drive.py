@@ -1,0 +1,197 @@
+"""Drive of CiA 402 as the application of a CANopen node."""
+
+from collections.abc import Callable
+
+from hil.canopen.abort_codes import AbortCode
+from hil.canopen.application import NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.cia402 import objects
+from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
+from hil.canopen.cia402.drive_automaton import DriveAutomaton
+from hil.canopen.cia402.drive_context import DriveContext
+from hil.canopen.cia402.drive_states import UNDER_POWER
+from hil.canopen.cia402.error_codes import LOST, DriveError
+from hil.canopen.cia402.homing import Homing
+from hil.canopen.cia402.homing_methods import methods_of
+from hil.canopen.cia402.motor_axis import HOME, NEGATIVE, POSITIVE, MotorAxis
+from hil.canopen.cia402.operating_mode import OperatingMode
+from hil.canopen.cia402.profile_position import ProfilePosition
+from hil.canopen.cia402.profile_torque import ProfileTorque
+from hil.canopen.cia402.profile_velocity import ProfileVelocity
+from hil.canopen.cia402.user_units import FACTORS, to_int32
+from hil.vocab.path import DEG_PER_S
+from hil.vocab.time import NS_PER_S
+
+_CONTROL, _STATUS, _MODE, _DISPLAY, _ERROR, _INPUTS = 0x6040, 0x6041, 0x6060, 0x6061, 0x603F, 0x60FD
+_FIRST_OWN_BIT = 16
+_LEAST_PERIOD_NS, _MOST_PERIOD_NS = 100_000, 10 * NS_PER_S
+_MODES: dict[int, Callable[[DriveContext], OperatingMode]] = {
+    objects.PROFILE_POSITION: ProfilePosition,
+    objects.PROFILE_VELOCITY: ProfileVelocity,
+    objects.PROFILE_TORQUE: ProfileTorque,
+    objects.HOMING: Homing,
+    objects.CYCLIC_POSITION: CyclicPosition,
+    objects.CYCLIC_VELOCITY: CyclicVelocity,
+}
+_CHOICES = {
+    0x605A: (0, 1, 2, 3, 5, 6, 7),
+    0x6086: (0, objects.LIMITED_JERK),
+    0x607E: (0, 0x40, 0x80, 0xC0),
+}
+"""Values that an object takes, where its limits do not say it all."""
+
+
+class ProfileDrive:
+    """Drive, ``hil.canopen.application.Application``: made at each power-up of the card."""
+
+    def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
+        self.entries = objects.objects_of(axis)
+        self.names = objects.names_of(self.entries)
+        self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
+        self._axis, self._services = axis, services
+        self._modes = objects.modes_of(axis)
+        self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
+        self._told = (-1, -1, -1)
+        self._begin()
+        self._reads = self._readers()
+
+    def _begin(self) -> None:
+        self._context = DriveContext(self._axis, self._services, self.entries)
+        modes = {number: _MODES[number](self._context) for number in self._modes}
+        self._automaton = DriveAutomaton(self._context, modes)
+        self._inputs = (*self._axis.look().inputs,)
+
+    # ---- hil.canopen.application.Application ----
+
+    def entered(self, state: NmtState, now_ns: int) -> None:
+        """Take note of a state. Power-up: all begins anew. Stopped: the connection is lost."""
+        if state is NmtState.INITIALISING:
+            self._automaton.power_off()
+            self._begin()
+            self._context.load()
+            self._automaton.choose(self._context.value(_MODE), now_ns)
+            self._automaton.step(now_ns)
+        elif state is NmtState.STOPPED:
+            self._automaton.lose(DriveError.COMMUNICATION, now_ns)
+        self._tell()
+
+    def lost(self, what: str, now_ns: int) -> None:
+        self._automaton.lose(LOST[what], now_ns)
+        self._tell()
+
+    @property
+    def due_ns(self) -> int:
+        return self._automaton.due_ns
+
+    def step(self, now_ns: int) -> None:
+        self._automaton.step(now_ns)
+        self._tell()
+
+    def synced(self, now_ns: int) -> None:
+        self._automaton.synced(now_ns)
+        self._tell()
+
+    def read(self, index: int, subindex: int, now_ns: int) -> Value:
+        return self._reads[index](now_ns)
+
+    def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
+        assert isinstance(value, int)
+        context = self._context
+        before = context.values[index << 8 | subindex]
+        if index == _CONTROL:
+            context.values[_CONTROL << 8] = value
+            self._automaton.control(value, now_ns)
+            self._tell()
+        elif value != before:
+            self._check(index, subindex, value)
+            context.keep(index, subindex, value)
+            if index == _MODE:
+                self._automaton.choose(value, now_ns)
+                self._tell()
+            else:
+                self._automaton.written(index, now_ns)
+
+    # ---- what it tells ----
+
+    @property
+    def why(self) -> str:
+        """Reason of the fault in words; empty: none."""
+        return self._automaton.why
+
+    def _tell(self) -> None:
+        """Let the node send what has changed."""
+        automaton = self._automaton
+        told = automaton.statusword, automaton.number, automaton.error_code
+        if told != self._told:
+            before, self._told = self._told, told
+            for index, old, new in zip((_STATUS, _DISPLAY, _ERROR), before, told, strict=True):
+                if old != new:
+                    self._services.changed(index, 0)
+
+    def _readers(self) -> dict[int, Callable[[int], int]]:
+        """How live objects are read."""
+        return {
+            _ERROR: lambda now_ns: self._automaton.error_code,
+            _STATUS: lambda now_ns: self._automaton.statusword,
+            _DISPLAY: lambda now_ns: self._automaton.number,
+            0x6062: lambda now_ns: self._context.units.position(self._context.mover.where(now_ns).deg),
+            0x6063: lambda now_ns: self._counts(self._context.look(now_ns).position_deg),
+            0x6064: lambda now_ns: self._context.units.position(self._context.look(now_ns).position_deg),
+            0x606B: lambda now_ns: self._context.units.velocity(self._context.mover.where(now_ns).rate),
+            0x606C: self._velocity,
+            0x6074: lambda now_ns: round(self._context.torque_demand),
+            0x6077: self._current,
+            0x6078: self._current,
+            0x60F4: lambda now_ns: self._context.units.distance(self._context.following_error_deg(now_ns)),
+            0x60FC: lambda now_ns: self._counts(self._context.mover.where(now_ns).deg),
+            _INPUTS: self._digital_inputs,
+        }
+
+    def _counts(self, angle_deg: float) -> int:
+        return to_int32(angle_deg * self._axis.encoder_counts / 360)
+
+    def _velocity(self, now_ns: int) -> int:
+        return self._context.units.velocity(self._context.look(now_ns).velocity_rpm * DEG_PER_S)
+
+    def _current(self, now_ns: int) -> int:
+        thousandths = round(self._context.look(now_ns).current_A / self._axis.rated_current_A * 1000)
+        return max(-objects.INT16 - 1, min(objects.INT16, thousandths))
+
+    def _digital_inputs(self, now_ns: int) -> int:
+        levels = self._context.look(now_ns).inputs
+        bits = 0
+        for bit, name in enumerate((NEGATIVE, POSITIVE, HOME)):
+            bits |= (levels.get(name, 0) != 0) << bit
+        others = sorted(name for name in levels if name not in (NEGATIVE, POSITIVE, HOME))
+        for bit, name in enumerate(others[:_FIRST_OWN_BIT], _FIRST_OWN_BIT):
+            bits |= (levels[name] != 0) << bit
+        return bits
+
+    # ---- what it does not take ----
+
+    def _check(self, index: int, subindex: int, value: int) -> None:
+        """Check a value that is within its limits. Raises SdoAbort."""
+        if index == _MODE and value not in self._modes:
+            raise SdoAbort(AbortCode.VALUE, f"mode {value}: there are {_listed(self._modes)}")
+        if value not in _CHOICES.get(index, (value,)):
+            raise SdoAbort(AbortCode.VALUE, f"{index:04X}h takes {_listed(_CHOICES[index])}, not {value}")
+        if index == 0x6098 and value not in (0, *self._methods):
+            raise SdoAbort(AbortCode.VALUE, f"homing method {value}: there are {_listed(self._methods)}")
+        if index in FACTORS and self._automaton.state in UNDER_POWER:
+            raise SdoAbort(AbortCode.NOT_NOW, f"{index:04X}h: not while operation is enabled")
+        if index == 0x607D:
+            low = value if subindex == 1 else self._context.value(index, 1)
+            high = self._context.value(index, 2) if subindex == 1 else value
+            if high < low:
+                raise SdoAbort(AbortCode.MAXIMUM_BELOW_MINIMUM, f"607Dh: {high} is less than {low}")
+        if index == 0x60C2:
+            count = value if subindex == 1 else self._context.value(index, 1)
+            digits = self._context.value(index, 2) if subindex == 1 else value
+            period_ns = count * NS_PER_S // 10**-digits
+            if not _LEAST_PERIOD_NS <= period_ns <= _MOST_PERIOD_NS:
+                raise SdoAbort(
+                    AbortCode.VALUE, f"60C2h: {count} x 10^{digits} s; 100 us to 10 s are possible"
+                )
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    return ", ".join(map(str, numbers))
