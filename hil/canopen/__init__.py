@@ -7,5 +7,5 @@ Pure: frames and times come in as arguments, frames go out by a call. The node k
 
 Source: CiA 301 version 4.2.0 (application layer), CiA 305 version 2.2.0 (LSS), CiA 306-1 version 1.3.0 (EDS).
 
-May import: hil.vocab, hil.wire, the pure standard library.
+May import: hil.core, hil.firmware, hil.vocab, hil.wire, the pure standard library.
 """

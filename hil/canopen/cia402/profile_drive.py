@@ -5,6 +5,7 @@ from collections.abc import Callable
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
+from hil.canopen.cia402.automaton_clock import AutomatonClock
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
 from hil.canopen.cia402.drive_automaton import DriveAutomaton
 from hil.canopen.cia402.drive_context import DriveContext
@@ -58,6 +59,7 @@ class ProfileDrive:
         self._context = DriveContext(self._axis, self._services, self.entries)
         modes = {number: _MODES[number](self._context) for number in self._modes}
         self._automaton = DriveAutomaton(self._context, modes)
+        self._clock = AutomatonClock(self._automaton, self._context)
         self._inputs = (*self._axis.look().inputs,)
 
     # ---- hil.canopen.application.Application ----
@@ -69,25 +71,25 @@ class ProfileDrive:
             self._begin()
             self._context.load()
             self._automaton.choose(self._context.value(_MODE), now_ns)
-            self._automaton.step(now_ns)
+            self._clock.step(now_ns)
         elif state is NmtState.STOPPED:
             self._automaton.lose(DriveError.COMMUNICATION, now_ns)
-        self._tell()
+        self._end(now_ns)
 
     def lost(self, what: str, now_ns: int) -> None:
         self._automaton.lose(LOST[what], now_ns)
-        self._tell()
+        self._end(now_ns)
 
     @property
     def due_ns(self) -> int:
-        return self._automaton.due_ns
+        return self._clock.due_ns
 
     def step(self, now_ns: int) -> None:
-        self._automaton.step(now_ns)
+        self._clock.step(now_ns)
         self._tell()
 
     def synced(self, now_ns: int) -> None:
-        self._automaton.synced(now_ns)
+        self._clock.synced(now_ns)
         self._tell()
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
@@ -100,15 +102,15 @@ class ProfileDrive:
         if index == _CONTROL:
             context.values[_CONTROL << 8] = value
             self._automaton.control(value, now_ns)
-            self._tell()
+            self._end(now_ns)
         elif value != before:
             self._check(index, subindex, value)
             context.keep(index, subindex, value)
             if index == _MODE:
                 self._automaton.choose(value, now_ns)
-                self._tell()
-            else:
-                self._automaton.written(index, now_ns)
+            elif not self._automaton.written(index, now_ns):
+                return
+            self._end(now_ns)
 
     # ---- what it tells ----
 
@@ -116,6 +118,11 @@ class ProfileDrive:
     def why(self) -> str:
         """Reason of the fault in words; empty: none."""
         return self._automaton.why
+
+    def _end(self, now_ns: int) -> None:
+        """End what was not due: it may have changed what is."""
+        self._clock.plan(now_ns)
+        self._tell()
 
     def _tell(self) -> None:
         """Let the node send what has changed."""

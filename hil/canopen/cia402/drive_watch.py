@@ -1,0 +1,59 @@
+"""Watch over an axis under power: faults of its board, the following error, the limit switches."""
+
+from typing import NamedTuple
+
+from hil.canopen.cia402.drive_context import DriveContext
+from hil.canopen.cia402.error_codes import DriveError
+from hil.canopen.cia402.operating_mode import OperatingMode
+from hil.canopen.cia402.time_window import TimeWindow
+
+
+class Found(NamedTuple):
+    """Fault that was found: its error code, and what it is in words."""
+
+    code: int
+    why: str
+
+
+class DriveWatch:
+    """Watch of one drive. ``looked_ns``: when it looked last."""
+
+    def __init__(self, context: DriveContext) -> None:
+        self.looked_ns = 0
+        self._context = context
+        self._following = TimeWindow()
+        self._is_blocked = False
+
+    def begin(self, now_ns: int) -> None:
+        """Begin with an axis that has just been told something new."""
+        self.looked_ns = now_ns
+        self._is_blocked = False
+        self._following.clear()
+
+    def look(self, mode: OperatingMode, now_ns: int) -> Found | None:
+        """Look for a fault."""
+        context = self._context
+        look = context.look(now_ns)
+        self.looked_ns = now_ns
+        if look.fault_code:
+            return Found(look.fault_code, "the board reports a fault")
+        if not look.is_on:
+            return Found(DriveError.LOOP_OFF, "the board's loop is off")
+        if mode.checks_position:
+            off_deg = abs(context.mover.where(now_ns).deg - look.position_deg)
+            is_off = off_deg > context.window_deg(0x6065)
+            if self._following.holds(is_off, context.ms(0x6066), now_ns):
+                return Found(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")
+        return None
+
+    def look_at_switches(self, mode: OperatingMode, now_ns: int) -> None:
+        """Stop the mode's motion once if a limit switch ahead of it is active."""
+        context = self._context
+        if not mode.obeys_limits or not context.look(now_ns).inputs:
+            return
+        is_blocked = context.is_blocked(context.mover.where(now_ns).rate, now_ns)
+        if is_blocked:
+            if not self._is_blocked:
+                mode.block(now_ns)
+            context.is_limited = True
+        self._is_blocked = is_blocked
