@@ -100,6 +100,8 @@ class ProfileDrive:
         context = self._context
         before = context.values[index << 8 | subindex]
         if index == _CONTROL:
+            if value == before and self._automaton.is_enabled:
+                return  # once more what is done already, as with each SYNC
             context.values[_CONTROL << 8] = value
             self._automaton.control(value, now_ns)
             self._end(now_ns)

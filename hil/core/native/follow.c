@@ -32,7 +32,7 @@ void follow_step(follow *f, int64_t at_ns, float *r)
         p = &f->pieces[++f->at];
     }
     int64_t into_ns = at_ns - f->since_ns;
-    if (into_ns >= p->duration_ns) { /* the last one's end, which the set-point keeps */
+    if (into_ns >= p->duration_ns && f->at == f->n - 1) { /* the path's end, which the set-point keeps */
         into_ns = p->duration_ns;
         f->n = 0;
     }

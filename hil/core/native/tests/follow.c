@@ -202,6 +202,24 @@ static void a_path_takes_the_place_of_another(void)
     hil_core_free(c);
 }
 
+/* A control step at the very end of a piece, before the next one begins. */
+static void a_path_goes_on_behind_a_piece_that_ends_with_a_step(void)
+{
+    int64_t since_ns;
+    hil_core *c = holding(&since_ns);
+    const int64_t first_ns = step_ns(100) - since_ns;
+    const double end = (double)first_ns * 1e-9 * 100;
+    const hil_path_piece pieces[] = {
+        {.duration_ns = first_ns, .r = 0, .per_s = 100}, {.duration_ns = 1000000000, .r = end, .per_s = -50}, {.r = end - 50}};
+    CHECK_INT(hil_axis_follow(c, 0, 0, 3, pieces), 0);
+    hil_group_advance(c, 0, step_ns(100));
+    CHECK(get_r(c, 0) == (float)end);
+    CHECK_INT(is_following(c, 0), 1);
+    hil_group_advance(c, 0, step_ns(110));
+    CHECK(get_r(c, 0) == (float)(end + (double)(step_ns(110) - step_ns(100)) * 1e-9 * -50));
+    hil_core_free(c);
+}
+
 static void what_is_no_path_is_refused_and_the_one_before_goes_on(void)
 {
     int64_t since_ns;
@@ -258,6 +276,7 @@ void follow_tests(void)
     RUN(cuts_do_not_matter);
     RUN(company_does_not_matter);
     RUN(what_ends_a_path);
+    RUN(a_path_goes_on_behind_a_piece_that_ends_with_a_step);
     RUN(a_path_takes_the_place_of_another);
     RUN(what_is_no_path_is_refused_and_the_one_before_goes_on);
     RUN(closed_groups_leave_nothing);
