@@ -137,6 +137,8 @@ class DriveAutomaton:
             elif self.leaves_by is None:
                 self.mode.stop(1, now_ns)
             self.leaves_by = number if self.state is DriveState.OPERATION_ENABLED else None
+            if self.leaves_by and context.mover.is_over(now_ns):
+                self.off(LEADS_TO[number])
         elif number in (9, 12):
             self.off(LEADS_TO[number])
         elif number == 11:
@@ -202,7 +204,10 @@ class DriveAutomaton:
             self.state, self.leaves_by = DriveState.FAULT_REACTION, None
             try:
                 self.mode.stop(option, now_ns)
+                is_over = self._context.mover.is_over(now_ns)
             except VerbRefused:
+                is_over = True
+            if is_over:
                 self.off(DriveState.FAULT)
 
     def _reset(self, now_ns: int) -> None:

@@ -12,7 +12,7 @@ NR, SOD, RTSO, SO, OE, QSA, FRA, F = 0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0
 NAMES = {NR: "NR", SOD: "SOD", RTSO: "RTSO", SO: "SO", OE: "OE", QSA: "QSA", FRA: "FRA", F: "F"}
 SHUTDOWN, SWITCH_ON, ENABLE, DISABLE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x00, 0x02, 0x80
 
-# By hand from the figure of the standard: state, controlword, state after it. What is not here changes nothing.
+# By hand from the standard's figure: state, controlword, state after it. What is not here changes nothing.
 FIGURE = {
     (SOD, SHUTDOWN): RTSO,  # 2
     (RTSO, SWITCH_ON): SO,  # 3
@@ -291,7 +291,7 @@ class Master(RuleBasedStateMachine):
     def break_loop(self) -> None:
         self.rig.axis.is_on = False
         self.rig.run(60)
-        self.state = SOD if self.state == QSA and not self.stays else F
+        self.state = F
 
     @invariant()
     def agrees(self) -> None:
