@@ -3,8 +3,8 @@
 Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
 alone.
 
-May import: hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim, hil.vocab,
-hil.wire, the standard library, pydantic.
+May import: hil.canopen, hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim,
+hil.vocab, hil.wire, the standard library, pydantic.
 """
 
 from hil.compose.build import bench_runtime, start_memories

@@ -5,5 +5,6 @@ the operating system.
 ``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap, ``modbus`` a node.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
-May import: hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire, the pure standard library.
+May import: hil.canopen, hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire,
+the pure standard library.
 """
