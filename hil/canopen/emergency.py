@@ -65,6 +65,11 @@ class Emergencies:
         return bits | GENERIC_BIT if bits else 0
 
     @property
+    def last(self) -> int:
+        """Last error code of the history; 0 if there is none."""
+        return self._history[0] & 0xFFFF if self._history else 0
+
+    @property
     def is_waiting(self) -> bool:
         """True if ``flush`` has something to do."""
         return bool(self._waiting) and not self.is_silent and not self._timer.is_running

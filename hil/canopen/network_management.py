@@ -4,6 +4,7 @@ Source: CiA 301 version 4.2.0, 7.3.2 and 7.5.2.33 (1029h).
 """
 
 from collections.abc import Callable, Sequence
+from enum import Enum, auto
 
 from hil.canopen import can_ids
 from hil.canopen.application import Application, NmtState
@@ -17,6 +18,14 @@ _STATES = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERA
 _RESET_NODE, _RESET_COMMUNICATION = 129, 130
 _NO_CHANGE, _TO_STOPPED = 1, 2
 """Values of 1029h; 0: from OPERATIONAL to PRE-OPERATIONAL."""
+
+
+class BusState(Enum):
+    """State of a bus controller (ISO 11898-1, fault confinement)."""
+
+    ACTIVE = auto()
+    PASSIVE = auto()
+    OFF = auto()
 
 
 class NetworkManagement:
@@ -40,11 +49,12 @@ class NetworkManagement:
         self._configured = configured
         self._use_bit_rate = use_bit_rate
         self._on_routes = on_routes
-        self._bus_state = ""
+        self._bus_state = BusState.ACTIVE
         self.services = Communication(dictionary, address, store, emit, use_bit_rate, self)
 
     def power_up(self, now_ns: int) -> None:
         """Begin as after power-on, whatever was before."""
+        self._bus_state = BusState.ACTIVE
         services, kept = self.services, self.services.store.kept
         services.timers.stop()
         node_id, bit_rate = self._configured
@@ -109,18 +119,18 @@ class NetworkManagement:
         elif behaviour != _NO_CHANGE and self.state is NmtState.OPERATIONAL:
             self._enter(NmtState.PRE_OPERATIONAL, now_ns)
 
-    def bus_changed(self, state: str, now_ns: int) -> None:
-        """Take note of the bus controller's state: ``error-active``, ``error-passive`` or ``bus-off``."""
+    def bus_changed(self, state: BusState, now_ns: int) -> None:
+        """Take note of the bus controller's state."""
         former, self._bus_state = self._bus_state, state
-        if state == former or self.state is NmtState.INITIALISING:
+        if state is former:
             return
         emergencies = self.services.emergencies
-        if former == "bus-off":
+        if former is BusState.OFF:
             emergencies.begin("bus-off", ErrorCode.RECOVERED_BUS_OFF)
             emergencies.end("bus-off")
-        if state == "bus-off":
+        if state is BusState.OFF:
             self.lose("bus-off", now_ns)
-        elif state == "error-passive":
+        elif state is BusState.PASSIVE:
             emergencies.begin("passive", ErrorCode.ERROR_PASSIVE)
         else:
             emergencies.end("passive")

@@ -3,13 +3,14 @@
 Source: CiA 301 version 4.2.0.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from hil.canopen.application import Application, NmtState, NodeServices, Value
 from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.communication import Routes
 from hil.canopen.communication_entries import COMMUNICATION_NAMES, Identity, communication_entries
-from hil.canopen.network_management import NetworkManagement
+from hil.canopen.network_management import BusState, NetworkManagement
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
 from hil.canopen.parameter_store import ParameterStore
 from hil.vocab.time import FOREVER
@@ -23,13 +24,14 @@ def _ignore(*_: object) -> None:
 class CanOpenNode:
     """Node with the id ``node_id`` (1 to 127; 255: LSS has to give it one) and a device profile.
 
-    It is off until ``power_up``. From then on it wants each frame of the bus that is in ``heard_ids``, and
+    It is off until ``power_up``. From then on it wants each frame of the bus whose identifier is in ``can_ids``, and
     ``step`` at ``due_ns``; it sends only while one of these is called. A block of SDO is up to 127 frames at
     once.
 
-    ``make_application`` gets what the node does for it, which it can use from ``entered`` on. ``kept`` is the
-    section that ``keep`` got last, or nothing; ``keep`` raises SdoAbort where the memory fails. ``hear_ids``
-    is called with identifiers when others than before are to be heard, ``use_bit_rate`` when LSS has set one.
+    ``make_application`` gets what the node does for it, which it can use from ``entered`` on; who calls the
+    application from outside of the node calls ``step`` behind that. ``kept`` is the section that ``keep`` got
+    last, or nothing; ``keep`` raises SdoAbort where the memory fails. ``use_bit_rate`` is called with bits
+    per second when LSS has set others.
 
     Raises:
         ValueError: the node id is out of range, or an entry's default is not of its type.
@@ -45,15 +47,16 @@ class CanOpenNode:
         *,
         kept: bytes = b"",
         keep: Callable[[bytes], None] = _ignore,
-        hear_ids: Callable[[Collection[int]], None] = _ignore,
         use_bit_rate: Callable[[int], None] = _ignore,
     ) -> None:
         if not 1 <= node_id <= NODE_ID_MAX and node_id != UNCONFIGURED:
             raise ValueError(f"node id {node_id}; it is 1 to {NODE_ID_MAX}, or {UNCONFIGURED} without one")
         self._send = send
-        self._hear_ids = hear_ids
         self._is_on = False
         self._now_ns = 0
+        self.can_ids: Sequence[int] = ()
+        """Identifiers of the frames that the node wants, data and remote, all of 11 bits. Another object when
+        they have changed."""
         self._handlers: Routes = {}
         self._remote_handlers: Routes = {}
         self._application = make_application(self)
@@ -80,11 +83,6 @@ class CanOpenNode:
     def node_id(self) -> int:
         """Node id in use; 255 if there is none."""
         return self._management.services.node_id
-
-    @property
-    def heard_ids(self) -> Collection[int]:
-        """Identifiers of the frames that the node wants, all of 11 bits."""
-        return self._handlers.keys() | self._remote_handlers.keys()
 
     @property
     def due_ns(self) -> int:
@@ -126,11 +124,25 @@ class CanOpenNode:
             handler(data, now_ns)
             self._flush(now_ns)
 
-    def bus_changed(self, state: str, now_ns: int) -> None:
-        """Take note of the bus controller's state: ``error-active``, ``error-passive`` or ``bus-off``."""
-        self._now_ns = now_ns
-        self._management.bus_changed(state, now_ns)
-        self._flush(now_ns)
+    def bus_off(self, now_ns: int) -> None:
+        """Take note that the bus controller is bus-off."""
+        self._change_bus(BusState.OFF, now_ns)
+
+    def bus_passive(self, now_ns: int) -> None:
+        """Take note that the bus controller is error-passive."""
+        self._change_bus(BusState.PASSIVE, now_ns)
+
+    def bus_on(self, now_ns: int) -> None:
+        """Take note that the bus controller is error-active, as it is from power-up on."""
+        self._change_bus(BusState.ACTIVE, now_ns)
+
+    def counters(self) -> dict[str, Any]:
+        """State, error register (1001h) and last error code, for JSON."""
+        return {
+            "state": self.state.name.lower().replace("_", "-"),
+            "error_register": self._emergencies.register,
+            "last_error": self._emergencies.last,
+        }
 
     # ---- services for the application ----
 
@@ -152,9 +164,15 @@ class CanOpenNode:
 
     # ---- frames ----
 
+    def _change_bus(self, state: BusState, now_ns: int) -> None:
+        if self._is_on:
+            self._now_ns = now_ns
+            self._management.bus_changed(state, now_ns)
+            self._flush(now_ns)
+
     def _take_routes(self, handlers: Routes, remote_handlers: Routes) -> None:
         self._handlers, self._remote_handlers = handlers, remote_handlers
-        self._hear_ids(self.heard_ids)
+        self.can_ids = tuple(sorted(handlers.keys() | remote_handlers.keys()))
 
     def _flush(self, now_ns: int) -> None:
         """Send what the application has asked for."""

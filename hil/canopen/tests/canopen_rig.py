@@ -1,6 +1,5 @@
 """A CANopen node alone with a small device profile, and what it was told and has sent."""
 
-from collections.abc import Collection
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -92,7 +91,6 @@ class Rig:
         self.frames: list[CanFrame] = []
         self.kept = kept
         self.memory_fails = False
-        self.heard_ids: Collection[int] = ()
         self.bit_rates: list[int] = []
         self.node = CanOpenNode(
             node_id,
@@ -102,7 +100,6 @@ class Rig:
             self._send,
             kept=kept,
             keep=self._keep,
-            hear_ids=self._hear_ids,
             use_bit_rate=self.bit_rates.append,
         )
         self.node.power_up(0)
@@ -119,9 +116,6 @@ class Rig:
         if self.memory_fails:
             raise SdoAbort(AbortCode.HARDWARE)
         self.kept = section
-
-    def _hear_ids(self, can_ids: Collection[int]) -> None:
-        self.heard_ids = can_ids
 
     def run(self, to_ms: float) -> list[str]:
         """Let time pass up to and with a time; answers what was sent since the last look."""
