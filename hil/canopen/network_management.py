@@ -113,6 +113,7 @@ class NetworkManagement:
     def lose(self, what: str, now_ns: int) -> None:
         """Do as 1029h says, as communication was lost."""
         self._application.lost(what, now_ns)
+        self.services.emergencies.flush(now_ns)  # STOPPED would keep it
         behaviour = self._dictionary.number(0x1029, 1)
         if behaviour == _TO_STOPPED:
             self._enter(NmtState.STOPPED, now_ns)

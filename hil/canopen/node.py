@@ -24,9 +24,9 @@ def _ignore(*_: object) -> None:
 class CanOpenNode:
     """Node with the id ``node_id`` (1 to 127; 255: LSS has to give it one) and a device profile.
 
-    It is off until ``power_up``. From then on it wants each frame of the bus whose identifier is in ``can_ids``, and
-    ``step`` at ``due_ns``; it sends only while one of these is called. A block of SDO is up to 127 frames at
-    once.
+    It is off until ``power_up``. From then on it wants each frame of the bus whose identifier is in
+    ``can_ids``, and ``step`` at ``due_ns``; it sends only while one of these is called. A block of SDO is up
+    to 127 frames at once.
 
     ``make_application`` gets what the node does for it, which it can use from ``entered`` on; who calls the
     application from outside of the node calls ``step`` behind that. ``kept`` is the section that ``keep`` got

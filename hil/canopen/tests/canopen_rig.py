@@ -119,12 +119,16 @@ class Rig:
 
     def run(self, to_ms: float) -> list[str]:
         """Let time pass up to and with a time; answers what was sent since the last look."""
+        self.advance(to_ms)
+        return self.take()
+
+    def advance(self, to_ms: float) -> None:
+        """Let time pass up to and with a time."""
         to_ns = round(to_ms * NS_PER_MS)
         while self.node.due_ns <= to_ns:
             self.now_ns = max(self.now_ns, self.node.due_ns)
             self.node.step(self.now_ns)
         self.now_ns = max(self.now_ns, to_ns)
-        return self.take()
 
     def hear(self, *texts: str) -> list[str]:
         """Give the node frames, as ``605#40001000``, at this time; answers what it has sent since the last
