@@ -10,6 +10,7 @@ from hil.canopen.application import Application, NmtState, NodeServices, Value
 from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.communication import Routes
 from hil.canopen.communication_entries import COMMUNICATION_NAMES, Identity, communication_entries
+from hil.canopen.eds import StoredEds
 from hil.canopen.network_management import BusState, NetworkManagement
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
 from hil.canopen.parameter_store import ParameterStore
@@ -61,6 +62,7 @@ class CanOpenNode:
         self._remote_handlers: Routes = {}
         self._application = make_application(self)
         self.dictionary = _dictionary_of(self._application, identity)
+        StoredEds(self.dictionary, identity)
         self._management = NetworkManagement(
             self.dictionary,
             self._application,
