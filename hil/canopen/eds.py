@@ -14,6 +14,8 @@ from hil.canopen.pdo_mapping import DUMMIES
 _VAR, _DOMAIN, _ARRAY, _RECORD = 0x7, 0x2, 0x8, 0x9
 _MANDATORY = (0x1000, 0x1001, 0x1018)
 _MANUFACTURER = range(0x2000, 0x6000)
+_RECORDS = (0x1018, *range(0x1200, 0x1300), *range(0x1400, 0x1C00))
+"""Objects that are records though their sub-indices may be of one type (CiA 301, 7.4.8.1)."""
 _BIT_RATES_K = (10, 20, 50, 125, 250, 500, 800, 1000)
 _DATE, _TIME = "01-01-2026", "12:00AM"
 """When the form of the file was last changed: the same node has the same file on any day."""
@@ -106,10 +108,10 @@ def _object(index: int, entries: Sequence[Entry], name: str) -> Iterator[str]:
     if len(entries) == 1 and not name:
         yield from _section(f"{index:04X}", _rows(entries[0]))
         return
-    kinds = {entry.data_type for entry in entries[1:]}
+    is_array = len({entry.data_type for entry in entries[1:]}) == 1 and index not in _RECORDS
     rows: list[_Row] = [
         ("ParameterName", name),
-        ("ObjectType", f"0x{_ARRAY if len(kinds) == 1 else _RECORD:X}"),
+        ("ObjectType", f"0x{_ARRAY if is_array else _RECORD:X}"),
         ("SubNumber", len(entries)),
     ]
     yield from _section(f"{index:04X}", rows)

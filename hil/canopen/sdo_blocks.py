@@ -1,4 +1,5 @@
-"""SDO transfers by blocks: up to 127 segments with one answer, and a CRC behind all of them.
+"""SDO transfers by blocks: up to 127 segments with one answer, and a CRC behind all of them if the client has
+said that it can.
 
 Source: CiA 301 version 4.2.0, 7.2.4.3.9 to 7.2.4.3.15; the CRC: 7.2.4.3.16.
 """
@@ -43,7 +44,7 @@ class BlockDownload:
         self._got = 0
         """Number of the last segment of the block that came in its order."""
         self._has_last = False
-        send(_HEAD.pack(0xA4, entry.index, entry.subindex) + bytes((BLOCK_SIZE, 0, 0, 0)))
+        send(_HEAD.pack(0xA0 | has_crc << 2, entry.index, entry.subindex) + bytes((BLOCK_SIZE, 0, 0, 0)))
 
     def take(self, data: bytes, now_ns: int) -> bool:
         if not self.is_in_block:
@@ -103,7 +104,7 @@ class BlockUpload:
         self._sent = 0
         """Number of segments of the block; 0 before the first block and behind the last."""
         self._has_started = self._has_ended = False
-        send(_HEAD.pack(0xC6, index, subindex) + _NUMBER.pack(len(value)))
+        send(_HEAD.pack(0xC2 | has_crc << 2, index, subindex) + _NUMBER.pack(len(value)))
 
     def take(self, data: bytes, now_ns: int) -> bool:
         step = data[0] & 3

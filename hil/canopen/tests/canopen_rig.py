@@ -1,5 +1,6 @@
 """A CANopen node alone with a small device profile, and what it was told and has sent."""
 
+from collections.abc import Callable
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -88,7 +89,8 @@ class Rig:
     def __init__(self, node_id: int = NODE, kept: bytes = b"", identity: Identity = IDENTITY) -> None:
         self.now_ns = 0
         self.sent: list[Sent] = []
-        self.frames: list[CanFrame] = []
+        self.listeners: list[Callable[[CanFrame], None]] = []
+        """Called with each frame that the node sends."""
         self.kept = kept
         self.memory_fails = False
         self.bit_rates: list[int] = []
@@ -109,8 +111,9 @@ class Rig:
         return self.application
 
     def _send(self, frame: CanFrame) -> None:
-        self.frames.append(frame)
         self.sent.append(Sent(self.now_ns / NS_PER_MS, str(frame)))
+        for listener in self.listeners:
+            listener(frame)
 
     def _keep(self, section: bytes) -> None:
         if self.memory_fails:
@@ -140,7 +143,6 @@ class Rig:
     def take(self) -> list[str]:
         """Answer what was sent since the last look."""
         sent, self.sent = [each.frame for each in self.sent], []
-        self.frames.clear()
         return sent
 
     def told(self, *kinds: str) -> list[tuple[Any, ...]]:
