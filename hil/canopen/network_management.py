@@ -1,0 +1,170 @@
+"""Network management of a node: its states, commands and resets, and what follows from lost communication.
+
+Source: CiA 301 version 4.2.0, 7.3.2 and 7.5.2.33 (1029h).
+"""
+
+from collections.abc import Callable, Sequence
+from enum import Enum, auto
+
+from hil.canopen import can_ids
+from hil.canopen.application import Application, NmtState
+from hil.canopen.communication import TALKING, Communication, Routes
+from hil.canopen.emergency import ErrorCode
+from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.parameter_store import ParameterStore
+
+_STATES = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERATIONAL}
+"""States by the commands that lead to them."""
+_RESET_NODE, _RESET_COMMUNICATION = 129, 130
+_NO_CHANGE, _TO_STOPPED = 1, 2
+"""Values of 1029h; 0: from OPERATIONAL to PRE-OPERATIONAL."""
+
+
+class BusState(Enum):
+    """State of a bus controller (ISO 11898-1, fault confinement)."""
+
+    ACTIVE = auto()
+    PASSIVE = auto()
+    OFF = auto()
+
+
+class NetworkManagement:
+    """States of a node with its services. ``on_routes`` is called with data and remote frames that are wanted
+    from now on. ``configured``: node id and bit rate without LSS."""
+
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        application: Application,
+        address: Sequence[int],
+        store: ParameterStore,
+        configured: tuple[int, int],
+        emit: Callable[[int, bytes], None],
+        use_bit_rate: Callable[[int], None],
+        on_routes: Callable[[Routes, Routes], None],
+    ) -> None:
+        self.state = NmtState.INITIALISING
+        self._dictionary = dictionary
+        self._application = application
+        self._configured = configured
+        self._use_bit_rate = use_bit_rate
+        self._on_routes = on_routes
+        self._bus_state = BusState.ACTIVE
+        self.services = Communication(dictionary, address, store, emit, use_bit_rate, self)
+
+    def power_up(self, now_ns: int) -> None:
+        """Begin as after power-on, whatever was before."""
+        self._bus_state = BusState.ACTIVE
+        services, kept = self.services, self.services.store.kept
+        services.timers.stop()
+        node_id, bit_rate = self._configured
+        services.lss.power_up(kept.node_id or node_id, kept.bit_rate or bit_rate)
+        if services.lss.bit_rate != bit_rate:
+            self._use_bit_rate(services.lss.bit_rate)
+        self.reset_node(now_ns)
+        if services.store.is_damaged:
+            services.emergencies.report(ErrorCode.LOST_PARAMETERS, 0)
+
+    def power_off(self) -> None:
+        self._leave(NmtState.INITIALISING)
+        self.services.timers.stop()
+        self._on_routes({}, {})
+
+    def command(self, data: bytes, now_ns: int) -> None:
+        """Take a command of the master; what is none does nothing."""
+        if len(data) != 2 or data[1] not in (0, self.services.node_id):
+            return
+        if data[0] in _STATES:
+            self._enter(_STATES[data[0]], now_ns)
+        elif data[0] == _RESET_NODE:
+            self.reset_node(now_ns)
+        elif data[0] == _RESET_COMMUNICATION:
+            self.reset_communication(now_ns)
+
+    def reset_node(self, now_ns: int) -> None:
+        """Begin anew with all settings."""
+        self._leave(NmtState.INITIALISING)
+        self.services.emergencies.reset_profile()
+        self._load(profile_too=True)
+        self._application.entered(NmtState.INITIALISING, now_ns)
+        self.reset_communication(now_ns)
+
+    def reset_communication(self, now_ns: int) -> None:
+        """Begin anew with all settings of communication; without a node id LSS alone goes on."""
+        services = self.services
+        self._leave(NmtState.INITIALISING)
+        services.node_id = services.lss.active_node_id = services.lss.node_id
+        self._load(profile_too=False)
+        services.lss.reset()
+        if services.node_id == can_ids.UNCONFIGURED:
+            self.route()
+            return
+        services.error_control.boot(now_ns)
+        self._enter(NmtState.PRE_OPERATIONAL, now_ns)
+
+    def synced(self, counter: int, now_ns: int) -> None:
+        """Do what belongs to a SYNC, in its order."""
+        if self.state is NmtState.OPERATIONAL:
+            pdos = self.services.pdos
+            pdos.take_held(now_ns)
+            self._application.synced(now_ns)
+            pdos.sample(counter, now_ns)
+
+    def lose(self, what: str, now_ns: int) -> None:
+        """Do as 1029h says, as communication was lost."""
+        self._application.lost(what, now_ns)
+        self.services.emergencies.flush(now_ns)  # STOPPED would keep it
+        behaviour = self._dictionary.number(0x1029, 1)
+        if behaviour == _TO_STOPPED:
+            self._enter(NmtState.STOPPED, now_ns)
+        elif behaviour != _NO_CHANGE and self.state is NmtState.OPERATIONAL:
+            self._enter(NmtState.PRE_OPERATIONAL, now_ns)
+
+    def bus_changed(self, state: BusState, now_ns: int) -> None:
+        """Take note of the bus controller's state."""
+        former, self._bus_state = self._bus_state, state
+        if state is former:
+            return
+        emergencies = self.services.emergencies
+        if former is BusState.OFF:
+            emergencies.begin("bus-off", ErrorCode.RECOVERED_BUS_OFF)
+            emergencies.end("bus-off")
+        if state is BusState.OFF:
+            self.lose("bus-off", now_ns)
+        elif state is BusState.PASSIVE:
+            emergencies.begin("passive", ErrorCode.ERROR_PASSIVE)
+        else:
+            emergencies.end("passive")
+
+    def route(self) -> None:
+        """Say which frames are wanted from now on."""
+        self._on_routes(*self.services.routes(self.state))
+
+    def _load(self, *, profile_too: bool) -> None:
+        """Take all values from the memory, or their defaults."""
+        services = self.services
+        services.store.node_id = services.lss.node_id
+        self._dictionary.reset(services.lss.node_id, services.store.values(), profile_too=profile_too)
+        services.load()
+
+    def _enter(self, state: NmtState, now_ns: int) -> None:
+        if state is self.state:
+            return
+        self._leave(state)
+        if state in TALKING:
+            self.services.emergencies.is_silent = False
+            self.services.sync.start(now_ns)
+        if state is NmtState.OPERATIONAL:
+            self.services.pdos.enter(now_ns)
+        self.route()
+        self._application.entered(state, now_ns)
+
+    def _leave(self, state: NmtState) -> None:
+        """End what does not go on in the next state."""
+        self.state = state
+        self.services.error_control.enter(state)
+        self.services.pdos.leave()
+        if state not in TALKING:
+            self.services.sdo.reset()
+            self.services.sync.stop()
+            self.services.emergencies.is_silent = True

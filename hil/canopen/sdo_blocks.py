@@ -1,0 +1,150 @@
+"""SDO transfers by blocks: up to 127 segments with one answer, and a CRC behind all of them if the client has
+said that it can.
+
+Source: CiA 301 version 4.2.0, 7.2.4.3.9 to 7.2.4.3.15; the CRC: 7.2.4.3.16.
+"""
+
+from binascii import crc_hqx
+from collections.abc import Callable
+from struct import Struct
+
+from hil.canopen.abort_codes import AbortCode
+from hil.canopen.application import Entry, SdoAbort
+from hil.canopen.data_types import longest
+from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.sdo_segments import SEGMENT
+
+BLOCK_SIZE = 127
+"""Segments of a block that the server asks for."""
+_LAST = 0x80
+_HEAD, _NUMBER, _END = Struct("<BHB"), Struct("<I"), Struct("<BH5x")
+
+
+class BlockDownload:
+    """Download by blocks. Making it sends the first answer. ``size``: what the client has said, or None."""
+
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        entry: Entry,
+        size: int | None,
+        send: Callable[[bytes], None],
+        *,
+        has_crc: bool,
+    ) -> None:
+        self.index, self.subindex = entry.index, entry.subindex
+        self.is_in_block = True
+        self._dictionary = dictionary
+        self._entry = entry
+        self._size = size
+        self._most = longest(entry) if size is None else size
+        self._send = send
+        self._has_crc = has_crc
+        self._data = bytearray()
+        self._got = 0
+        """Number of the last segment of the block that came in its order."""
+        self._has_last = False
+        send(_HEAD.pack(0xA0 | has_crc << 2, entry.index, entry.subindex) + bytes((BLOCK_SIZE, 0, 0, 0)))
+
+    def take(self, data: bytes, now_ns: int) -> bool:
+        if not self.is_in_block:
+            return self._end(data, now_ns)
+        number, is_last = data[0] & ~_LAST, bool(data[0] & _LAST)
+        if number == 0:
+            raise SdoAbort(AbortCode.SEQUENCE)
+        if number == self._got + 1:
+            self._got = number
+            self._data += data[1:]
+            self._has_last = is_last
+            if len(self._data) > self._most + SEGMENT:
+                raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
+        if is_last or number == BLOCK_SIZE:
+            # What did not come in its order comes again: the answer has the last number that did.
+            self.is_in_block = not self._has_last
+            self._send(bytes((0xA2, self._got, BLOCK_SIZE, *bytes(5))))
+            self._got = 0
+        return False
+
+    def _end(self, data: bytes, now_ns: int) -> bool:
+        if data[0] >> 5 != 6:
+            raise SdoAbort(AbortCode.COMMAND)
+        unused = data[0] >> 2 & 7
+        value = bytes(self._data[: len(self._data) - unused])
+        if self._size not in (None, len(value)):
+            raise SdoAbort(AbortCode.LENGTH)
+        if self._has_crc and crc_hqx(value, 0) != int.from_bytes(data[1:3], "little"):
+            raise SdoAbort(AbortCode.CRC)
+        self._dictionary.download(self._entry, value, now_ns)
+        self._send(bytes((0xA1, *bytes(7))))
+        return True
+
+
+class BlockUpload:
+    """Upload by blocks, of a value as it was when the transfer began. Making it sends the first answer."""
+
+    is_in_block = False
+
+    def __init__(
+        self,
+        index: int,
+        subindex: int,
+        value: bytes,
+        block_size: int,
+        send: Callable[[bytes], None],
+        *,
+        has_crc: bool,
+    ) -> None:
+        self.index, self.subindex = index, subindex
+        self._value = value
+        self._block_size = block_size
+        self._send = send
+        self._has_crc = has_crc
+        self._at = 0
+        """Number of bytes that the client has."""
+        self._sent = 0
+        """Number of segments of the block; 0 before the first block and behind the last."""
+        self._has_started = self._has_ended = False
+        send(_HEAD.pack(0xC2 | has_crc << 2, index, subindex) + _NUMBER.pack(len(value)))
+
+    def take(self, data: bytes, now_ns: int) -> bool:
+        step = data[0] & 3
+        if data[0] >> 5 != 5:
+            raise SdoAbort(AbortCode.COMMAND)
+        if step == 3 and not self._has_started:
+            self._has_started = True
+            self._send_block()
+        elif step == 2 and self._sent:
+            self._acknowledge(data[1], data[2])
+        elif step == 1 and self._has_ended:
+            return True
+        else:
+            raise SdoAbort(AbortCode.COMMAND)
+        return False
+
+    def _acknowledge(self, number: int, block_size: int) -> None:
+        if number > self._sent:
+            raise SdoAbort(AbortCode.SEQUENCE)
+        if not 1 <= block_size <= BLOCK_SIZE:
+            raise SdoAbort(AbortCode.BLOCK_SIZE)
+        self._block_size = block_size
+        is_all = number == self._sent and self._at + SEGMENT * number >= len(self._value)
+        self._at = min(self._at + SEGMENT * number, len(self._value))
+        self._sent = 0
+        if not is_all:
+            self._send_block()
+            return
+        self._has_ended = True
+        unused = -len(self._value) % SEGMENT if self._value else SEGMENT
+        crc = crc_hqx(self._value, 0) if self._has_crc else 0
+        self._send(_END.pack(0xC1 | unused << 2, crc))
+
+    def _send_block(self) -> None:
+        at = self._at
+        for number in range(1, self._block_size + 1):
+            segment = self._value[at : at + SEGMENT]
+            at += SEGMENT
+            is_last = at >= len(self._value)
+            self._send(bytes((number | _LAST * is_last,)) + segment.ljust(SEGMENT, b"\0"))
+            self._sent = number
+            if is_last:
+                return

@@ -1,0 +1,77 @@
+"""SDO transfers by segments of up to seven bytes, each with its answer.
+
+Source: CiA 301 version 4.2.0, 7.2.4.3.4 and 7.2.4.3.7.
+"""
+
+from collections.abc import Callable
+
+from hil.canopen.abort_codes import AbortCode
+from hil.canopen.application import Entry, SdoAbort
+from hil.canopen.data_types import longest
+from hil.canopen.object_dictionary import ObjectDictionary
+
+_TOGGLE = 0x10
+SEGMENT = 7
+"""Bytes of a segment."""
+
+
+class SegmentDownload:
+    """Download by segments. ``size``: what the client has said, or None."""
+
+    is_in_block = False
+
+    def __init__(
+        self, dictionary: ObjectDictionary, entry: Entry, size: int | None, send: Callable[[bytes], None]
+    ) -> None:
+        self.index, self.subindex = entry.index, entry.subindex
+        self._dictionary = dictionary
+        self._entry = entry
+        self._size = size
+        self._most = longest(entry) if size is None else size
+        self._send = send
+        self._data = bytearray()
+        self._toggle = 0
+
+    def take(self, data: bytes, now_ns: int) -> bool:
+        command = data[0]
+        if command >> 5 != 0:
+            raise SdoAbort(AbortCode.COMMAND)
+        if command & _TOGGLE != self._toggle:
+            raise SdoAbort(AbortCode.TOGGLE)
+        self._data += data[1 : 1 + SEGMENT - (command >> 1 & 7)]
+        if len(self._data) > self._most:
+            raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
+        is_last = bool(command & 1)
+        if is_last:
+            if self._size not in (None, len(self._data)):
+                raise SdoAbort(AbortCode.LENGTH)
+            self._dictionary.download(self._entry, bytes(self._data), now_ns)
+        self._send(bytes((1 << 5 | self._toggle, *bytes(7))))
+        self._toggle ^= _TOGGLE
+        return is_last
+
+
+class SegmentUpload:
+    """Upload by segments, of a value as it was when the transfer began."""
+
+    is_in_block = False
+
+    def __init__(self, index: int, subindex: int, value: bytes, send: Callable[[bytes], None]) -> None:
+        self.index, self.subindex = index, subindex
+        self._value = value
+        self._at = 0
+        self._send = send
+        self._toggle = 0
+
+    def take(self, data: bytes, now_ns: int) -> bool:
+        if data[0] >> 5 != 3:
+            raise SdoAbort(AbortCode.COMMAND)
+        if data[0] & _TOGGLE != self._toggle:
+            raise SdoAbort(AbortCode.TOGGLE)
+        segment = self._value[self._at : self._at + SEGMENT]
+        self._at += SEGMENT
+        is_last = self._at >= len(self._value)
+        command = self._toggle | (SEGMENT - len(segment)) << 1 | is_last
+        self._send(bytes((command,)) + segment.ljust(SEGMENT, b"\0"))
+        self._toggle ^= _TOGGLE
+        return is_last

@@ -1,0 +1,151 @@
+"""SDO server of a node: clients read and write its entries, in one frame, by segments or by blocks.
+
+Source: CiA 301 version 4.2.0, 7.2.4.
+"""
+
+from collections.abc import Callable
+from struct import Struct
+from typing import Protocol
+
+from hil.canopen.abort_codes import AbortCode
+from hil.canopen.application import Entry, SdoAbort
+from hil.canopen.data_types import check_length, size_of
+from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.sdo_blocks import BlockDownload, BlockUpload
+from hil.canopen.sdo_segments import SegmentDownload, SegmentUpload
+from hil.canopen.timers import Timers
+from hil.vocab.time import NS_PER_S
+
+TIME_OUT_NS = NS_PER_S
+"""Silence of the client after which a transfer is aborted. The standard leaves it to the device; decision:
+longer than clients wait for an answer."""
+_HEAD, _NUMBER = Struct("<BHB"), Struct("<I")
+_DOWNLOAD_SEGMENT, _DOWNLOAD, _UPLOAD, _UPLOAD_SEGMENT, _ABORT, _BLOCK_UPLOAD, _BLOCK_DOWNLOAD = range(7)
+_FRAME_SIZE = 8
+
+
+class Transfer(Protocol):
+    """Transfer that takes more than one frame each way."""
+
+    index: int
+    subindex: int
+
+    @property
+    def is_in_block(self) -> bool:
+        """True while frames of the client are segments without a command."""
+
+    def take(self, data: bytes, now_ns: int) -> bool:
+        """Take a frame of the client, eight bytes; True if the transfer is over. Raises SdoAbort."""
+
+
+class SdoServer:
+    """Server of one channel. ``send`` takes the eight bytes of an answer."""
+
+    def __init__(self, dictionary: ObjectDictionary, timers: Timers, send: Callable[[bytes], None]) -> None:
+        self._dictionary = dictionary
+        self._send = send
+        self._timer = timers.make(self._give_up)
+        self._transfer: Transfer | None = None
+        self._starts = {
+            _DOWNLOAD: self._start_download,
+            _UPLOAD: self._start_upload,
+            _BLOCK_DOWNLOAD: self._start_block_download,
+            _BLOCK_UPLOAD: self._start_block_upload,
+        }
+
+    def reset(self) -> None:
+        """Forget the transfer that is under way."""
+        self._transfer = None
+        self._timer.stop()
+
+    def hear(self, data: bytes, now_ns: int) -> None:
+        """Take a frame of the client."""
+        transfer = self._transfer
+        index, subindex = (transfer.index, transfer.subindex) if transfer else (0, 0)
+        try:
+            if len(data) != _FRAME_SIZE:
+                raise SdoAbort(AbortCode.COMMAND, "a frame of SDO has 8 bytes")
+            if data[0] >> 5 == _ABORT and (data[0] == _ABORT << 5 or not (transfer and transfer.is_in_block)):
+                self.reset()
+                return
+            if transfer and (transfer.is_in_block or not self._is_start(data[0])):
+                if transfer.take(data, now_ns):
+                    self.reset()
+                else:
+                    self._timer.start(now_ns + TIME_OUT_NS)
+                return
+            self.reset()
+            start = self._starts.get(data[0] >> 5) if self._is_start(data[0]) else None
+            if start is None:
+                raise SdoAbort(AbortCode.COMMAND)
+            _, index, subindex = _HEAD.unpack_from(data)
+            self._transfer = start(data, index, subindex, now_ns)
+            if self._transfer:
+                self._timer.start(now_ns + TIME_OUT_NS)
+        except SdoAbort as abort:
+            self._abort(index, subindex, abort.code)
+
+    @staticmethod
+    def _is_start(command: int) -> bool:
+        """True if a command begins a transfer, whatever was before."""
+        kind = command >> 5
+        if kind == _BLOCK_DOWNLOAD:
+            return not command & 1
+        if kind == _BLOCK_UPLOAD:
+            return not command & 3
+        return kind in (_DOWNLOAD, _UPLOAD)
+
+    def _abort(self, index: int, subindex: int, code: int) -> None:
+        self.reset()
+        self._send(_HEAD.pack(_ABORT << 5, index, subindex) + _NUMBER.pack(code))
+
+    def _give_up(self, now_ns: int) -> None:
+        if self._transfer:
+            self._abort(self._transfer.index, self._transfer.subindex, AbortCode.TIMED_OUT)
+
+    def _start_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
+        command = data[0]
+        entry = self._dictionary.find_writable(index, subindex)
+        if command & 2:  # expedited
+            self._dictionary.download(entry, _expedited(entry, command, data), now_ns)
+            self._send(_HEAD.pack(3 << 5, index, subindex) + bytes(4))
+            return None
+        size = _NUMBER.unpack_from(data, 4)[0] if command & 1 else None
+        if size is not None:
+            check_length(entry, size)
+        self._send(_HEAD.pack(3 << 5, index, subindex) + bytes(4))
+        return SegmentDownload(self._dictionary, entry, size, self._send)
+
+    def _start_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
+        return self._upload(self._dictionary.upload(index, subindex, now_ns), index, subindex)
+
+    def _upload(self, value: bytes, index: int, subindex: int) -> Transfer | None:
+        size = len(value)
+        if 1 <= size <= 4:
+            self._send(_HEAD.pack(0x43 | (4 - size) << 2, index, subindex) + value.ljust(4, b"\0"))
+            return None
+        self._send(_HEAD.pack(0x41, index, subindex) + _NUMBER.pack(size))
+        return SegmentUpload(index, subindex, value, self._send)
+
+    def _start_block_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer:
+        entry = self._dictionary.find_writable(index, subindex)
+        size = _NUMBER.unpack_from(data, 4)[0] if data[0] & 2 else None
+        if size is not None:
+            check_length(entry, size)
+        return BlockDownload(self._dictionary, entry, size, self._send, has_crc=bool(data[0] & 4))
+
+    def _start_block_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
+        block_size, threshold = data[4], data[5]
+        if not 1 <= block_size <= 127:
+            raise SdoAbort(AbortCode.BLOCK_SIZE)
+        value = self._dictionary.upload(index, subindex, now_ns)
+        if threshold and len(value) <= threshold:  # the client would rather have it without blocks
+            return self._upload(value, index, subindex)
+        return BlockUpload(index, subindex, value, block_size, self._send, has_crc=bool(data[0] & 4))
+
+
+def _expedited(entry: Entry, command: int, data: bytes) -> bytes:
+    """Bytes of a value that comes in one frame; without a size as many as the entry has."""
+    if command & 1:
+        return data[4 : 8 - (command >> 2 & 3)]
+    return data[4 : 4 + (size_of(entry.data_type) or 4)]
