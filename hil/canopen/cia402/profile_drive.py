@@ -3,12 +3,13 @@
 from collections.abc import Callable
 
 from hil.canopen.abort_codes import AbortCode
-from hil.canopen.application import NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Access, NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
 from hil.canopen.cia402.automaton_clock import AutomatonClock
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
 from hil.canopen.cia402.drive_automaton import DriveAutomaton
 from hil.canopen.cia402.drive_context import DriveContext
+from hil.canopen.cia402.drive_entries import entries_of, modes_of, names_of
 from hil.canopen.cia402.drive_states import UNDER_POWER
 from hil.canopen.cia402.error_codes import LOST, DriveError
 from hil.canopen.cia402.homing import Homing
@@ -24,6 +25,7 @@ from hil.vocab.time import NS_PER_S
 
 _CONTROL, _STATUS, _MODE, _DISPLAY, _ERROR, _INPUTS = 0x6040, 0x6041, 0x6060, 0x6061, 0x603F, 0x60FD
 _FIRST_OWN_BIT = 16
+_FIRST_OF_PROFILE = 0x2000
 _LEAST_PERIOD_NS, _MOST_PERIOD_NS = 100_000, 10 * NS_PER_S
 _MODES: dict[int, Callable[[DriveContext], OperatingMode]] = {
     objects.PROFILE_POSITION: ProfilePosition,
@@ -45,13 +47,19 @@ class ProfileDrive:
     """Drive, ``hil.canopen.application.Application``: made at each power-up of the card."""
 
     def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
-        self.entries = objects.objects_of(axis)
-        self.names = objects.names_of(self.entries)
+        self.entries = entries_of(axis)
+        self.names = names_of(self.entries)
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
         self._axis, self._services = axis, services
-        self._modes = objects.modes_of(axis)
+        self._modes = modes_of(axis)
         self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
         self._told = (-1, -1, -1)
+        self._written: dict[tuple[int, int], Value] = {
+            (entry.index, entry.subindex): entry.default
+            for entry in self.entries
+            if entry.access is Access.RW and entry.index >= _FIRST_OF_PROFILE
+        }
+        """Values as they were written last, or at the beginning."""
         self._begin()
         self._reads = self._readers()
 
@@ -70,6 +78,7 @@ class ProfileDrive:
             self._automaton.power_off()
             self._begin()
             self._context.load()
+            self._written = {key: self._services.value(*key) for key in self._written}
             self._automaton.choose(self._context.value(_MODE), now_ns)
             self._clock.step(now_ns)
         elif state is NmtState.STOPPED:
@@ -97,17 +106,17 @@ class ProfileDrive:
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)
-        context = self._context
-        before = context.values[index << 8 | subindex]
+        before = self._written[index, subindex]
         if index == _CONTROL:
             if value == before and self._automaton.is_enabled:
                 return  # once more what is done already, as with each SYNC
-            context.values[_CONTROL << 8] = value
+            self._written[index, subindex] = value
             self._automaton.control(value, now_ns)
             self._end(now_ns)
         elif value != before:
             self._check(index, subindex, value)
-            context.keep(index, subindex, value)
+            self._written[index, subindex] = value
+            self._context.note(index)
             if index == _MODE:
                 self._automaton.choose(value, now_ns)
             elif not self._automaton.written(index, now_ns):
