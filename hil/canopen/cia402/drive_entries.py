@@ -21,6 +21,7 @@ from hil.canopen.cia402.objects import (
     SERVO_DRIVE,
     STEPPER_DRIVE,
     TORQUE,
+    UINT32,
     array_of,
 )
 from hil.canopen.communication_entries import mapping_entries
@@ -58,10 +59,11 @@ def modes_of(axis: MotorAxis) -> tuple[int, ...]:
 def entries_of(axis: MotorAxis) -> tuple[Entry, ...]:
     """Make the entries that an axis's drive has."""
     has = {"": True, PATHS: axis.follows_paths, TORQUE: PROFILE_TORQUE in modes_of(axis)}
+    most_rpm = round(min(axis.max_velocity_rpm, UINT32))
     own: dict[int, int] = {
         0x6075: round(axis.rated_current_A * 1000),
         0x6076: round(axis.rated_torque_Nm * 1000),
-        0x6080: round(axis.max_velocity_rpm),
+        0x6080: most_rpm,
         0x6502: sum(1 << (mode - 1) for mode in modes_of(axis)),
         0x6060: next(iter(modes_of(axis)), 0),
         0x67FF: SERVO_DRIVE if axis.follows_paths else STEPPER_DRIVE,
@@ -75,7 +77,7 @@ def entries_of(axis: MotorAxis) -> tuple[Entry, ...]:
         default = own_sub.get((entry.index, entry.subindex), entry.default)
         if entry.subindex == 0:
             default = own.get(entry.index, default)
-        high = round(axis.max_velocity_rpm) if entry.index == 0x6080 else entry.high
+        high = most_rpm if entry.index == 0x6080 else entry.high
         found.append(replace(entry, default=default, high=high))
     found += _methods(axis)
     return (*found, *_mappings(found))

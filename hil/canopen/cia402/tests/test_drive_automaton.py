@@ -204,6 +204,9 @@ def test_a_lost_connection_is_as_its_option_says(lost: str, option: int, state: 
     rig.drive.lost(lost, rig.now_ns)
     rig.run(20)
     assert rig.status & (0x6F if state == OE else 0x4F) == state
+    assert rig.emergencies == []  # the node sends it
+    rig.control(0x80)
+    assert rig.emergencies == []
 
 
 def test_a_stopped_node_has_lost_its_connection() -> None:
@@ -227,6 +230,17 @@ def test_a_reset_takes_the_power_off() -> None:
     rig.drive.entered(NmtState.INITIALISING, rig.now_ns)
     assert rig.status & 0x4F == SOD
     assert not rig.axis.is_on
+
+
+def test_all_that_a_pdo_has_is_there_at_once() -> None:
+    rig = DriveRig()
+    rig.enable(1)
+    rig.receive({0x6040: 0x1F, 0x607A: 90_000})
+    rig.run(600)
+    assert rig.read(0x6064) == 90_000
+    rig.receive({0x6040: 0x0F, 0x6060: 3, 0x60FF: 360_000})
+    rig.run(200)
+    assert rig.read(0x606C) == 360_000
 
 
 class Master(RuleBasedStateMachine):
