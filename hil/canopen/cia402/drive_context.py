@@ -16,7 +16,7 @@ from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANY = 2**32 - 1
 """Window that everything is in."""
-_CONVERTED = (*FACTORS, 0x607D, 0x6080, 0x60C2)
+_CONVERTED = frozenset((*FACTORS, 0x607D, 0x6080, 0x60C2, 0x6065, 0x6066))
 
 
 class DriveContext:
@@ -34,6 +34,8 @@ class DriveContext:
         self._seen: MotorLook | None = None
         self.period_ns = 0
         """Time from SYNC to SYNC."""
+        self.following_deg, self.following_ns = inf, 0
+        """Greatest distance from the set-point, and time for which it may be exceeded."""
         self._home_deg = self._zero_deg = 0.0
         self._convert()
 
@@ -123,6 +125,7 @@ class DriveContext:
         self.units = UserUnits.made(self.value, self._zero_deg)
         if self.axis.follows_paths:
             self.period_ns = NS_PER_S * self.value(0x60C2, 1) // int(10 ** -self.value(0x60C2, 2))
+        self.following_deg, self.following_ns = self.window_deg(0x6065), self.ms(0x6066)
         self.max_speed = min(self.value(0x6080), self.axis.max_velocity_rpm) * DEG_PER_S
         home = replace(self.units, zero_deg=self._home_deg)
         low, high = self.value(0x607D, 1), self.value(0x607D, 2)

@@ -41,8 +41,8 @@ class DriveWatch:
             return FoundFault(DriveError.LOOP_OFF, "the board's loop is off")
         if mode.checks_position:
             off_deg = abs(context.mover.where(now_ns).deg - look.position_deg)
-            is_off = off_deg > context.window_deg(0x6065)
-            if self._following.holds(is_off, context.ms(0x6066), now_ns):
+            is_off = off_deg > context.following_deg
+            if self._following.holds(is_off, context.following_ns, now_ns):
                 return FoundFault(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")
         return None
 

@@ -41,6 +41,8 @@ _CHOICES = {
     0x607E: (0, 0x40, 0x80, 0xC0),
 }
 """Values that an object takes, where its limits do not say it all."""
+_CHECKED = frozenset((_MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
+"""Objects that do not take every value within their limits, or not always."""
 
 
 class ProfileDrive:
@@ -114,7 +116,8 @@ class ProfileDrive:
             self._automaton.control(value, now_ns)
             self._end(now_ns)
         elif value != before:
-            self._check(index, subindex, value)
+            if index in _CHECKED:
+                self._check(index, subindex, value)
             self._written[index, subindex] = value
             self._context.note(index)
             if index == _MODE:
