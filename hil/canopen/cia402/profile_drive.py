@@ -1,9 +1,9 @@
 """Drive of CiA 402 as the application of a CANopen node."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 from hil.canopen.abort_codes import AbortCode
-from hil.canopen.application import Access, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Access, Entry, NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
 from hil.canopen.cia402.automaton_clock import AutomatonClock
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
@@ -49,8 +49,8 @@ class ProfileDrive:
     """Drive, ``hil.canopen.application.Application``: made at each power-up of the card."""
 
     def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
-        self.entries = entries_of(axis)
-        self.names = names_of(self.entries)
+        self.entries: Sequence[Entry] = entries_of(axis)
+        self.names: Mapping[int, str] = names_of(self.entries)
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
         self._axis, self._services = axis, services
         self._modes = modes_of(axis)
