@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from hil.canopen.application import Entry
+from hil.canopen.can_ids import TPDO
 from hil.canopen.cia402.homing_methods import methods_of
 from hil.canopen.cia402.motor_axis import MotorAxis
 from hil.canopen.cia402.objects import (
@@ -18,9 +19,11 @@ from hil.canopen.cia402.objects import (
     PROFILE_TORQUE,
     PROFILE_VELOCITY,
     ROWS,
+    RW,
     SERVO_DRIVE,
     STEPPER_DRIVE,
     TORQUE,
+    U32,
     UINT32,
     array_of,
 )
@@ -36,7 +39,9 @@ MAPPED = {
     0x1A02: (0x6041, 0x6064),
     0x1A03: (0x6041, 0x606C),
 }
-"""Objects that the PDOs have by default."""
+"""Objects that the PDOs have by default. TPDOs are not valid until a master wants them: the bus is quiet, and
+a master that does not know them reads."""
+_NOT_VALID = 1 << 31
 
 
 def modes_of(axis: MotorAxis) -> tuple[int, ...]:
@@ -88,6 +93,9 @@ def _mappings(entries: Sequence[Entry]) -> Iterator[Entry]:
     by_index = {entry.index: entry for entry in entries if entry.subindex == 0}
     for index, mapped in MAPPED.items():
         yield from mapping_entries(index, [by_index[each] for each in mapped])
+    for at, can_id in enumerate(TPDO):
+        cob_id = can_id | _NOT_VALID
+        yield Entry(0x1800 + at, 1, "COB-ID used by TPDO", U32, RW, cob_id, is_stored=True, adds_node_id=True)
 
 
 def _methods(axis: MotorAxis) -> Iterator[Entry]:

@@ -41,6 +41,7 @@ _CHOICES = {
     0x607E: (0, 0x40, 0x80, 0xC0),
 }
 """Values that an object takes, where its limits do not say it all."""
+_NOTHING_TOLD = (-1, -1, -1)
 _CHECKED = frozenset((_MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
 """Objects that do not take every value within their limits, or not always."""
 
@@ -55,7 +56,7 @@ class ProfileDrive:
         self._axis, self._services = axis, services
         self._modes = modes_of(axis)
         self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
-        self._told = (-1, -1, -1)
+        self._told = _NOTHING_TOLD
         self._written: dict[tuple[int, int], Value] = {
             (entry.index, entry.subindex): entry.default
             for entry in self.entries
@@ -83,6 +84,8 @@ class ProfileDrive:
             self._written = {key: self._services.value(*key) for key in self._written}
             self._automaton.choose(self._context.value(_MODE), now_ns)
             self._clock.step(now_ns)
+        elif state is NmtState.OPERATIONAL:
+            self._told = _NOTHING_TOLD  # whoever listens from now on knows no statusword
         elif state is NmtState.STOPPED:
             self._automaton.lose(DriveError.COMMUNICATION, now_ns)
         self._end(now_ns)

@@ -125,13 +125,33 @@ def test_a_refusal_has_its_code(master: BaseNode402) -> None:
 
 def test_pdos_as_they_are_by_default(master: BaseNode402, world: World) -> None:
     master.nmt.state = "PRE-OPERATIONAL"
+    master.pdo.read()
+    assert [[each.index for each in pdo] for pdo in master.tpdo.values()] == [
+        [0x6041],
+        [0x6041, 0x6061],
+        [0x6041, 0x6064],
+        [0x6041, 0x606C],
+    ]
+    assert not any(pdo.enabled for pdo in master.tpdo.values())
+    assert all(pdo.enabled for pdo in master.rpdo.values())
     master.setup_402_state_machine()
     master.nmt.state = "OPERATIONAL"
-    assert {0x6041, 0x6061, 0x6064, 0x606C} <= set(master.tpdo_values)
-    master.sdo[0x6040].raw = 0x06
-    assert master.tpdo_values[0x6041] & 0x6F == 0x21
-    assert master.state == "READY TO SWITCH ON"
     master.state = "OPERATION ENABLED"
+    assert master.homing(timeout=10)
+    assert world.axis.is_on
+
+
+def test_states_by_pdo(master: BaseNode402, world: World) -> None:
+    master.nmt.state = "PRE-OPERATIONAL"
+    master.pdo.read()
+    master.tpdo[2].enabled = True
+    master.tpdo[2].save()
+    master.setup_402_state_machine()
+    master.nmt.state = "OPERATIONAL"  # with it the first of them comes
+    assert master.tpdo_values == {0x6041: 0x250, 0x6061: 1}
+    for state in ("READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED"):
+        master.state = state
+        assert master.tpdo_values[0x6041] == world.drive.read(0x6041, 0, world.axis.now_ns)
     assert world.axis.is_on
 
 
@@ -139,7 +159,7 @@ def test_positions_by_sync(master: BaseNode402, world: World) -> None:
     master.nmt.state = "PRE-OPERATIONAL"
     master.pdo.read()
     for pdo in (master.rpdo[3], master.tpdo[3]):
-        pdo.trans_type = 1
+        pdo.trans_type, pdo.enabled = 1, True
         pdo.save()
     master.nmt.state = "OPERATIONAL"
     master.op_mode = "CYCLIC SYNCHRONOUS POSITION"
