@@ -1,6 +1,7 @@
 """A drive of CiA 402 over a twin: every mode moves the shaft, and a stream of targets is a run's path."""
 
 import math
+from itertools import pairwise
 
 from twin_motor import MECHADUINO, TwinDrive, TwinMotor
 
@@ -139,7 +140,7 @@ def test_pieces_of_a_stream_join_to_the_bit() -> None:
         drive.run(1)
     paths = drive.motor.paths
     assert len(paths) == 200
-    for (_, (piece,)), (_, (after,)) in zip(paths, paths[1:], strict=False):
+    for (_, (piece,)), (_, (after,)) in pairwise(paths):
         assert piece.r + piece.duration_ns * 1e-9 * piece.per_s == after.r
 
 

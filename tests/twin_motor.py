@@ -100,8 +100,8 @@ class TwinDrive:
         return
 
     def write(self, index: int, value: int, subindex: int = 0) -> None:
-        self.drive.write(index, subindex, value, self.bench.now_ns)
         self._kept[index, subindex] = value
+        self.drive.write(index, subindex, value, self.bench.now_ns)
 
     def read(self, index: int) -> int:
         value = self.drive.read(index, 0, self.bench.now_ns)

@@ -14,7 +14,7 @@ from hil.canopen.cia402.drive_states import (
     command_of,
 )
 from hil.canopen.cia402.drive_watch import DriveWatch
-from hil.canopen.cia402.error_codes import DriveError, register_bits
+from hil.canopen.cia402.error_codes import TOLD_BY_NODE, DriveError, register_bits
 from hil.canopen.cia402.operating_mode import BIT_13, REACHED, OperatingMode
 from hil.vocab.verbs import VerbRefused
 
@@ -43,6 +43,8 @@ class DriveAutomaton:
         """Transition that waits until the axis stands."""
         self.watch = DriveWatch(context)
         self._has_lost_set_point = False
+        self._bits = 0
+        """Bits of 1001h that the fault has set."""
 
     @property
     def statusword(self) -> int:
@@ -137,6 +139,8 @@ class DriveAutomaton:
             elif self.leaves_by is None:
                 self.mode.stop(1, now_ns)
             self.leaves_by = number if self.state is DriveState.OPERATION_ENABLED else None
+            if self.leaves_by and context.mover.is_over(now_ns):
+                self.off(LEADS_TO[number])
         elif number in (9, 12):
             self.off(LEADS_TO[number])
         elif number == 11:
@@ -192,7 +196,9 @@ class DriveAutomaton:
             return
         self.error_code, self.why = code, why
         self._has_lost_set_point = code == DriveError.FOLLOWING
-        self._context.services.emergency(code, register_bits(code))
+        self._bits = 0 if code in TOLD_BY_NODE else register_bits(code)
+        if self._bits:
+            self._context.services.emergency(code, self._bits)
         option = self._context.value(0x605E)
         if self.state not in UNDER_POWER:
             self.state = DriveState.FAULT
@@ -202,7 +208,10 @@ class DriveAutomaton:
             self.state, self.leaves_by = DriveState.FAULT_REACTION, None
             try:
                 self.mode.stop(option, now_ns)
+                is_over = self._context.mover.is_over(now_ns)
             except VerbRefused:
+                is_over = True
+            if is_over:
                 self.off(DriveState.FAULT)
 
     def _reset(self, now_ns: int) -> None:
@@ -213,7 +222,8 @@ class DriveAutomaton:
             if code := context.look(now_ns).fault_code:
                 self.error_code = code
                 return
-            context.services.emergency(0, register_bits(self.error_code))
+            if self._bits:
+                context.services.emergency(0, self._bits)
             self.error_code, self.why, self._has_lost_set_point = 0, "", False
             self.state = LEADS_TO[15]
 

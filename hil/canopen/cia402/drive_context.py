@@ -1,8 +1,9 @@
 """What the modes of a drive share: its axis, the values of its objects, units, limits, and the set-point."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
+from typing import Any
 
 from hil.canopen.application import Entry, NodeServices
 from hil.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
@@ -15,7 +16,7 @@ from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 ANY = 2**32 - 1
 """Window that everything is in."""
-_BOUNDS = (*FACTORS, 0x607D, 0x6080)
+_CONVERTED = frozenset((*FACTORS, 0x607D, 0x6080, 0x60C2, 0x6065, 0x6066))
 
 
 class DriveContext:
@@ -23,38 +24,34 @@ class DriveContext:
 
     def __init__(self, axis: MotorAxis, services: NodeServices, entries: Sequence[Entry]) -> None:
         self.axis, self.services = axis, services
-        self.values: dict[int, int] = {
-            entry.index << 8 | entry.subindex: int(entry.default)  # none is a text
-            for entry in entries
-            if not entry.is_live
-        }
-        """Values by index and sub-index, as they were written last."""
+        self._defaults = {(entry.index, entry.subindex): entry.default for entry in entries}
+        self._node_value: Callable[[int, int], Any] = self._default
         self.mover: Mover = PathMover(axis) if axis.follows_paths else RampMover(axis)
         self.is_limited = False
         """True while what was asked for is beyond a limit: bit 11."""
         self.torque_demand = 0.0
         """Torque that mode 4 asks for, in thousandths."""
         self._seen: MotorLook | None = None
+        self.period_ns = 0
+        """Time from SYNC to SYNC."""
+        self.following_deg, self.following_ns = inf, 0
+        """Greatest distance from the set-point, and time for which it may be exceeded."""
         self._home_deg = self._zero_deg = 0.0
         self._convert()
 
     def value(self, index: int, subindex: int = 0) -> int:
-        return self.values[index << 8 | subindex]
+        """Value of an object, as the node has it: of what one PDO writes all is there at once."""
+        value: int = self._node_value(index, subindex)
+        return value
 
-    def keep(self, index: int, subindex: int, value: int) -> None:
-        """Take a value that was written."""
-        self.values[index << 8 | subindex] = value
-        if index in _BOUNDS:
+    def note(self, index: int) -> None:
+        """Take note of an object that was written."""
+        if index in _CONVERTED:
             self._convert()
-        elif index == 0x60C2:
-            self.period_ns = self._period_ns()
 
     def load(self) -> None:
-        """Take the values that the node has."""
-        for key in self.values:
-            value = self.services.value(key >> 8, key & 0xFF)
-            assert isinstance(value, int)
-            self.values[key] = value
+        """Take the values of the node, which has them now."""
+        self._node_value = self.services.value
         self._convert()
 
     def look(self, now_ns: int) -> MotorLook:
@@ -107,11 +104,6 @@ class DriveContext:
             return False
         return bool(self.look(now_ns).inputs.get(POSITIVE if direction > 0 else NEGATIVE))
 
-    @property
-    def switches(self) -> Collection[str]:
-        """Names of the inputs that there are."""
-        return self.axis.look().inputs.keys()
-
     def following_error_deg(self, now_ns: int) -> float:
         """Set-point minus position."""
         return self.mover.where(now_ns).deg - self.look(now_ns).position_deg
@@ -125,14 +117,15 @@ class DriveContext:
         """Time of an object, in nanoseconds."""
         return self.value(index) * NS_PER_MS
 
-    def _period_ns(self) -> int:
-        count, digits = (self.values.get(0x60C2 << 8 | subindex, 0) for subindex in (1, 2))
-        return NS_PER_S * count // int(10**-digits)
+    def _default(self, index: int, subindex: int) -> Any:
+        return self._defaults[index, subindex]
 
     def _convert(self) -> None:
         """Work out what stands in the values, for each SYNC."""
         self.units = UserUnits.made(self.value, self._zero_deg)
-        self.period_ns = self._period_ns()
+        if self.axis.follows_paths:
+            self.period_ns = NS_PER_S * self.value(0x60C2, 1) // int(10 ** -self.value(0x60C2, 2))
+        self.following_deg, self.following_ns = self.window_deg(0x6065), self.ms(0x6066)
         self.max_speed = min(self.value(0x6080), self.axis.max_velocity_rpm) * DEG_PER_S
         home = replace(self.units, zero_deg=self._home_deg)
         low, high = self.value(0x607D, 1), self.value(0x607D, 2)

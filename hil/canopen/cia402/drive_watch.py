@@ -8,7 +8,7 @@ from hil.canopen.cia402.operating_mode import OperatingMode
 from hil.canopen.cia402.time_window import TimeWindow
 
 
-class Found(NamedTuple):
+class FoundFault(NamedTuple):
     """Fault that was found: its error code, and what it is in words."""
 
     code: int
@@ -30,20 +30,20 @@ class DriveWatch:
         self._is_blocked = False
         self._following.clear()
 
-    def look(self, mode: OperatingMode, now_ns: int) -> Found | None:
+    def look(self, mode: OperatingMode, now_ns: int) -> FoundFault | None:
         """Look for a fault."""
         context = self._context
         look = context.look(now_ns)
         self.looked_ns = now_ns
         if look.fault_code:
-            return Found(look.fault_code, "the board reports a fault")
+            return FoundFault(look.fault_code, "the board reports a fault")
         if not look.is_on:
-            return Found(DriveError.LOOP_OFF, "the board's loop is off")
+            return FoundFault(DriveError.LOOP_OFF, "the board's loop is off")
         if mode.checks_position:
             off_deg = abs(context.mover.where(now_ns).deg - look.position_deg)
-            is_off = off_deg > context.window_deg(0x6065)
-            if self._following.holds(is_off, context.ms(0x6066), now_ns):
-                return Found(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")
+            is_off = off_deg > context.following_deg
+            if self._following.holds(is_off, context.following_ns, now_ns):
+                return FoundFault(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")
         return None
 
     def look_at_switches(self, mode: OperatingMode, now_ns: int) -> None:

@@ -29,8 +29,6 @@ class DriveError(IntEnum):
 
 _BITS = {
     DriveError.COMMUNICATION: _GENERIC | _COMMUNICATION,
-    DriveError.HEARTBEAT: _GENERIC | _COMMUNICATION,
-    DriveError.BUS_OFF: _GENERIC | _COMMUNICATION,
     DriveError.FOLLOWING: _GENERIC | _PROFILE,
     DriveError.SYNC: _GENERIC | _COMMUNICATION,
     DriveError.LOOP_OFF: _GENERIC | _OWN,
@@ -42,6 +40,8 @@ LOST = {
     "bus-off": DriveError.BUS_OFF,
 }
 """Errors by what a node says that it has lost."""
+TOLD_BY_NODE = frozenset(LOST.values())
+"""Errors of which the node itself sends EMCY."""
 
 
 def register_bits(code: int) -> int:

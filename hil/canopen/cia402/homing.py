@@ -5,7 +5,7 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.homing_methods import METHODS, HomingMethod
+from hil.canopen.cia402.homing_methods import METHODS, HomingMethod, methods_of
 from hil.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorLook
 from hil.canopen.cia402.operating_mode import BIT_12, BIT_13, IDLE_NS, REACHED, OperatingMode
 from hil.canopen.cia402.set_point_ramps import MotionRules
@@ -130,11 +130,14 @@ class Homing(OperatingMode):
 
     def _start(self, now_ns: int) -> None:
         context = self.context
-        method = METHODS.get(context.value(0x6098))
+        number = context.value(0x6098)
         self._is_home = self._has_failed = False
-        if method is None:
+        if number not in methods_of(
+            context.look(now_ns).inputs, has_index=context.axis.index_deg is not None
+        ):
             self._has_failed = True
             return
+        method = METHODS[number]
         self._ended = None
         self._search = search(method, context.look(now_ns), context.axis.index_deg)
         self._next(None, now_ns)

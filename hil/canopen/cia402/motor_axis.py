@@ -43,19 +43,33 @@ class MotorAxis(Protocol):
     ``VerbRefused``. Numbers that the board's verb takes only whole are rounded, those that it does not take
     at all are left out."""
 
-    verbs: Collection[str]
-    """Those of enable, disable, clear_fault, stop, velocity, torque and move_abs that the board has."""
-    follows_paths: bool
-    """True if the set-point follows paths; if not, the axis makes ramps of its own."""
-    index_deg: float | None
-    """Angle within a turn, 0 to 360, at which the encoder has its index pulse; None: no encoder."""
-    encoder_counts: int
-    """Counts of the encoder in a turn, or pulses of a stepper."""
-    rated_current_A: float
-    """Current that 6071h to 6078h count in thousandths; ``torque`` is given no more than this."""
-    rated_torque_Nm: float
-    """Torque at that current."""
-    max_velocity_rpm: float
+    @property
+    def verbs(self) -> Collection[str]:
+        """Those of enable, disable, clear_fault, stop, velocity, torque and move_abs that the board has."""
+
+    @property
+    def follows_paths(self) -> bool:
+        """True if the set-point follows paths; if not, the axis makes ramps of its own."""
+
+    @property
+    def index_deg(self) -> float | None:
+        """Angle within a turn, 0 to 360, at which the encoder has its index pulse; None: no encoder."""
+
+    @property
+    def encoder_counts(self) -> int:
+        """Counts of the encoder in a turn, or pulses of a stepper."""
+
+    @property
+    def rated_current_A(self) -> float:
+        """Current that 6071h to 6078h count in thousandths; ``torque`` is given no more than this."""
+
+    @property
+    def rated_torque_Nm(self) -> float:
+        """Torque at that current."""
+
+    @property
+    def max_velocity_rpm(self) -> float:
+        """Greatest speed that its verbs take."""
 
     def look(self) -> MotorLook:
         """Look at the axis now."""

@@ -5,12 +5,10 @@ a second, accelerations in the same a second squared; torques and currents in th
 times in milliseconds. Names are those of CiA 402-2.
 """
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from hil.canopen.application import Access, DataType, Entry
-from hil.canopen.cia402.homing_methods import methods_of
-from hil.canopen.cia402.motor_axis import MotorAxis
 
 I8, I16, I32 = DataType.INTEGER8, DataType.INTEGER16, DataType.INTEGER32
 U8, U16, U32 = DataType.UNSIGNED8, DataType.UNSIGNED16, DataType.UNSIGNED32
@@ -33,66 +31,6 @@ class ObjectRow:
 
     entry: Entry
     needs: str = ""
-
-
-def modes_of(axis: MotorAxis) -> tuple[int, ...]:
-    """Modes of operation (6060h) in which an axis can be moved."""
-    verbs = axis.verbs
-    modes = []
-    if axis.follows_paths or "move_abs" in verbs:
-        modes.append(PROFILE_POSITION)
-    if axis.follows_paths or "velocity" in verbs:
-        modes.append(PROFILE_VELOCITY)
-    if axis.follows_paths and "torque" in verbs:
-        modes.append(PROFILE_TORQUE)
-    if axis.follows_paths or "velocity" in verbs:
-        modes.append(HOMING)
-    if axis.follows_paths:
-        modes += [CYCLIC_POSITION, CYCLIC_VELOCITY]
-    return tuple(modes)
-
-
-def objects_of(axis: MotorAxis) -> tuple[Entry, ...]:
-    """Make the entries that an axis's drive has."""
-    has = {"": True, PATHS: axis.follows_paths, TORQUE: PROFILE_TORQUE in modes_of(axis)}
-    own: dict[int, int] = {
-        0x6075: round(axis.rated_current_A * 1000),
-        0x6076: round(axis.rated_torque_Nm * 1000),
-        0x6080: round(axis.max_velocity_rpm),
-        0x6502: sum(1 << (mode - 1) for mode in modes_of(axis)),
-        0x6060: next(iter(modes_of(axis)), 0),
-        0x67FF: SERVO_DRIVE if axis.follows_paths else STEPPER_DRIVE,
-    }
-    own_sub = {(0x608F, 1): axis.encoder_counts}
-    found = []
-    for row in ROWS:
-        entry = row.entry
-        if not has[row.needs]:
-            continue
-        default = own_sub.get((entry.index, entry.subindex), entry.default)
-        if entry.subindex == 0:
-            default = own.get(entry.index, default)
-        high = round(axis.max_velocity_rpm) if entry.index == 0x6080 else entry.high
-        found.append(replace(entry, default=default, high=high))
-    return (*found, *_methods(axis))
-
-
-def _methods(axis: MotorAxis) -> Iterator[Entry]:
-    """Homing methods that an axis can do (60E3h)."""
-    numbers = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
-    return _array(
-        0x60E3,
-        *(
-            Entry(0x60E3, place, f"{place}. supported homing method", I8, CONST, number, about="Its number.")
-            for place, number in enumerate(numbers, 1)
-        ),
-    )
-
-
-def names_of(entries: Collection[Entry]) -> dict[int, str]:
-    """Names of those objects among the entries that have sub-indices."""
-    there = {entry.index for entry in entries}
-    return {index: name for index, name in NAMES.items() if index in there}
 
 
 def _told(index: int, name: str, data_type: DataType, about: str, mapping: str = "tpdo") -> Entry:
@@ -125,15 +63,20 @@ def _set(
     high: int | None = None,
     *,
     subindex: int = 0,
-    mapping: str = "both",
+    mapping: str = "",
 ) -> Entry:
-    """Parameter, which 1010h keeps."""
+    """Parameter, which 1010h keeps. Only what takes any value within its limits is mapped."""
     return Entry(
         index, subindex, name, data_type, RW, default, low, high, mapping, is_stored=True, about=about
     )
 
 
-def _array(index: int, *entries: Entry) -> Iterator[Entry]:
+def _of_motion(index: int, name: str, default: int, about: str) -> Entry:
+    """Parameter of motions, above 0."""
+    return _set(index, name, U32, default, about, 1, mapping="both")
+
+
+def array_of(index: int, *entries: Entry) -> Iterator[Entry]:
     """Object with sub-indices, 0 included."""
     yield Entry(
         index, 0, "Highest sub-index supported", U8, CONST, len(entries), about="Sub-indices that follow."
@@ -143,10 +86,10 @@ def _array(index: int, *entries: Entry) -> Iterator[Entry]:
 
 def _ratio(index: int, first: str, second: str, default: int, about: str) -> Iterator[Entry]:
     """Two whole numbers of which the first is divided by the second."""
-    return _array(
+    return array_of(
         index,
-        _set(index, first, U32, default, f"{about}: dividend.", 1, subindex=1, mapping=""),
-        _set(index, second, U32, 1, f"{about}: divisor.", 1, subindex=2, mapping=""),
+        _set(index, first, U32, default, f"{about}: dividend.", 1, subindex=1),
+        _set(index, second, U32, 1, f"{about}: divisor.", 1, subindex=2),
     )
 
 
@@ -220,7 +163,7 @@ _POSITION = (
     _set(0x6068, "Position window time", U16, 10, "Time in the window until the target is reached, in ms."),
     _given(0x607A, "Target position", I32, 0, "Where to, in the modes 1 and 8."),
     _set(0x607C, "Home offset", I32, 0, "Distance of the zero position from the home position."),
-    *_array(
+    *array_of(
         0x607D,
         _set(
             0x607D,
@@ -259,23 +202,23 @@ _VELOCITY = (
     _given(0x60FF, "Target velocity", I32, 0, "Speed, in the modes 3 and 9."),
 )
 _PROFILE = (
-    _set(0x607F, "Max profile velocity", U32, 18_000_000, "Greatest speed of the modes 1 and 3.", 1),
+    _of_motion(0x607F, "Max profile velocity", 18_000_000, "Greatest speed of the modes 1 and 3."),
     _set(0x6080, "Max motor speed", U32, 3000, "Greatest speed of the motor in all modes, in rpm.", 1),
-    _set(0x6081, "Profile velocity", U32, 360_000, "Speed on the way to a target.", 1),
-    _set(0x6083, "Profile acceleration", U32, 3_600_000, "Acceleration of the modes 1 and 3.", 1),
-    _set(0x6084, "Profile deceleration", U32, 3_600_000, "Deceleration of the modes 1 and 3.", 1),
-    _set(0x6085, "Quick stop deceleration", U32, 36_000_000, "Deceleration of a quick ramp.", 1),
-    _set(0x60C5, "Max acceleration", U32, UINT32, "Greatest acceleration.", 1),
-    _set(0x60C6, "Max deceleration", U32, UINT32, "Greatest deceleration.", 1),
+    _of_motion(0x6081, "Profile velocity", 360_000, "Speed on the way to a target."),
+    _of_motion(0x6083, "Profile acceleration", 3_600_000, "Acceleration of the modes 1 and 3."),
+    _of_motion(0x6084, "Profile deceleration", 3_600_000, "Deceleration of the modes 1 and 3."),
+    _of_motion(0x6085, "Quick stop deceleration", 36_000_000, "Deceleration of a quick ramp."),
+    _of_motion(0x60C5, "Max acceleration", UINT32, "Greatest acceleration."),
+    _of_motion(0x60C6, "Max deceleration", UINT32, "Greatest deceleration."),
 )
 _JERK = (
     _set(0x6086, "Motion profile type", I16, 0, "0: trapezoid, 3: limited jerk.", 0, 3),
-    *_array(
+    *array_of(
         0x60A4, _set(0x60A4, "Profile jerk 1", U32, 360_000_000, "Jerk of profile type 3.", 1, subindex=1)
     ),
 )
 _FACTORS = (
-    *_array(
+    *array_of(
         0x608F,
         Entry(
             0x608F, 1, "Encoder increments", U32, CONST, 1, about="Counts of the encoder in that many turns."
@@ -289,7 +232,7 @@ _FACTORS = (
 )
 _HOMING = (
     _set(0x6098, "Homing method", I8, 37, "How home is found; those of 60E3h.", 0, 37),
-    *_array(
+    *array_of(
         0x6099,
         _set(
             0x6099,
@@ -314,9 +257,11 @@ _HOMING = (
 )
 _OF_TORQUE = (
     _given(0x6071, "Target torque", I16, 0, "Torque of mode 4.", -INT16 - 1, INT16),
-    _set(0x6072, "Max torque", U16, 1000, "Greatest torque of mode 4.", 0, 1000),
+    _set(0x6072, "Max torque", U16, 1000, "Greatest torque of mode 4.", 0, 1000, mapping="both"),
     _told(0x6074, "Torque demand", I16, "Torque that the mode asks for now."),
-    _set(0x6087, "Torque slope", U32, 1000, "Change of the torque in thousandths a second.", 1),
+    _set(
+        0x6087, "Torque slope", U32, 1000, "Change of the torque in thousandths a second.", 1, mapping="both"
+    ),
 )
 _CURRENT = (
     Entry(0x6075, 0, "Motor rated current", U32, CONST, about="In mA."),
@@ -325,7 +270,7 @@ _CURRENT = (
     _told(0x6078, "Current actual value", I16, "Current that makes torque."),
 )
 _CYCLIC = (
-    *_array(
+    *array_of(
         0x60C2,
         _set(
             0x60C2,

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from hil.canopen.abort_codes import AbortCode
-from hil.canopen.application import Entry, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Access, Entry, NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
 from hil.canopen.cia402.automaton_clock import AutomatonClock
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
 from hil.canopen.cia402.drive_automaton import DriveAutomaton
 from hil.canopen.cia402.drive_context import DriveContext
+from hil.canopen.cia402.drive_entries import entries_of, modes_of, names_of
 from hil.canopen.cia402.drive_states import UNDER_POWER
 from hil.canopen.cia402.error_codes import LOST, DriveError
 from hil.canopen.cia402.homing import Homing
@@ -24,6 +25,7 @@ from hil.vocab.time import NS_PER_S
 
 _CONTROL, _STATUS, _MODE, _DISPLAY, _ERROR, _INPUTS = 0x6040, 0x6041, 0x6060, 0x6061, 0x603F, 0x60FD
 _FIRST_OWN_BIT = 16
+_FIRST_OF_PROFILE = 0x2000
 _LEAST_PERIOD_NS, _MOST_PERIOD_NS = 100_000, 10 * NS_PER_S
 _MODES: dict[int, Callable[[DriveContext], OperatingMode]] = {
     objects.PROFILE_POSITION: ProfilePosition,
@@ -39,19 +41,28 @@ _CHOICES = {
     0x607E: (0, 0x40, 0x80, 0xC0),
 }
 """Values that an object takes, where its limits do not say it all."""
+_NOTHING_TOLD = (-1, -1, -1)
+_CHECKED = frozenset((_MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
+"""Objects that do not take every value within their limits, or not always."""
 
 
 class ProfileDrive:
     """Drive, ``hil.canopen.application.Application``: made at each power-up of the card."""
 
     def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
-        self.entries: Sequence[Entry] = objects.objects_of(axis)
-        self.names: Mapping[int, str] = objects.names_of(self.entries)
+        self.entries: Sequence[Entry] = entries_of(axis)
+        self.names: Mapping[int, str] = names_of(self.entries)
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
         self._axis, self._services = axis, services
-        self._modes = objects.modes_of(axis)
+        self._modes = modes_of(axis)
         self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
-        self._told = (-1, -1, -1)
+        self._told = _NOTHING_TOLD
+        self._written: dict[tuple[int, int], Value] = {
+            (entry.index, entry.subindex): entry.default
+            for entry in self.entries
+            if entry.access is Access.RW and entry.index >= _FIRST_OF_PROFILE
+        }
+        """Values as they were written last, or at the beginning."""
         self._begin()
         self._reads = self._readers()
 
@@ -70,8 +81,11 @@ class ProfileDrive:
             self._automaton.power_off()
             self._begin()
             self._context.load()
+            self._written = {key: self._services.value(*key) for key in self._written}
             self._automaton.choose(self._context.value(_MODE), now_ns)
             self._clock.step(now_ns)
+        elif state is NmtState.OPERATIONAL:
+            self._told = _NOTHING_TOLD  # whoever listens from now on knows no statusword
         elif state is NmtState.STOPPED:
             self._automaton.lose(DriveError.COMMUNICATION, now_ns)
         self._end(now_ns)
@@ -97,17 +111,18 @@ class ProfileDrive:
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)
-        context = self._context
-        before = context.values[index << 8 | subindex]
+        before = self._written[index, subindex]
         if index == _CONTROL:
             if value == before and self._automaton.is_enabled:
                 return  # once more what is done already, as with each SYNC
-            context.values[_CONTROL << 8] = value
+            self._written[index, subindex] = value
             self._automaton.control(value, now_ns)
             self._end(now_ns)
         elif value != before:
-            self._check(index, subindex, value)
-            context.keep(index, subindex, value)
+            if index in _CHECKED:
+                self._check(index, subindex, value)
+            self._written[index, subindex] = value
+            self._context.note(index)
             if index == _MODE:
                 self._automaton.choose(value, now_ns)
             elif not self._automaton.written(index, now_ns):

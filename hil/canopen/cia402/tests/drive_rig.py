@@ -166,8 +166,18 @@ class DriveRig:
             raise SdoAbort(0x0609_0032)
         if entry.high is not None and value > entry.high:
             raise SdoAbort(0x0609_0031)
-        self.drive.write(index, subindex, value, self.now_ns)
-        self.kept[index, subindex] = value
+        before, self.kept[index, subindex] = self.kept[index, subindex], value
+        try:
+            self.drive.write(index, subindex, value, self.now_ns)
+        except SdoAbort:
+            self.kept[index, subindex] = before
+            raise
+
+    def receive(self, values: dict[int, int]) -> None:
+        """Take a PDO: all values are there before the drive is told of each."""
+        self.kept |= {(index, 0): value for index, value in values.items()}
+        for index, value in values.items():
+            self.drive.write(index, 0, value, self.now_ns)
 
     def read(self, index: int, subindex: int = 0) -> int:
         if self.entries[index, subindex].is_live:
