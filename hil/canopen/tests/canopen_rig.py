@@ -52,9 +52,12 @@ class StubApplication:
     def __init__(self, services: NodeServices) -> None:
         self.services = services
         self.told: list[tuple[Any, ...]] = []
+        self.read_fails = False
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
         assert (index, subindex) == (0x2005, 0)
+        if self.read_fails:
+            raise SdoAbort(AbortCode.HARDWARE)
         return now_ns // NS_PER_MS
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:

@@ -111,6 +111,7 @@ def test_fuzz_of_frames() -> None:
 def works(rig: Rig) -> None:
     """Look whether a node is as it should be after power-on, but for what it has kept."""
     rig.memory_fails = False
+    rig.take()
     rig.node.power_up(rig.now_ns)
     node_id = rig.node.node_id
     if node_id == 255:
