@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, DataType, Entry, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity, mapping_entries
-from hil.canopen.node import CanOpenNode
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.can.can_frame import CanFrame
 

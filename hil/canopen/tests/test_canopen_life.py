@@ -5,7 +5,7 @@ from canopen_rig import IDENTITY, Rig, StubApplication
 
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import NmtState
-from hil.canopen.node import CanOpenNode
+from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.parameter_store import decode
 from hil.vocab.time import FOREVER, NS_PER_MS
 
