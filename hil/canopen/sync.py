@@ -9,7 +9,7 @@ from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import ID_MASK, check_id
 from hil.canopen.emergency import Emergencies, ErrorCode
-from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.timers import Timers
 
 _PRODUCES = 1 << 30
@@ -19,7 +19,7 @@ _LEAST_PERIOD_US = 100
 """Decision: at 1 Mbit/s SYNC alone takes half of it."""
 
 
-class Sync:
+class Sync(SettingsOwner):
     """SYNC of a node. ``send`` takes an identifier and bytes. ``synced`` is called with the counter, 0 where
     there is none, and the time, for each SYNC that comes or is sent; ``on_new_id`` when its identifier is
     another."""
@@ -99,9 +99,6 @@ class Sync:
         self._synced(self._counter if self._overflow else 0, now_ns)
 
     # ---- as objects ----
-
-    def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        raise AssertionError("no object of SYNC is live")
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)
