@@ -6,9 +6,9 @@ from typing import Any
 
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Application, NmtState, NodeServices, SdoAbort
+from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity
 from hil.canopen.eds import eds_text
-from hil.canopen.node import CanOpenNode
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.device import Device
 from hil.sim.raised_at import place_of
