@@ -100,7 +100,7 @@ kills: $(VENV)/.dev
 	HIL_KILLS=2000 $(BIN)/python -m pytest -q -s hil/live/tests/test_nvm_store_kills.py
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
-# Ten million damaged streams of packets, as many Modbus requests and a tenth of it on a line (20 minutes), a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
+# Ten million damaged streams of packets, as many Modbus requests and a tenth of it on a line (20 minutes), as many frames at a CANopen node (3 minutes), a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
 # 100,000 requests at the control socket, 100,000 damaged logs: two hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev

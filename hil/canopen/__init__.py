@@ -1,7 +1,7 @@
 """CANopen nodes: what a device on a CAN bus answers, sends and keeps, in simulated time.
 
-``node.py`` is a node; ``application.py`` the seam between it and its device profile: entries of the object
-dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states,
+``canopen_node.py`` is a node; ``application.py`` the seam between it and its device profile: entries of the
+object dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states,
 ``communication.py`` joins its services, each in a file of its name; ``object_dictionary.py`` has the values,
 ``communication_entries.py`` the objects that every node has, ``parameter_store.py`` what is kept without
 power. ``abort_codes.py`` says why an SDO transfer ends, ``can_ids.py`` which frames are whose.

@@ -94,7 +94,8 @@ class Application(Protocol):
     """
 
     entries: Sequence[Entry]
-    """All entries from 2000h on, sub-index 0 of arrays and records included."""
+    """All entries from 2000h on, sub-index 0 of arrays and records included; and those of 1000h to 1FFFh
+    whose defaults are others than the node's, as of PDOs (``communication_entries.mapping_entries``)."""
     names: Mapping[int, str]
     """Names of the objects that have sub-indices, by index. An object whose entries from sub-index 1 on
     are of one type is an array; others are records."""
@@ -105,11 +106,12 @@ class Application(Protocol):
         """Read an entry that is live. Raises SdoAbort."""
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
-        """Take a value that the node has checked for type, access and limits, and will keep. Raises SdoAbort:
-        it is not kept. From an RPDO an abort means that this value alone is not taken."""
+        """Take a value that the node has checked for type, access and limits, and which the services tell
+        from now on. Raises SdoAbort: the former one is put back. From an RPDO an abort means that this value
+        alone is not taken; of several the services tell all from the first call on."""
 
     def synced(self, now_ns: int) -> None:
-        """Take note of SYNC: synchronous RPDOs were taken; TPDOs are sampled behind this."""
+        """Take note of SYNC in OPERATIONAL: synchronous RPDOs were taken; TPDOs are sampled behind this."""
 
     def entered(self, state: NmtState, now_ns: int) -> None:
         """Take note of a state. INITIALISING: power-up, or "reset node"; all values are what they are at

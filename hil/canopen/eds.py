@@ -56,11 +56,14 @@ class StoredEds:
 
     def __init__(self, dictionary: ObjectDictionary, identity: Identity) -> None:
         self._dictionary, self._identity = dictionary, identity
+        self._text = b""
         dictionary.own((0x1021,), self)
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        text = eds_text(self._dictionary, self._identity, f"{self._identity.name}.eds")
-        return text.replace("\n", "\r\n").encode("ascii")
+        if not self._text:
+            text = eds_text(self._dictionary, self._identity, f"{self._identity.name}.eds")
+            self._text = text.replace("\n", "\r\n").encode("ascii")
+        return self._text
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         raise AssertionError("1021h is read-only")

@@ -99,16 +99,16 @@ class Emergencies:
         return cause in self._lasting
 
     def load(self) -> None:
-        """Take the settings from the dictionary, and forget the errors of communication and what waits."""
+        """Take the settings from the dictionary, and forget the errors of communication."""
         self._cob_id = self._dictionary.number(0x1014)
         self._inhibit_ns = self._dictionary.number(0x1015) * _INHIBIT_UNIT_NS
         self._lasting.clear()
-        self._waiting.clear()
         self._timer.stop()
 
     def reset_profile(self) -> None:
-        """Forget the errors of the profile, and the history."""
+        """Forget the errors of the profile, the history, and what waits."""
         self._profile_bits = 0
+        self._waiting.clear()
         self._history.clear()
 
     def flush(self, now_ns: int) -> None:

@@ -10,7 +10,7 @@ from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import NmtState, SdoAbort, Value
 from hil.canopen.can_ids import NODE_ID_MAX
 from hil.canopen.emergency import Emergencies, ErrorCode
-from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.timers import Timers
 from hil.vocab.time import NS_PER_MS
 
@@ -19,7 +19,7 @@ CONSUMED = 4
 _TOGGLE = 0x80
 
 
-class HeartbeatConsumer:
+class HeartbeatConsumer(SettingsOwner):
     """Watch over the heartbeats of other nodes. ``lost`` is called with the time when one is missing,
     ``on_new_ids`` when other nodes than before are watched."""
 
@@ -64,9 +64,6 @@ class HeartbeatConsumer:
         )
         self._lost(now_ns)
 
-    def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        raise AssertionError("1016h is not live")
-
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)
         at = subindex - 1
@@ -81,7 +78,7 @@ class HeartbeatConsumer:
         self._on_new_ids()
 
 
-class ErrorControl:
+class ErrorControl(SettingsOwner):
     """Heartbeat and guarding of this node. ``send`` takes bytes for its identifier of error control; ``lost``
     is called with the time when the master has stopped to guard."""
 
@@ -145,9 +142,6 @@ class ErrorControl:
         number = self._dictionary.number
         self._life_ns = number(0x100C) * number(0x100D) * NS_PER_MS
         self._guarding.stop()
-
-    def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        raise AssertionError("no object of error control is live")
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)

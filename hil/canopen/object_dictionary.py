@@ -21,6 +21,13 @@ class ObjectOwner(Protocol):
         """Take a value, which the dictionary has already. Raises SdoAbort: it gets the former one back."""
 
 
+class SettingsOwner:
+    """Owner of settings: none of its entries is live."""
+
+    def read(self, index: int, subindex: int, now_ns: int) -> Value:
+        raise AssertionError(f"{index:04X}h:{subindex} is not live")
+
+
 def key_of(index: int, subindex: int) -> int:
     """Key of an entry: its index and sub-index as one number."""
     return index << 8 | subindex

@@ -33,7 +33,7 @@ _GROUPS = {
 
 
 @dataclass
-class Kept:
+class KeptSection:
     """Content of a section. ``node_id`` and ``bit_rate`` are what LSS has stored, 0 if nothing; ``values``
     the bytes of those that differ from their defaults, by keys."""
 
@@ -49,14 +49,14 @@ class Kept:
         return _MAGIC + _CRC.pack(crc32(body)) + body
 
 
-def decode(section: bytes) -> Kept:
+def decode(section: bytes) -> KeptSection:
     """Decode a section. Raises ValueError: it is none, or damaged."""
     body = section[len(_MAGIC) + _CRC.size :]
     try:
         (crc,) = _CRC.unpack_from(section, len(_MAGIC))
         if not section.startswith(_MAGIC) or crc != crc32(body):
             raise ValueError("the CRC is wrong")
-        kept = Kept(*_LSS.unpack_from(body))
+        kept = KeptSection(*_LSS.unpack_from(body))
         at = _LSS.size
         while at < len(body):
             index, subindex, length = _VALUE.unpack_from(body, at)
@@ -75,7 +75,7 @@ class ParameterStore:
     another, and raises SdoAbort where that fails."""
 
     def __init__(self, dictionary: ObjectDictionary, section: bytes, keep: Callable[[bytes], None]) -> None:
-        self.kept = Kept()
+        self.kept = KeptSection()
         self.is_damaged = False
         """True if the section cannot be read: then nothing is kept."""
         try:
@@ -101,7 +101,7 @@ class ParameterStore:
     def keep_lss(self, node_id: int, bit_rate: int) -> bool:
         """Keep the settings of LSS; False if that fails."""
         try:
-            self._store(Kept(node_id, bit_rate, self.kept.values))
+            self._store(KeptSection(node_id, bit_rate, self.kept.values))
         except SdoAbort:
             return False
         return True
@@ -121,8 +121,8 @@ class ParameterStore:
                     value = self._dictionary.read(entry, now_ns)
                     if value != self._dictionary.default_of(entry, self.node_id):
                         values[key_of(entry.index, entry.subindex)] = pack(entry.data_type, value)
-        self._store(Kept(self.kept.node_id, self.kept.bit_rate, values))
+        self._store(KeptSection(self.kept.node_id, self.kept.bit_rate, values))
 
-    def _store(self, kept: Kept) -> None:
+    def _store(self, kept: KeptSection) -> None:
         self._keep(kept.encode())
         self.kept = kept

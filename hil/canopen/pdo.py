@@ -8,7 +8,7 @@ from collections.abc import Callable
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import ID_MASK, INVALID, check_cob_id
-from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.pdo_mapping import PdoMapping
 from hil.vocab.time import NS_PER_MS
 
@@ -18,7 +18,7 @@ SYNC_ON_REQUEST, ON_REQUEST, MANUFACTURER_EVENT, PROFILE_EVENT = 252, 253, 254, 
 _EVENT_TYPES = (MANUFACTURER_EVENT, PROFILE_EVENT)
 
 
-class Pdo:
+class Pdo(SettingsOwner):
     """Parameters of a PDO, the object ``index``, and its mapping, the object ``index`` + 200h. ``on_change``
     is called with the time when a client has changed the parameters."""
 
@@ -75,9 +75,6 @@ class Pdo:
 
     def set_more(self, subindex: int, value: int) -> None:
         """Take one of the parameters that not all PDOs have. Raises SdoAbort."""
-
-    def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        raise AssertionError("no parameter of a PDO is live")
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)

@@ -10,7 +10,7 @@ from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, DataType, Entry, SdoAbort, Value
 from hil.canopen.communication_entries import MAPPED, mapping_value
 from hil.canopen.data_types import STRUCTS, size_of
-from hil.canopen.object_dictionary import ObjectDictionary
+from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.wire.can.can_frame import DATA_MAX
 
 _RPDO, _TPDO = "rpdo", "tpdo"
@@ -26,7 +26,7 @@ DUMMIES = (
 _DUMMY_VALUES = {type_ << 16 | 8 * size_of(type_): size_of(type_) for type_ in DUMMIES}
 
 
-class PdoMapping:
+class PdoMapping(SettingsOwner):
     """Mapping of one PDO, the object ``index``. ``is_in_use`` says whether the PDO exists: then the mapping
     cannot change. ``on_change`` is called when it has."""
 
@@ -60,9 +60,6 @@ class PdoMapping:
         except SdoAbort:
             self._dictionary.values[self.index << 8] = 0
             self._compile(0)
-
-    def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        raise AssertionError("no mapping is live")
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)

@@ -98,7 +98,7 @@ class Tpdo(Pdo):
                 self._sample = self._pack(now_ns)
             return
         if self._count == 0:
-            if counter != self._sync_start:
+            if counter not in (0, self._sync_start):  # 0: there is no counter any more
                 return
             self._count = 1
         if self.type == 0:

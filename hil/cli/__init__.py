@@ -4,7 +4,8 @@ Belongs here: what a user types and reads. ``entry.py`` is where the program beg
 commands or says where they are, ``ask.py`` what those share that ask a running bench. A command imports other
 rooms when it runs: each starts quickly. No other room imports this one.
 
-May import: hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives,
+May import: hil.arduino, hil.canopen,
+hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives,
 hil.firmware, hil.host, hil.live, hil.net, hil.operations, hil.registers, hil.runs, hil.sim, hil.telemetry,
 hil.testing, hil.vocab, hil.wire, the standard library, rich, serial, typer.
 """

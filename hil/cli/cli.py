@@ -11,6 +11,7 @@ from hil.cli import arduino_commands as arduino
 from hil.cli import (
     axis_command,
     board_commands,
+    can_commands,
     draw_commands,
     line_commands,
     profile_commands,
@@ -286,6 +287,7 @@ app.command(context_settings={"ignore_unknown_options": True})(axis_command.axis
 app.command()(run_command.run)
 app.command()(run_command.benches)
 app.add_typer(line_commands.fault_app, name="fault")
+app.add_typer(can_commands.can_app, name="can")
 app.add_typer(profile_commands.profile_app, name="profile")
 app.command()(line_commands.capture)
 app.command()(line_commands.decode)

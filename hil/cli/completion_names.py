@@ -106,7 +106,14 @@ def _targets(line: TypedLine) -> Names:
     known = {name for name, _ in lines}
     rows = line.ask("list")["devices"]
     axes = [(name, row["profile"]) for row in rows for name in _members(row) if name not in known]
-    return [*lines, *axes]
+    return [*lines, *_on_buses(line), *axes]
+
+
+def _on_buses(line: TypedLine) -> Names:
+    """CAN buses and their nodes."""
+    for row in line.ask("buses"):
+        yield from ((node, f"CANopen node of {row['bus']}") for node in row["drives"])
+        yield row["bus"], "CAN bus"
 
 
 KINDS: dict[str, Callable[[TypedLine], Names]] = {

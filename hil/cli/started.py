@@ -54,7 +54,7 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; hil axis {name}")
     for name, tap in serving.live.places.taps.items():
-        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.baud_now} baud")
+        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.speed}")
     for name, real in serving.live.places.boards.items():
         away = "" if real.end.line.stats().clients else " (away, tried again each second)"
         lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")

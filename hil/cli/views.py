@@ -7,6 +7,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hil.cli.bus_views import bus_tables
+
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
 
@@ -26,6 +28,8 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
             table.add_row(name, "", "", Text(port["address"]), str(port["clients"]))
     for row in listed["taps"]:
         table.add_row(row["tap"], "tap", "", Text(row["port"]), str(row["clients"]))
+    for row in listed["nodes"]:
+        table.add_row(row["node"], f"node {row['id']} on {row['bus']}", "", "", "")
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
     return Group(table, *_remarks(stopped))
 
@@ -61,7 +65,10 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     nodes = {name: node for row in status["segments"] for name, node in row["nodes"].items()}
     if nodes:
         wires = Group(wires, _node_table(nodes))
+    if status["buses"]:
+        wires = Group(wires, *bus_tables(status["buses"]))
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
+    remarks += [(row["bus"], row["notes"]) for row in status["buses"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
     drives = [

@@ -140,10 +140,10 @@ def empty_bench(
     config: BenchConfig, catalogue: Catalogue, store: Store, around: Around = VIRTUAL
 ) -> BenchRuntime:
     """Make a bench without devices. The core has room for twice the axes of the configuration, and for
-    ``LEAST_AXES``, so that a reload can add some, and for the groups of segments without stations."""
+    ``LEAST_AXES``, so that a reload can add some, and for the groups of lines without stations."""
     axes = sum(places_of(device, catalogue) for device in config.devices.values())
     room = max(2 * axes, LEAST_AXES)
-    return BenchRuntime(config.bench, Core(room + len(config.segments)), store, around)
+    return BenchRuntime(config.bench, Core(room + len(config.segments) + len(config.can)), store, around)
 
 
 def places_of(device: DeviceConfig, catalogue: Catalogue) -> int:
@@ -157,13 +157,17 @@ def joined_devices(config: BenchConfig) -> dict[str, str]:
 
 
 def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
-    """Join devices of the bench by wires and segments; those that are joined are in one group."""
+    """Join devices of the bench by wires, segments and buses; those that are joined are in one group."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.ends()
         axis = bench.roster.axis
         bench.core.wire((axis(source), output), (axis(target), input_name))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
+    if config.can:
+        from hil.compose.can_buses import add_buses  # most benches start without CAN
+
+        add_buses(bench, config, catalogue)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig, catalogue: Catalogue) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
@@ -24,6 +25,9 @@ from hil.vocab.ports import Port, PortContext
 from hil.vocab.profile import Profile
 from hil.vocab.segment import Segment
 from hil.vocab.time import Clock
+
+if TYPE_CHECKING:
+    from hil.sim.can.bench_bus import BenchBus
 
 _profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
 
@@ -128,6 +132,14 @@ def bridge_reference(kind: str) -> str:
     """Part of the reference that a bridge writes, Markdown."""
     text: str = _bridges().attribute(kind, "reference")()
     return text
+
+
+def make_can_bus(clock: Clock, name: str, bit_rate: int) -> "BenchBus":
+    """Make a CAN bus without nodes, on which things happen at times of ``clock``."""
+    from hil.sim.can.bench_bus import BenchBus  # most benches have none
+
+    bus = import_module("virtual_ports.can.can_bus").CanBus(clock, bit_rate)
+    return BenchBus(name, bus, import_module("virtual_ports.can.can_faults").CanFaults(bus))
 
 
 def make_segment(clock: Clock, framing: Framing, line_format: LineFormat) -> Segment:

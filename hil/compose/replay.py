@@ -147,6 +147,8 @@ def replay_log(read: InputLog) -> Replayed:
             uart.listeners.append(partial(heard, device, port))
     for name, node in runtime.nodes.items():
         node.listeners.append(partial(heard, node.device, address_of(name).part))
+    for name, card in runtime.can_nodes.items():
+        card.listeners.append(partial(heard, card.device, address_of(name).part))
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):
             said = problem if problem.isprintable() else repr(problem)

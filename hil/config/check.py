@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil.config.bridge_findings import BRIDGES, bridge_findings, file_findings, read_bridges
+from hil.config.can_findings import can_findings
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
@@ -116,7 +117,9 @@ def _completed(
         given = {**given, PROFILE_PATH: list(catalogue.path)}
     value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
     if isinstance(segments := given.get("segments"), dict):
-        value["segments"] = {name: _segment(name, raw, ports) for name, raw in segments.items()}
+        value["segments"] = {name: _with_taps("segments", name, raw, ports) for name, raw in segments.items()}
+    if isinstance(buses := given.get("can"), dict):
+        value["can"] = {name: _with_taps("can", name, raw, ports) for name, raw in buses.items()}
     for name, raw in given["devices"].items():
         if isinstance(raw, dict) and isinstance(at := raw.get("at"), str):
             ports.real(name, ("devices", name, "at"), at)
@@ -130,18 +133,19 @@ def _completed(
     return value, findings, profiles if are_all else None, elsewhere
 
 
-def _segment(name: str, segment: Any, ports: PortsCheck) -> Any:
-    """Complete a segment with its taps' ports."""
-    taps = segment.get("taps") if isinstance(segment, dict) else None
+def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:
+    """Complete a segment or a CAN bus, by the key under which it stands, with its taps' ports."""
+    taps = line.get("taps") if isinstance(line, dict) else None
     if not isinstance(taps, dict):
-        return segment
+        return line
     done = dict(taps)
     for tap, keys in taps.items():
         if isinstance(keys, dict):
-            path = ("segments", name, "taps", tap, "port")
+            path = (key, name, "taps", tap, "port")
             port = ports.read(f"{name}.{tap}", path, keys.get("port", DEFAULT_PORT))
-            done[tap] = {"real": port.kind == "serial", **keys, "port": port}
-    return {**segment, "taps": done}
+            own = {"real": port.kind == "serial"} if key == "segments" else {}
+            done[tap] = {**own, **keys, "port": port}
+    return {**line, "taps": done}
 
 
 def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
@@ -157,7 +161,8 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
     }
     yield from joint_findings(value, profiles, real)
     yield from modbus_findings(value.get("segments"), profiles, real)
-    yield from fault_findings(value.get("faults"), value.get("segments"), profiles, real, full)
+    yield from can_findings(value, profiles, real)
+    yield from fault_findings(value, profiles, real, full)
     yield from same_at(devices)
 
 

@@ -1,9 +1,9 @@
 """Difference of two configurations as a reload sees it: which devices go on, which start anew, and by which
 keys.
 
-Devices that are joined to others, by wires or a segment, share one simulated time: a change of one of them is
-a change of the whole bench, which only a restart of the daemon makes. Keys of the bench are such a change
-too, but for faults, which belong to their targets.
+Devices that are joined to others, by wires, a segment or a CAN bus, share one simulated time: a change of one
+of them is a change of the whole bench, which only a restart of the daemon makes. Keys of the bench are such a
+change too, but for faults, which belong to their targets.
 """
 
 import json
@@ -61,8 +61,9 @@ def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
 
 
 def _faults_elsewhere(bench: BenchConfig) -> dict[str, str]:
-    """Faults of segments and taps; those of joined devices are among the devices' own."""
-    return {f"faults of {place}": text for place in bench.segments for text in _faults(bench, place).values()}
+    """Faults of segments, buses and taps; those of joined devices are among the devices' own."""
+    places = (*bench.segments, *bench.can)
+    return {f"faults of {place}": text for place in places for text in _faults(bench, place).values()}
 
 
 def _keys(device: DeviceConfig) -> dict[str, str]:

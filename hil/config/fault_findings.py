@@ -6,7 +6,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
-from hil.config.station_names import node_addresses, station_addresses
+from hil.config.station_names import canopen_addresses, node_addresses, station_addresses
 from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
@@ -16,15 +16,15 @@ REAL_REMEDY = "leave this key out: a fault of its line is there from the start u
 
 
 def fault_findings(
-    entries: object,
-    segments: object,
+    value: Mapping[str, Any],
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
 ) -> Iterator[Finding]:
     """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
     boards; ``full``: addresses of axes with the full plant."""
-    places = _places(segments, devices, real, full)
+    entries = value.get("faults")
+    places = _places(value, devices, real, full)
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if not isinstance(entry, dict):
             continue
@@ -56,7 +56,10 @@ def fault_findings(
 
 
 def _places(
-    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str], full: Collection[str]
+    value: Mapping[str, Any],
+    devices: Mapping[str, ProfileInfo],
+    real: Collection[str],
+    full: Collection[str],
 ) -> dict[str, set[str]]:
     """Targets by name, each with the kinds of target that it is."""
     places: dict[str, set[str]] = {}
@@ -65,18 +68,29 @@ def _places(
             places[name] = set() if profile.map else {faults.PORT}  # a drive has no line of bytes here
         else:
             places |= _of_twin(name, profile, full)
-    for name, segment in segments.items() if isinstance(segments, dict) else ():
-        if not isinstance(segment, dict):
-            continue
-        places[name] = {faults.SEGMENT}
+    for name, segment in _mappings(value.get("segments")):
+        places[name] = {faults.SEGMENT, faults.LINE}
         for tap in _names(segment.get("taps")):
-            places[f"{name}.{tap}"] = {faults.STATION}
-        places |= {node: {faults.STATION, faults.MODBUS_NODE} for node in node_addresses(segment, devices)}
+            places[f"{name}.{tap}"] = {faults.STATION, faults.ON_LINE}
+        nodes = {faults.STATION, faults.ON_LINE, faults.MODBUS_NODE}
+        places |= {node: nodes for node in node_addresses(segment, devices)}
         for station in _names(segment.get("stations")):
             if owner_of(station) not in real:
                 for address in station_addresses(station, devices):
-                    places.setdefault(address, set()).add(faults.STATION)
+                    places.setdefault(address, set()).update((faults.STATION, faults.ON_LINE))
+    for name, bus in _mappings(value.get("can")):
+        on_bus = [f"{name}.{tap}" for tap in _names(bus.get("taps"))]
+        places |= {each: {faults.ON_LINE, faults.CAN_NODE} for each in on_bus}
+        places |= {each: {faults.ON_LINE, faults.CAN_NODE} for each in canopen_addresses(bus, devices)}
+        places[name] = {faults.LINE}
     return places
+
+
+def _mappings(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Segments or buses by name."""
+    for name, each in value.items() if isinstance(value, dict) else ():
+        if isinstance(each, dict):
+            yield name, each
 
 
 def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str, set[str]]:

@@ -12,6 +12,7 @@ from pydantic import (
     SerializeAsAny,
 )
 
+from hil.config.can_model import CanConfig
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.drive_map_model import MapText
 from hil.config.drive_map_text import drive_map_of
@@ -23,7 +24,7 @@ from hil.config.real_places import real_address
 from hil.config.segment_model import SegmentConfig, WireConfig
 from hil.config.shaft_load import LoadConfig
 from hil.registers.drive_map import DriveMap
-from hil.vocab.address import owner_of
+from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
 from hil.wire.drive_address import DriveAddress, drive_address, is_drive_address
@@ -269,6 +270,10 @@ class BenchConfig(StrictModel):
         description="RS485 wires, each under a name of its own: what one station sends, the others hear."
         " Devices on one segment share one simulated time.",
     )
+    can: Mapping[Name, CanConfig] = Field(
+        default={},
+        description="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",
+    )
     faults: list[FaultConfig] = Field(
         default=[],
         description="Faults that are there from the start, as `hil fault inject` makes them later.",
@@ -308,9 +313,18 @@ class BenchConfig(StrictModel):
     )
 
     def joints(self) -> list[tuple[str, ...]]:
-        """Devices that share their time, by wire and by segment."""
+        """Devices that share their time, by wire, by segment and by CAN bus."""
         wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
-        return [*wired, *(each.members() for each in self.segments.values())]
+        segments = (each.members() for each in self.segments.values())
+        return [*wired, *segments, *(each.members() for each in self.can.values())]
+
+    def tap_ports(self) -> dict[str, PortConfig]:
+        """Ports of the taps of segments and CAN buses, by their addresses."""
+        of_segments = {
+            (name, tap): each.port for name, of in self.segments.items() for tap, each in of.taps.items()
+        }
+        of_buses = {(name, tap): each.port for name, of in self.can.items() for tap, each in of.taps.items()}
+        return {str(Address(*label)): port for label, port in (of_segments | of_buses).items()}
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:

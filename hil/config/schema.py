@@ -28,7 +28,8 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         {"enum": sorted(ports)},
         *(_port(kind, model, definitions) for kind, model in sorted(ports.items())),
     ]
-    for port in (properties["port"], definitions["TapConfig"]["properties"]["port"]):
+    taps = [definitions[name] for name in ("TapConfig", "CanTapConfig")]
+    for port in (properties["port"], *(tap["properties"]["port"] for tap in taps)):
         port |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
         port.pop("$ref", None)
     properties["network"] = {
@@ -39,7 +40,12 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
     properties["map"]["anyOf"].insert(0, {"type": "string", "minLength": 1, "description": "A file's path."})
     properties["ports"]["additionalProperties"] = False
     properties["ports"]["patternProperties"] = {NAME_PATTERN: {"anyOf": copy.deepcopy(kinds)}}
-    definitions["TapConfig"].pop("required", None)
+    for tap in taps:
+        tap.pop("required", None)
+    nodes = definitions["CanConfig"]["properties"]["nodes"]
+    nodes["additionalProperties"] = {
+        "anyOf": [{"type": "integer", "minimum": 1, "maximum": 127}, nodes["additionalProperties"]]
+    }
     result["properties"]["bridges"] |= {
         "additionalProperties": False,
         "properties": {

@@ -1,4 +1,5 @@
-"""Names of a segment's stations: which UART of a device one is, by which addresses it is known; nodes."""
+"""Names of a segment's stations: which UART of a device one is, by which addresses it is known; nodes of
+segments and of CAN buses."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -9,11 +10,13 @@ from hil.vocab.firmware import NETWORK
 
 MODBUS = "modbus"
 """Name of a Modbus node, behind its axis's."""
+CANOPEN = "canopen"
+"""Name of a CANopen node, behind its axis's."""
 
 
-def node_name(axis: str) -> str:
-    """Name of the Modbus node of the axis at an address, which hil writes so."""
-    return f"{axis}.{MODBUS}"
+def node_name(axis: str, kind: str = MODBUS) -> str:
+    """Name of the node of the axis at an address, which hil writes so. ``kind``: of Modbus or CANopen."""
+    return f"{axis}.{kind}"
 
 
 def station_uart(uarts: Mapping[str, object]) -> str | None:
@@ -34,8 +37,16 @@ def station_addresses(station: str, devices: Mapping[str, ProfileInfo]) -> Itera
 def node_addresses(segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
     """Addresses of the Modbus nodes of a segment of a configuration, those with a device that is there."""
     modbus = segment.get("modbus")
-    units = modbus.get("units") if isinstance(modbus, dict) else None
-    for axis in units if isinstance(units, dict) else ():
+    yield from _nodes(modbus.get("units") if isinstance(modbus, dict) else None, devices, MODBUS)
+
+
+def canopen_addresses(bus: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
+    """Addresses of the CANopen nodes of a bus of a configuration, those with a device that is there."""
+    yield from _nodes(bus.get("nodes"), devices, CANOPEN)
+
+
+def _nodes(by_axis: object, devices: Mapping[str, ProfileInfo], kind: str) -> Iterator[str]:
+    for axis in by_axis if isinstance(by_axis, dict) else ():
         device, part = address_of(str(axis))
         if device in devices and (not part or part in devices[device].axes):
-            yield node_name(DeviceParts(devices[device].axes).label(device, part))
+            yield node_name(DeviceParts(devices[device].axes).label(device, part), kind)

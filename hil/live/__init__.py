@@ -6,6 +6,7 @@ operating system while the boards run: memories (``store.py``), captures, ``runs
 ``drives``, the guard over firmware,
 the core's thread. ``live_bench.py`` composes it.
 
-May import: hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.registers,
+May import: hil.canopen,
+hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.registers,
 hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, pymodbus.
 """

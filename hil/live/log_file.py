@@ -27,8 +27,8 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
         if device["at"]:
             for key in EMULATED_KEYS:
                 device.pop(key)
-    for segment in dumped["segments"].values():
-        for tap in segment["taps"].values():
+    for line in (*dumped["segments"].values(), *dumped["can"].values()):
+        for tap in line["taps"].values():
             tap["port"] = "memory"
     return dumped
 

@@ -1,4 +1,4 @@
-"""Registry of all places at which bytes enter: UARTs of twins, taps of segments, real boards."""
+"""Registry of all places at which bytes enter: UARTs of twins, taps of segments and buses, real boards."""
 
 import logging
 from collections.abc import Iterator

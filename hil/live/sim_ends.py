@@ -1,4 +1,4 @@
-"""Simulated ends behind ports: a twin's UART, or a tap of a segment."""
+"""Simulated ends behind ports: a twin's UART, or a tap of a segment or a CAN bus."""
 
 import asyncio
 from collections import deque
@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from hil.live.lines import Lines
 from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.sim.bench import BenchRuntime
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
-from hil.sim.segment_tap import Tap
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -162,7 +162,7 @@ def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes
 class TapEnd:
     """End at a tap, which stays on its segment whoever comes and goes at the port."""
 
-    def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: Tap) -> None:
+    def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: ClientTap) -> None:
         self.tap = tap
         self._bench = bench
         self._lines = lines

@@ -28,6 +28,7 @@ _LIST: dict[str, Any] = {
     "pid": int,
     "devices": [({**_ROW, "network": None}, _ROW | {"network": str, "network_clients": int})],
     "taps": [{"tap": str, "port": str, "clients": int}],
+    "nodes": [{"node": str, "id": int, "bus": str}],
 }
 _SHOT: Any = (
     None,
@@ -46,6 +47,19 @@ _SEGMENT: dict[str, Any] = {
     "nodes": {
         str: dict.fromkeys(("unit", "requests", "answers", "exceptions"), int) | {"refusal": _MAYBE_TEXT}
     },
+    "notes": [str],
+}
+_BUS: dict[str, Any] = {
+    "bus": str,
+    "bit_rate": int,
+    "load_percent": float,
+    "frames": int,
+    "errors": {str: int},
+    "nodes": {
+        str: dict.fromkeys(("sent", "heard", "transmit_errors", "receive_errors"), int)
+        | {"state": str, "errors": {str: int}}
+    },
+    "drives": {str: {"id": int, "state": str}},
     "notes": [str],
 }
 _BRIDGE: dict[str, Any] = {
@@ -75,6 +89,7 @@ _STATUS: dict[str, Any] = (
         "health": {"state": str, "problems": [{"about": str, "what": str, "remedy": str}]},
         "bridges": {str: _BRIDGE},
         "segments": [_SEGMENT],
+        "buses": [_BUS],
         "faults": [_FAULT],
         "rt_line": str,
         "speed": float,
@@ -113,6 +128,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
             | {"address": int, "registers": int, "is_writable": (True, False)}
         ],
     },
+    "eds": {"node": str, "text": str},
     "wait": {"interrupted": (True, False)},
     "health": {"state": str},
     "state": {str: (float, None)},
@@ -134,6 +150,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
         )
     ],
     "segments": [_SEGMENT],
+    "buses": [_BUS],
     "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),
 }
 

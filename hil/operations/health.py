@@ -13,6 +13,7 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.vitals import Vitals
 from hil.sim.bench import BenchRuntime
+from hil.vocab.address import owner_of
 
 MISSED_SHARE = 0.01
 LOOP_LATE_NS = 250_000_000
@@ -27,6 +28,7 @@ KINDS = {
     "flash": "a device's memory could not be written",
     "port": "a port cannot go on, or a real board or drive is away",
     "segment": "stations of a segment share an address",
+    "bus": "a client has opened a tap of a CAN bus with a wrong bit rate",
 }
 """Kinds of problems, and the meaning of each."""
 
@@ -69,7 +71,8 @@ class Health:
 
     def problems(self) -> list[HealthProblem]:
         """Present problems, the bench's own first."""
-        return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *self._of_segments()]
+        of_lines = (*self._of_segments(), *self._of_taps())
+        return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *of_lines]
 
     def as_dict(self) -> dict[str, Any]:
         """Health for JSON: ``state`` is ``ok`` or ``degraded``, ``problems`` say why."""
@@ -126,6 +129,12 @@ class Health:
             for address, stations in segment.clashes().items():
                 what = f"two stations have one address {address}: {', '.join(stations)}"
                 yield HealthProblem("segment", name, what, "give each an address of its own")
+
+    def _of_taps(self) -> Iterator[HealthProblem]:
+        for bus in self.sim.buses:
+            for name, tap in self.sim.taps.items():
+                for note in tap.notes.values() if owner_of(name) == bus else ():
+                    yield HealthProblem("bus", name, note, "open it with the bit rate of the bus")
 
 
 def _back(why: str, is_service: bool) -> str:

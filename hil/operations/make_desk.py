@@ -8,6 +8,7 @@ from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
+from hil.operations.bus_reports import data_sheet, listed_buses
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
 from hil.operations.drive_operations import DriveOperations
@@ -45,12 +46,14 @@ def make_desk(
         "health": lambda asked: reports.health_in_short(),
         "metrics": lambda asked: metrics.read(),
         "segments": lambda asked: listed_segments(sim, places),
+        "buses": lambda asked: listed_buses(sim, places),
         "benches": lambda asked: runs.others.joined(asked.source),
         "verbs": reports.verbs,
         "state": boards.state,
         "packed": boards.packed,
         "look": boards.look,
         "registers": reports.registers,
+        "eds": lambda asked: data_sheet(sim, asked.target),
         "reset": boards.reset,
         "pin": boards.pin,
         "set": boards.set_field,

@@ -112,6 +112,25 @@ def _segment_errors(s: Scrape) -> Values:
             yield (name, kind), count
 
 
+def _of_buses(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
+    return lambda s: (((name,), read(bus.counters(s.of.sim.now_ns))) for name, bus in s.of.sim.buses.items())
+
+
+def _bus_errors(s: Scrape) -> Values:
+    for name, bus in s.of.sim.buses.items():
+        for kind, count in bus.counters(s.of.sim.now_ns)["errors"].items():
+            yield (name, kind), count
+
+
+def _of_can_nodes(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
+    def values(s: Scrape) -> Values:
+        for bus in s.of.sim.buses.values():
+            for name, node in bus.counters(s.of.sim.now_ns)["nodes"].items():
+                yield (name,), read(node)
+
+    return values
+
+
 def _of_bridges(counter: str) -> Callable[[Scrape], Values]:
     return lambda s: (((name,), b.status().get(counter, 0)) for name, b in s.of.bridges.items())
 
@@ -161,7 +180,7 @@ def _metric(
     return MetricRow(Metric(name, kind, about, labels), read)
 
 
-PORT, SEGMENT, BRIDGE = ("port",), ("segment",), ("bridge",)
+PORT, SEGMENT, BRIDGE, BUS, NODE = ("port",), ("segment",), ("bridge",), ("bus",), ("node",)
 METRICS = (
     _metric("hil_bench_info", "gauge", "always 1; which bench this is, of which version of hil",
             lambda s: [((s.of.configured.config.bench, __version__), 1)], ("bench", "version")),
@@ -229,6 +248,19 @@ METRICS = (
             ("segment", "kind")),
     _metric("hil_segment_load_ratio", "gauge", "share of the time that the line was busy",
             _of_segments(lambda c: c["load"]), SEGMENT),
+    _metric("hil_can_frames_total", "counter", "frames on a CAN bus",
+            _of_buses(lambda c: c["frames"]), BUS),
+    _metric("hil_can_errors_total", "counter", "errors on a CAN bus", _bus_errors, ("bus", "kind")),
+    _metric("hil_can_load_ratio", "gauge", "share of the time that the bus was busy",
+            _of_buses(lambda c: c["load_percent"] / 100), BUS),
+    _metric("hil_can_node_sent_total", "counter", "frames of a node or a tap",
+            _of_can_nodes(lambda c: c["sent"]), NODE),
+    _metric("hil_can_node_transmit_errors", "gauge", "its transmit error counter",
+            _of_can_nodes(lambda c: c["transmit_errors"]), NODE),
+    _metric("hil_can_node_receive_errors", "gauge", "its receive error counter",
+            _of_can_nodes(lambda c: c["receive_errors"]), NODE),
+    _metric("hil_can_node_bus_off", "gauge", "1 if it is bus-off",
+            _of_can_nodes(lambda c: int(c["state"] == "bus-off")), NODE),
     _metric("hil_bridge_links", "gauge", "connections", _of_bridges("links"), BRIDGE),
     _metric("hil_bridge_commands_total", "counter", "commands, or scrapes", _of_bridges("commands"), BRIDGE),
     _metric("hil_bridge_rejected_total", "counter", "commands that were refused",

@@ -16,6 +16,7 @@ from hil.live.fault_registry import FaultRegistry
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.port_joint import Joint
+from hil.operations.bus_reports import listed_buses, listed_nodes
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
@@ -47,14 +48,14 @@ class Reports:
     health: Health
 
     def listed(self) -> dict[str, Any]:
-        """List the bench's devices and taps, and the addresses of their ports."""
+        """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
         head = {"bench": self.configured.config.bench, "pid": os.getpid(), "version": __version__}
         devices = [self._row(name, config) for name, config in self.configured.config.devices.items()]
         taps = [
             {"tap": name, "port": tap.port.address, "clients": tap.port.stats().clients}
             for name, tap in self.places.taps.items()
         ]
-        return head | {"devices": devices, "taps": taps}
+        return head | {"devices": devices, "taps": taps, "nodes": listed_nodes(self.sim)}
 
     def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
         place = self.places.uarts.get(name) or self.places.boards.get(name)
@@ -100,6 +101,7 @@ class Reports:
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
             "segments": listed_segments(self.sim, self.places),
+            "buses": listed_buses(self.sim, self.places),
             "faults": self.faults.listed(),
             "rt": self.grant.state,
             "rt_line": self.grant.line(),

@@ -114,6 +114,7 @@ _ROWS = (
     _asked("health", BENCH, VIEWER, "whether the bench is well, and what is wrong"),
     _asked("metrics", BENCH, VIEWER, "all metrics, each read when its turn comes"),
     _asked("segments", BENCH, VIEWER, "each segment's stations, taps and counters"),
+    _asked("buses", BENCH, VIEWER, "each CAN bus's nodes, taps and counters"),
     _asked("benches", BENCH, VIEWER, "other benches that are joined, and their clocks", takes_time=True),
     _asked("verbs", MEMBER, VIEWER, "what can be asked of a device, with the parameters"),
     # A board.
@@ -121,6 +122,7 @@ _ROWS = (
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
     _asked("look", TWIN, VIEWER, "the same, with what it means as motion, and whether the board has stopped"),
     _asked("registers", MEMBER, VIEWER, "the register map that doors of Modbus have of a device"),
+    _asked("eds", MEMBER, VIEWER, "the electronic data sheet of an axis's CANopen node"),
     _common("reset", DEVICE, takes_time=True),
     _common("pin", TWIN),
     _asked("set", TWIN, OPERATOR,
@@ -142,7 +144,7 @@ _ROWS = (
            takes_time=True),
     _asked("drive", TWIN, OPERATOR, "play a pulse train on the step/dir inputs",
            Parameter("train", "what is played", form=EDGES), takes_time=True),
-    _asked("play", TAP, OPERATOR, "send bursts on a segment",
+    _asked("play", TAP, OPERATOR, "send bursts on a segment, or to the adapter on a CAN bus",
            Parameter("bursts", "what is sent", form=BURSTS), takes_time=True),
     # Looking on.
     _asked("watch", TWIN, VIEWER,
@@ -160,7 +162,7 @@ _ROWS = (
            _name("fault", "its kind; `hil fault kinds` lists them"),
            Parameter("parameters", "the fault's own", form=OBJECT)),
     _asked("clear", BENCH, ADMIN, "take a fault away", Parameter("number", "which one", form=WHICH),
-           _name("on", "only what is on this device or segment; empty: anywhere", default="")),
+           _name("on", "only what is on this device, segment or bus; empty: anywhere", default="")),
     _asked("faults", BENCH, VIEWER, "the faults that are active"),
     # Runs.
     _asked("run", BENCH, OPERATOR, "submit a multi-axis run, or only check it",

@@ -11,6 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from hil.core import Core, Snapshot
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device, Home
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
@@ -20,7 +21,6 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
-from hil.sim.segment_tap import Tap
 from hil.sim.verb_calls import Answer, axes_of
 from hil.vocab.address import address_of
 from hil.vocab.axis_plan import AxisPlan
@@ -30,6 +30,8 @@ from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
 
 if TYPE_CHECKING:
+    from hil.sim.can.bench_bus import BenchBus
+    from hil.sim.can.canopen_card import CanOpenCard
     from hil.sim.modbus.modbus_node import ModbusNode
 
 
@@ -116,9 +118,11 @@ class BenchRuntime:
         self.core = core
         self.roster = Roster()
         self.devices: Mapping[str, Device] = self.roster.devices
-        self.taps: Mapping[str, Tap] = self.roster.taps
+        self.taps: Mapping[str, ClientTap] = self.roster.taps
         self.nodes: Mapping[str, ModbusNode] = self.roster.nodes
         self.segments: Mapping[str, SegmentView] = self.roster.segments
+        self.buses: Mapping[str, BenchBus] = self.roster.buses
+        self.can_nodes: Mapping[str, CanOpenCard] = self.roster.can_nodes
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
         self.drive = RealTimeDrive(core, self._groups, around.turn_over, around.turn)
@@ -165,6 +169,12 @@ class BenchRuntime:
     def add_node(self, node: "ModbusNode") -> None:
         """Add a Modbus node, a station of a segment in its device's group."""
         self.roster.add_node(node)
+        if self.log:
+            node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
+
+    def add_can_node(self, node: "CanOpenCard") -> None:
+        """Add the CANopen node of an axis, which is on a bus in its device's group."""
+        self.roster.add_can_node(node)
         if self.log:
             node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
 
@@ -241,7 +251,7 @@ class BenchRuntime:
             self._later.note(device, part, given)
         return group.apply(device, given, part)
 
-    def give(self, to: Device | Tap, given: Input, part: str = "") -> SimTimeNs:
+    def give(self, to: Device | ClientTap, given: Input, part: str = "") -> SimTimeNs:
         """Let an input take effect now, as ``take``; answers its effective time. ``part``: name of the axis
         that it is for."""
         target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name

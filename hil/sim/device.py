@@ -166,16 +166,16 @@ class Device:
         """
         self._interfaces.set_time(now_ns)
         match given:
+            case Follow(start_ns, path):
+                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
+            case Do(verb, parameters):
+                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
             case Bytes(data, client_baud, port):
                 self.uarts[port].arrive(data, client_baud)
             case Pin() | SetField() | ScriptEncoder() | Drive():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):
-                self._commit_done(durable)
-            case Do(verb, parameters):
-                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
-            case Follow(start_ns, path):
-                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
+                self._memory.answered(durable)
             case Reset():
                 self.power.reset()
         return {}
@@ -203,6 +203,11 @@ class Device:
         return self._sketch.is_busy
 
     @property
+    def is_ready(self) -> bool:
+        """True if it would carry out verbs: its main program has started, and is in no routine of its own."""
+        return self.power.failed is None and not self.is_hung and self._sketch.is_ready
+
+    @property
     def is_committing(self) -> bool:
         return self._memory.is_committing
 
@@ -215,10 +220,18 @@ class Device:
 
     def _commit(self, request: Commit) -> None:
         with self._home.guard.aside():
-            durable = self._memory.commit(request)
+            durable = self._memory.commit(request, self._committed)
             if durable is not None:
-                self._commit_done(durable)
+                self._memory.answered(durable)
 
-    def _commit_done(self, durable: bool) -> None:
-        if self._memory.answered(durable) and self._sketch.is_on:
+    def _committed(self, durable: bool) -> None:
+        if self._sketch.is_on:
             self._sketch.runtime.commit_done(durable)
+
+    def keep(self, name: str, data: bytes) -> bool | None:
+        """Keep a section of the memory that is not the firmware's. Answers whether it is durable; None: that
+        is not known yet."""
+        durable = self._memory.commit(Commit(name, data), lambda durable: None)
+        if durable is not None:
+            self._memory.answered(durable)
+        return durable

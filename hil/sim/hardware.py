@@ -52,29 +52,29 @@ class Memory:
         self.content = dict(content)
         """Durable content by the names of sections; commits under way are not in it."""
         self._store = store
-        self._pending: deque[dict[str, bytes]] = deque()
-        """Whole memory of each commit that the store has not answered, in their order."""
+        self._pending: deque[tuple[dict[str, bytes], Callable[[bool], None]]] = deque()
+        """Whole memory of each commit that the store has not answered, in their order, and whom to tell."""
 
     @property
     def is_committing(self) -> bool:
         """True while the store has still to answer a commit."""
         return bool(self._pending)
 
-    def commit(self, request: Commit) -> bool | None:
-        """Begin to write; answers as ``store``."""
-        whole = self.content | {request.name: request.data}
-        self._pending.append(whole)
+    def commit(self, request: Commit, done: Callable[[bool], None]) -> bool | None:
+        """Begin to write; answers as ``store``. ``done``: called with the store's answer."""
+        before = self._pending[-1][0] if self._pending else self.content  # each writes all that there is
+        whole = before | {request.name: request.data}
+        self._pending.append((whole, done))
         return self._store(whole)
 
-    def answered(self, durable: bool) -> bool:
-        """Take the store's answer to the oldest commit; one that failed changes nothing. Returns whether
-        there was one."""
+    def answered(self, durable: bool) -> None:
+        """Take the store's answer to the oldest commit, if there is one; one that failed changes nothing."""
         if not self._pending:
-            return False
-        whole = self._pending.popleft()
+            return
+        whole, done = self._pending.popleft()
         if durable:
             self.content.update(whole)
-        return True
+        done(durable)
 
 
 class Hardware:

@@ -35,6 +35,8 @@ class Power:
         """Reason for which the device has stopped."""
         self.ups = 1
         """Number of power-ups, the start included."""
+        self.listeners: list[Callable[[bool], None]] = []
+        """Called when the power has gone (False), and with each power-up but the first (True)."""
         self._why_not: str | None = None
         self._hardware, self._interfaces, self._setpoints = hardware, hardware.interfaces, setpoints
         self._on_stopped, self._on_failed = on_stopped, on_failed
@@ -54,6 +56,7 @@ class Power:
             if not was_off:
                 self.sketch.runtime.close()
                 self._hardware.cut_axes()
+                self._tell(False)
         elif was_off:
             self._interfaces.set_time(now_ns)
             self._up()
@@ -70,6 +73,11 @@ class Power:
         self._setpoints.end()
         self._hardware.power_up()
         self.sketch.power_up()
+        self._tell(True)
+
+    def _tell(self, is_there: bool) -> None:
+        for listener in self.listeners:
+            listener(is_there)
 
     def close(self) -> None:
         """Stop the firmware for ever; the axis goes with its group."""

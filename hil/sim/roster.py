@@ -1,17 +1,21 @@
-"""Names of a bench: devices, taps and segments, and the group in whose time each lives."""
+"""Names of a bench: devices, taps, segments and CAN buses, and the group in whose time each lives."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hil.core import CoreAxis
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import address_of, owner_of
 from hil.vocab.faults import (
+    CAN_NODE,
     DEVICE,
+    LINE,
     MODBUS_NODE,
+    ON_LINE,
     PORT,
     SEGMENT,
     SERVO,
@@ -23,6 +27,8 @@ from hil.vocab.faults import (
 from hil.vocab.segment import Segment
 
 if TYPE_CHECKING:
+    from hil.sim.can.bench_bus import BenchBus
+    from hil.sim.can.canopen_card import CanOpenCard
     from hil.sim.modbus.modbus_node import ModbusNode
 
 
@@ -37,6 +43,7 @@ class Place:
     segment: Segment | None = None
     station: str = ""
     node: "ModbusNode | None" = None
+    bus: "BenchBus | None" = None
     is_board: bool = False
     """True for the device as a whole, which its first UART and axis are, too."""
 
@@ -47,6 +54,9 @@ class Place:
             TWIN_PORT: self.uart is not None,
             STATION: bool(self.segment and self.station),
             SEGMENT: self.segment is not None and not self.station,
+            ON_LINE: bool((self.segment or self.bus) and self.station),
+            LINE: bool((self.segment or self.bus) and not self.station),
+            CAN_NODE: bool(self.bus and self.station),
             MODBUS_NODE: self.node is not None,
             DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
@@ -60,9 +70,11 @@ class Roster:
 
     def __init__(self) -> None:
         self.devices: dict[str, Device] = {}
-        self.taps: dict[str, Tap] = {}
+        self.taps: dict[str, ClientTap] = {}
         self.nodes: dict[str, ModbusNode] = {}
         self.segments: dict[str, Segment] = {}
+        self.buses: dict[str, BenchBus] = {}
+        self.can_nodes: dict[str, CanOpenCard] = {}
         self.axes: dict[str, tuple[Device, str]] = {}
         """Axes by their addresses: the device, and the axis's name there."""
         self._groups: dict[str, Group] = {}
@@ -87,12 +99,26 @@ class Roster:
         self._groups[tap.name] = group
         tap.segment.join(tap.name, tap)
 
+    def add_bus(self, bus: "BenchBus", group: Group) -> None:
+        """Add a CAN bus without nodes. All devices that have one on it are in this group."""
+        self.buses[bus.name] = bus
+        self._groups[bus.name] = group
+
+    def add_can_tap(self, tap: ClientTap, group: Group) -> None:
+        """Add a tap that is on its bus, which is in this group."""
+        self.taps[tap.name] = tap
+        self._groups[tap.name] = group
+
+    def add_can_node(self, node: "CanOpenCard") -> None:
+        """Add the CANopen node of a device, which is in its bus's group."""
+        self.can_nodes[node.name] = node
+
     def add_node(self, node: "ModbusNode") -> None:
         """Add a Modbus node of a device, which is in its segment's group."""
         self.nodes[node.name] = node
 
     def group_of(self, target: str) -> Group:
-        """Group of a device or a part of it, of a tap, a node or a segment."""
+        """Group of a device or a part of it, of a tap, a node, a segment or a bus."""
         return self._groups.get(target) or self._groups[owner_of(target)]
 
     def axis_address(self, text: str) -> str | None:
@@ -112,9 +138,14 @@ class Roster:
         """Meaning of a name; None: nothing has it."""
         if target in self.segments:
             return Place(self._groups[target], segment=self.segments[target])
-        if target in self.taps:
-            return Place(self._groups[target], segment=self.taps[target].segment, station=target)
         name, part = address_of(target)
+        if target in self.buses:
+            return Place(self._groups[target], bus=self.buses[target])
+        if target in self.taps:
+            group, segment = self._groups[target], self.segments.get(name)
+            return Place(group, segment=segment, bus=self.buses.get(name), station=target)
+        if card := self.can_nodes.get(target):
+            return Place(self._groups[name], bus=card.of, station=target)
         if node := self.nodes.get(target):
             return Place(self._groups[name], segment=node.segment, station=target, node=node)
         if (device := self.devices.get(name)) is None:
@@ -132,4 +163,5 @@ class Roster:
         labels = [
             device.uarts.label(name, uart) for name, device in self.devices.items() for uart in device.uarts
         ]
-        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.nodes, *self.taps, *self.segments])]
+        nodes, lines = [*self.nodes, *self.can_nodes], [*self.segments, *self.buses]
+        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *nodes, *self.taps, *lines])]

@@ -43,6 +43,11 @@ class Tap:
         self._sent = self.segment.framing.splitter()
         self._bits = self.segment.line_format.bits
 
+    @property
+    def speed(self) -> str:
+        """Speed of the wire, for people."""
+        return f"{self.baud_now} baud"
+
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         if isinstance(given, Play):
             for offset_ns, data in given.bursts:

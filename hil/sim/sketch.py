@@ -57,6 +57,13 @@ class Sketch:
         """True while the main program is in a routine of its own, and takes no commands."""
         return self.is_on and bool(getattr(self.firmware, "is_busy", False))
 
+    @property
+    def is_ready(self) -> bool:
+        """True if the main program has started and takes commands."""
+        if not self.is_on or getattr(self.firmware, "is_busy", False):
+            return False
+        return bool(getattr(self.firmware, "is_started", True))
+
     def turn(
         self, work: Callable[..., Result], *given: object, passes: tuple[type[Exception], ...] = ()
     ) -> Result | None:

@@ -2,21 +2,26 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
 from hil.runs import Execution, Progress, Soon, TwinAxes, parse_run, plan_run, run_from_data
-from hil.sim.bench import VIRTUAL, Around, Store
+from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
+from hil.sim.segment_tap import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.vocab.address import address_of, no_part
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
+
+if TYPE_CHECKING:
+    from hil.testing.can_faces import CanBusFace
 
 RUN_LEAD_NS = 1_000_000
 """Time between a run's phrases: in virtual time nothing needs longer."""
@@ -76,7 +81,8 @@ class Bench:
             for address, (device, axis) in runtime.roster.axes.items()
         }
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
-        self._taps = {name: TapFace(runtime, tap) for name, tap in runtime.taps.items()}
+        self._taps = {name: _tap_face(runtime, tap) for name, tap in runtime.taps.items()}
+        self._canbuses: dict[str, CanBusFace] = {}
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
@@ -124,6 +130,15 @@ class Bench:
     def segment(self, name: str) -> SegmentView:
         """Segment by its name, read-only."""
         return self._runtime.segments[name]
+
+    def canbus(self, name: str = "can0") -> "CanBusFace":
+        """CAN bus by its name, with a node of the test's own on it from the first call on. Raises KeyError:
+        there is none."""
+        if name not in self._canbuses:
+            from hil.testing.can_faces import CanBusFace
+
+            self._canbuses[name] = CanBusFace(self, self._runtime, self._runtime.buses[name])
+        return self._canbuses[name]
 
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
@@ -205,6 +220,16 @@ class Bench:
         for subscription, recording in self._recordings:
             recording.rows += subscription.take()
             recording.lost = subscription.lost
+
+
+def _tap_face(runtime: BenchRuntime, tap: ClientTap) -> TapFace:
+    if isinstance(tap, Tap):
+        return TapFace(runtime, tap)
+    from hil.sim.can.can_tap import CanTap
+    from hil.testing.can_faces import CanTapFace
+
+    assert isinstance(tap, CanTap)
+    return CanTapFace(runtime, tap)
 
 
 def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Path]:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from hil.core import Snapshot
 from hil.sim.bench import BenchRuntime
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
@@ -81,7 +82,7 @@ class PortFace:
 class TapFace:
     """Tap on a segment, seen by the program that has it open."""
 
-    def __init__(self, runtime: BenchRuntime, tap: Tap) -> None:
+    def __init__(self, runtime: BenchRuntime, tap: ClientTap) -> None:
         self._runtime = runtime
         self._tap = tap
 
@@ -95,6 +96,7 @@ class TapFace:
 
     def read_timed(self) -> list[tuple[SimTimeNs, int]]:
         """Read as ``read``: the time at which each character was complete, and the character."""
+        assert isinstance(self._tap, Tap)
         heard = [(SimTimeNs(at_ns), byte) for at_ns, byte in self._tap.heard if at_ns <= self._runtime.now_ns]
         self.read()
         return heard

@@ -5,8 +5,9 @@
 | ``s1`` | a device; its first axis, or its first UART, where one of these is meant |
 | ``arm.elbow`` | an axis of a device, by its name |
 | ``arm.logger`` | a UART of a device, by its name |
-| ``bus0.master`` | a tap of a segment |
+| ``bus0.master``, ``can0.slcan0`` | a tap of a segment or a CAN bus |
 | ``m1.modbus``, ``arm.elbow.modbus`` | the Modbus node of an axis |
+| ``m1.canopen``, ``arm.elbow.canopen`` | the CANopen node of an axis |
 | ``m1.step``, ``arm.elbow.step`` | a pin of an axis |
 
 No two UARTs or axes of a device share a name. The first axis and the first UART may be written with their

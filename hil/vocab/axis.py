@@ -7,7 +7,7 @@ fields are called.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
@@ -39,8 +39,7 @@ class AxisNow:
     """True if the end of its motion is awaited all the same: it comes later than planned, over a line."""
 
 
-@dataclass(frozen=True)
-class AxisState:
+class AxisState(NamedTuple):
     """State of an axis at one time. None: it does not tell."""
 
     at_ns: SimTimeNs

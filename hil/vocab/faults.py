@@ -1,7 +1,8 @@
 """Faults that can be injected, in one table that configuration, commands, kit and reference use.
 
 A target is an address (``hil.vocab.address``): of a device (``s1``), one of its axes (``arm.elbow``) or ports
-(``s1.network``), of a tap (``bus0.master``) or a segment (``bus0``). The table says what a kind can be on.
+(``s1.network``), of a node (``m1.canopen``), a tap (``bus0.master``), a segment (``bus0``) or a CAN bus
+(``can0``). The table says what a kind can be on.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from hil.vocab.verbs import VerbRefused
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 MODBUS_NODE = "modbus_node"
+LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
 TARGETS = {
     DEVICE: "a twin",
     PORT: "a port of a twin, or a real board",
@@ -20,12 +22,17 @@ TARGETS = {
     STATION: "a twin's port on a segment, a Modbus node, or a tap",
     SEGMENT: "a segment",
     MODBUS_NODE: "an axis's Modbus node",
+    LINE: "a segment or a CAN bus",
+    ON_LINE: "a twin's port on a segment, a Modbus or CANopen node, or a tap",
+    CAN_NODE: "a CANopen node, or a tap of a CAN bus",
     SERVO: "a twin with an encoder",
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
 }
 
 
+MOST_NOISES = 16
+"""Maximum number of ``wire_noise`` on one CAN bus: it draws for each bit and each of them."""
 MOST_LOADS = 10
 """Maximum load, in holding torques of the motor. Two drag it along, ten leave room for knocks. More is a
 wrong unit: Ncm are a hundred, mNm a thousand times too much."""
@@ -69,7 +76,7 @@ _KINDS = (
     FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
     FaultKind("packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC",
               (_PACKET_RATE, _SEED)),
-    FaultKind("packet_no_ack", "packet", STATION, "acknowledgements are not sent", (_PACKET_RATE, _SEED)),
+    FaultKind("packet_no_ack", "packet", ON_LINE, "acknowledgements are not sent", (_PACKET_RATE, _SEED)),
     FaultKind("packet_nak", "packet", STATION, "NAK is sent for ACK", (_PACKET_RATE, _SEED)),
     FaultKind("modbus_no_answer", "modbus", MODBUS_NODE, "requests are carried out and not answered",
               (_REQUEST_RATE, _SEED)),
@@ -82,16 +89,23 @@ _KINDS = (
               "answers have another unit's number; of several the latest counts",
               (Parameter("unit", "which; 0: the one after its own", "", 0.0, 247.0, 0, is_whole=True),
                _REQUEST_RATE, _SEED)),
-    FaultKind("wire_noise", "wire", SEGMENT, "bits on the wire are inverted, for all alike",
+    FaultKind("wire_noise", "wire", LINE, "bits on the wire are inverted, for all alike",
               (_BIT_RATE, _SEED)),
-    FaultKind("wire_cut", "wire", STATION, "the wire to a station is cut"),
+    FaultKind("wire_cut", "wire", ON_LINE, "the wire to a station or node is cut"),
     FaultKind("wire_swapped", "wire", STATION, "a station's two wires are swapped"),
-    FaultKind("driver_stuck", "wire", STATION, "a station's driver is always on"),
+    FaultKind("driver_stuck", "wire", ON_LINE,
+              "a station's driver is always on; a node's holds the bus dominant"),
     FaultKind("driver_late", "wire", STATION,
               "a station's driver goes off late; of several the latest counts",
               (Parameter("late_us", "how late", "us", 0.0, 1e6, 1000.0),)),
-    FaultKind("node_babble", "node", STATION, "a station sends nonsense, whoever else does",
-              (Parameter("bytes", "how many at a time", "bytes", 1.0, 10_000.0, 20.0),
+    FaultKind("bit_rate_wrong", "wire", CAN_NODE,
+              "a node has another bit rate; of several the latest counts",
+              (Parameter("bit_rate", "which", "bit/s", 10_000.0, 1_000_000.0, is_whole=True),)),
+    FaultKind("bus_off", "node", CAN_NODE, "a node is bus-off, once; it comes back when the bus lets it",
+              is_once=True),
+    FaultKind("node_babble", "node", ON_LINE,
+              "a station sends nonsense, whoever else does; a node the most urgent frames",
+              (Parameter("bytes", "how many at a time; a node's frames have 8", "bytes", 1.0, 10_000.0, 20.0),
                Parameter("every_ms",
                          "from one time to the next, or when the last is out if that takes longer",
                          "ms", 0.1, 1e6, 100.0),

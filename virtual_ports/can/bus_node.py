@@ -2,28 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from heapq import heapify, heappop, heappush
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 from hil.wire.can._wire_bits import wire_bits
+from hil.wire.can.can_bus_protocol import CanFilter, CanListener, MailboxesFull, NodeState
 from hil.wire.can.can_frame import CanFrame, check, urgency
 from virtual_ports.can._bit_wire import BitWire
 
-MAILBOXES = 64
-"""Frames of a node that may wait. Decision: as many as message buffers of a large controller."""
 PASSIVE_FROM = 128
 _BUS_OFF = 2
-
-
-class NodeState(StrEnum):
-    """State of fault confinement."""
-
-    ACTIVE = "error-active"
-    PASSIVE = "error-passive"
-    BUS_OFF = "bus-off"
 
 
 class Mailbox(NamedTuple):
@@ -33,34 +23,6 @@ class Mailbox(NamedTuple):
     number: int
     frame: CanFrame
     bits: bytes
-
-
-class MailboxesFull(Exception):
-    """No mailbox is free: the frame is not taken."""
-
-
-class CanFilter(NamedTuple):
-    """Frames that a node wants: those whose identifier has the bits of ``id`` where ``mask`` has ones."""
-
-    id: int
-    mask: int
-    is_extended: bool = False
-
-    def wants(self, frame: CanFrame) -> bool:
-        return frame.is_extended == self.is_extended and (frame.id ^ self.id) & self.mask == 0
-
-
-class CanListener(Protocol):
-    """What is told of a node's life. It may send, and inject faults, at once."""
-
-    def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
-        """Take a frame of another node: the times of its start of frame, and of the end of its last bit."""
-
-    def sent(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
-        """Learn that a frame was sent, and that somebody has acknowledged it."""
-
-    def changed(self, state: NodeState, at_ns: SimTimeNs) -> None:
-        """Learn that the node has become error-active, error-passive or bus-off."""
 
 
 @dataclass
@@ -138,13 +100,17 @@ class BusNode:
     mailboxes: Mailboxes
     filters: Sequence[CanFilter] | None = None
     is_listening: bool = False
+    recovers: bool = True
+    is_on: bool = True
+    bit_rate: int = 0
+    """Its own, in bits per second; 0: the bus's."""
     stats: NodeStats = field(default_factory=NodeStats)
     state: NodeState = NodeState.ACTIVE
     wire_faults: dict[int, Fault] = field(default_factory=dict)
     """Faults by number, the oldest first."""
 
     def load(self, wire: BitWire) -> None:
-        if self.is_listening:
+        if self.is_listening or not self.is_on:
             wire.unload(self.index)
         else:
             self.mailboxes.load(wire, self.index)
@@ -154,6 +120,8 @@ class BusNode:
 
     def state_in(self, wire: BitWire) -> NodeState:
         """State that the node has on a wire now."""
+        if not self.is_on:
+            return NodeState.OFF
         state, transmit_errors, receive_errors, _ = wire.look(self.index)
         if state == _BUS_OFF:
             return NodeState.BUS_OFF

@@ -10,21 +10,21 @@ recessive bits.
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from typing import Any, NamedTuple
+from typing import Any
 
 from hil.vocab.time import NS_PER_S, Clock, SimTimeNs
-from hil.wire.can.can_frame import CanFrame
-from virtual_ports.can._bit_wire import BitWire
-from virtual_ports.can.bus_line import BusLine
-from virtual_ports.can.bus_node import (
+from hil.wire.can.can_bus_protocol import (
     MAILBOXES,
-    BusNode,
+    BusEvent,
     CanFilter,
     CanListener,
-    Mailboxes,
     MailboxesFull,
     NodeState,
 )
+from hil.wire.can.can_frame import CanFrame
+from virtual_ports.can._bit_wire import BitWire
+from virtual_ports.can.bus_line import BusLine
+from virtual_ports.can.bus_node import BusNode, Mailboxes
 from virtual_ports.can.bus_nodes import BusNodes
 
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
@@ -32,17 +32,6 @@ LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 ERRORS = ("", "bit", "stuff", "CRC", "form", "acknowledgement")
 """Kinds of errors, by the numbers of the wire."""
 _SENT, _HEARD, _ERROR, _CHANGED = 1, 2, 4, 8
-
-
-class BusEvent(NamedTuple):
-    """What was on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time.
-    ``node``: who sent it, or found it."""
-
-    start_ns: SimTimeNs
-    at_ns: SimTimeNs
-    node: str
-    frame: CanFrame | None = None
-    error: str = ""
 
 
 class CanBus:
@@ -61,6 +50,8 @@ class CanBus:
         self.errors: dict[str, int] = {}
         """Errors by kind, each once for a bit, however many have found it."""
         self.watchers: list[Callable[[BusEvent], None]] = []
+        self.switched_on: Callable[[BusNode], None] = lambda node: None
+        """Called when a node has got power, with a controller that knows of no fault."""
         self._clock = clock
         self._main = BusLine(clock, bit_rate, self._tell)
         self._cut: dict[str, BusLine] = {}
@@ -77,19 +68,20 @@ class CanBus:
         mailboxes: int = MAILBOXES,
         is_listening: bool = False,
         recovers: bool = True,
+        is_on: bool = True,
     ) -> None:
         """Put a node on the bus. ``is_listening``: it never drives the wire, not even to acknowledge.
-        ``recovers``: it comes back from bus-off by itself.
+        ``recovers``: it comes back from bus-off by itself. ``is_on``: it has power (``switch_on``).
 
         Raises:
             ValueError: the name is taken, or there are 256 nodes.
         """
-        node = BusNode(
-            name, self.nodes.free_index(name), listener, Mailboxes(mailboxes), filters, is_listening
-        )
+        index = self.nodes.free_index(name)
+        node = BusNode(name, index, listener, Mailboxes(mailboxes), filters, is_listening, recovers, is_on)
         self.nodes.join(node)
-        with self._main.change() as wire:
-            wire.add(node.index, is_listening, recovers)
+        if is_on:
+            with self._main.change() as wire:
+                wire.add(node.index, is_listening, recovers)
 
     def leave(self, name: str) -> None:
         """Take a node off the bus, in the middle of a frame too."""
@@ -114,8 +106,30 @@ class CanBus:
 
     def set_recovery(self, name: str, recovers: bool) -> None:
         """Set whether a node comes back from bus-off, as a driver asks for it."""
+        self.nodes[name].recovers = recovers
         with self.changed(name) as wire:
             wire.set_recovery(self.nodes[name].index, recovers)
+
+    def switch_on(self, name: str, bit_rate: int = 0) -> None:
+        """Start a node's controller anew, with its error counters at 0; then it waits for 11 recessive bits.
+        ``bit_rate``: its own, in bits per second; 0: the bus's."""
+        node = self.nodes[name]
+        node.is_on, node.bit_rate, node.state = True, bit_rate, NodeState.ACTIVE
+        with self.changed(name) as wire:
+            wire.remove(node.index)
+            wire.add(node.index, node.is_listening, node.recovers)
+            if bit_rate not in (0, self.bit_rate):
+                wire.set_rate(node.index, bit_rate)
+        self.switched_on(node)
+
+    def switch_off(self, name: str) -> None:
+        """Take the power from a node's controller, in the middle of a frame too: what it has to send is lost,
+        and it neither hears nor acknowledges."""
+        node = self.nodes[name]
+        node.is_on = False
+        node.mailboxes.clear()
+        with self.changed(name) as wire:
+            wire.remove(node.index)
 
     def send(self, name: str, frame: CanFrame) -> None:
         """Send a frame from a node when the bus lets it, again and again until somebody acknowledges it.
@@ -143,6 +157,21 @@ class CanBus:
 
     def state(self, name: str) -> NodeState:
         return self.nodes[name].state_in(self.line_of(name).now())
+
+    def free_mailboxes(self, name: str) -> int:
+        """Number of frames that a node may give to its controller now."""
+        mailboxes = self.nodes[name].mailboxes
+        return mailboxes.size - len(mailboxes)
+
+    def waiting(self, name: str) -> int:
+        """Number of frames of a node that are not sent yet."""
+        return len(self.nodes[name].mailboxes)
+
+    def tally(self, name: str) -> tuple[int, int]:
+        """Number of errors that a node has found, and how often it has given way to a more urgent frame."""
+        node = self.nodes[name]
+        lost = self.line_of(name).now().look(node.index)[3]
+        return sum(node.stats.errors.values()), lost
 
     def error_counters(self, name: str) -> tuple[int, int]:
         """Transmit and receive error counter of a node."""
@@ -196,6 +225,8 @@ class CanBus:
         with self._main.change() as main, line.change() as own:
             main.take(own, index, False)
             own.remove(index)
+            if not self.nodes[name].is_on:
+                main.remove(index)
 
     # ---- what happens ----
 

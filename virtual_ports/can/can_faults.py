@@ -11,8 +11,9 @@ from functools import partial
 from hil.vocab.faults import Fault
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.byte_faults import Chance
+from hil.wire.can.can_bus_protocol import MailboxesFull
 from hil.wire.can.can_frame import DATA_MAX, CanFrame
-from virtual_ports.can.bus_node import BusNode, MailboxesFull
+from virtual_ports.can.bus_node import BusNode
 from virtual_ports.can.can_bus import LEAST_BIT_RATE, MOST_BIT_RATE, CanBus
 
 ON_BUS = ("wire_noise",)
@@ -37,6 +38,7 @@ class CanFaults:
         self._bus = bus
         self._noises: dict[int, Fault] = {}
         self._babbling: set[int] = set()
+        bus.switched_on = self._restore
 
     def inject(self, number: int, fault: Fault, name: str = "") -> None:
         """Begin a fault of the bus, or of a node on it.
@@ -97,6 +99,8 @@ class CanFaults:
         if kind == "wire_cut":
             self._bus.set_cut(node.name, bool(faults))
             return
+        if not node.is_on:
+            return  # when it is switched on, all of them begin
         with self._bus.changed(node.name) as wire:
             if kind == "driver_stuck":
                 wire.set_stuck(node.index, bool(faults))
@@ -104,10 +108,18 @@ class CanFaults:
                 last = faults[-1] if faults else None
                 wire.set_no_ack(node.index, *(_draws(last), int(last.number("seed"))) if last else (0, 0))
             else:
-                rate = int(faults[-1].number("bit_rate")) if faults else 0
+                rate = int(faults[-1].number("bit_rate")) if faults else node.bit_rate
                 wire.set_rate(node.index, 0 if rate == self._bus.bit_rate else rate)
 
+    def _restore(self, node: BusNode) -> None:
+        """Let the faults of a node be in force on a controller that has started anew."""
+        for kind in dict.fromkeys(fault.kind for fault in node.wire_faults.values()):
+            if kind != "wire_cut":
+                self._rewire(node, kind)
+
     def _force_bus_off(self, node: BusNode) -> None:
+        if not node.is_on:
+            return
         with self._bus.changed(node.name) as wire:
             wire.force_bus_off(node.index)
         node.note_state(self._bus.line_of(node.name).wire, self._bus.clock.now_ns)
@@ -116,8 +128,10 @@ class CanFaults:
         """Send nonsense, and again when it is time, or when a mailbox is free if that takes longer."""
         if number not in self._babbling or name not in self._bus.nodes:
             return
-        with suppress(MailboxesFull):
-            self._bus.send(name, CanFrame(0, chance.bits().to_bytes(DATA_MAX, "little")))
+        frame = CanFrame(0, chance.bits().to_bytes(DATA_MAX, "little"))
+        if self._bus.nodes[name].is_on:
+            with suppress(MailboxesFull):
+                self._bus.send(name, frame)
         again: Callable[[SimTimeNs], None] = partial(self._babble, number, name, every_ns, chance)
         self._bus.clock.at(now_ns + every_ns, again)
 

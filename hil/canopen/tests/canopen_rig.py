@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, DataType, Entry, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity, mapping_entries
-from hil.canopen.node import CanOpenNode
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.can.can_frame import CanFrame
 
@@ -52,9 +52,12 @@ class StubApplication:
     def __init__(self, services: NodeServices) -> None:
         self.services = services
         self.told: list[tuple[Any, ...]] = []
+        self.read_fails = False
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
         assert (index, subindex) == (0x2005, 0)
+        if self.read_fails:
+            raise SdoAbort(AbortCode.HARDWARE)
         return now_ns // NS_PER_MS
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from hil.canopen.application import NmtState
-from hil.canopen.parameter_store import Kept, decode
+from hil.canopen.parameter_store import KeptSection, decode
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.can.can_frame import CanFrame, check
 
@@ -111,6 +111,7 @@ def test_fuzz_of_frames() -> None:
 def works(rig: Rig) -> None:
     """Look whether a node is as it should be after power-on, but for what it has kept."""
     rig.memory_fails = False
+    rig.take()
     rig.node.power_up(rig.now_ns)
     node_id = rig.node.node_id
     if node_id == 255:
@@ -193,12 +194,12 @@ TestAnyLife.settings = settings(max_examples=60, stateful_step_count=40)
 
 @given(st.binary(max_size=60))
 def test_any_section(section: bytes) -> None:
-    for kept in (section, b"COP1" + section, Kept(0, 0, {0x2003 << 8: section}).encode()):
+    for kept in (section, b"COP1" + section, KeptSection(0, 0, {0x2003 << 8: section}).encode()):
         assert Rig(kept=kept).take()[0] == "705#00"
 
 
 def test_a_damaged_section_is_told() -> None:
-    kept = bytearray(Kept(9, 125_000, {0x2003 << 8: b"\x05\0"}).encode())
+    kept = bytearray(KeptSection(9, 125_000, {0x2003 << 8: b"\x05\0"}).encode())
     assert Rig(kept=bytes(kept)).take() == ["709#00"]
     for at in range(len(kept)):
         kept[at] ^= 0x40

@@ -63,7 +63,7 @@ def plan_start(config: BenchConfig, folder: Path, catalogue: Catalogue, files: N
     Raises:
         Refused: memories or tables cannot be used; all of them are named.
     """
-    nothing = config.model_copy(update={"devices": {}, "wires": [], "segments": {}, "faults": []})
+    nothing = config.model_copy(update={"devices": {}, "wires": [], "segments": {}, "can": {}, "faults": []})
     return _plan(nothing, config, diff(nothing, config), folder, catalogue, files, is_start=True)
 
 

@@ -72,9 +72,8 @@ class Stage:
                 if not self.keeps_port(plan, name, uart):
                     await self._open(staged, str(Address(name, uart)), config, problems)
         if plan.is_start:
-            for segment, wire in plan.config.segments.items():
-                for tap, tap_config in wire.taps.items():
-                    await self._open(staged, str(Address(segment, tap)), tap_config.port, problems)
+            for label, port in plan.config.tap_ports().items():
+                await self._open(staged, label, port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
             if device.drive_address:

@@ -1,4 +1,4 @@
-"""Faults of twins, segments and taps: each begins and ends in simulated time, and stands in the input log.
+"""Faults of twins, segments, buses and taps: each begins and ends in simulated time, and is in the input log.
 
 Faults in force are those listed, in whatever order they begin and end. So no fault remembers what was before
 it: those with a state of their own (the chance of a byte fault) act under their numbers, and the effects of

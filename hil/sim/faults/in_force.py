@@ -12,8 +12,11 @@ from hil.sim.roster import Place, Roster
 from hil.vocab.address import owner_of
 from hil.vocab.faults import (
     FAULT_KINDS,
+    LINE,
     MODBUS_NODE,
+    MOST_NOISES,
     OF_FRAMINGS,
+    ON_LINE,
     SEGMENT,
     STATION,
     TARGETS,
@@ -24,6 +27,7 @@ from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
 LOAD = "shaft_load"
+_ON_SEGMENTS = (SEGMENT, STATION, LINE, ON_LINE)
 
 
 class Faults:
@@ -64,7 +68,9 @@ class Faults:
             places = {name: self._roster.place(name) for name in self._roster.targets()}
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
-        if place.segment and wanted in (STATION, SEGMENT) and fault.kind in OF_FRAMINGS:
+        if place.bus and fault.kind == "wire_noise":
+            self._check_noises(fault.target)
+        if place.segment and wanted in (STATION, SEGMENT, ON_LINE) and fault.kind in OF_FRAMINGS:
             framing = place.segment.framing
             if fault.kind not in framing.faults:
                 raise FaultRefused(f"{fault.kind} means nothing on a line of {framing.name}")
@@ -76,6 +82,12 @@ class Faults:
                 problem = load_problem(torque_Nm, axis.holding_Nm, others_Nm)
             if problem:
                 raise FaultRefused(f"torque_Nm: {problem}")
+
+    def _check_noises(self, bus: str) -> None:
+        """Check that a bus can have one more noise. Raises FaultRefused."""
+        noises = [each for each in self.active.values() if (each.kind, each.target) == ("wire_noise", bus)]
+        if len(noises) >= MOST_NOISES:
+            raise FaultRefused(f"{bus} has {MOST_NOISES} noises already; clear one of them")
 
     def load_problem(self, axis: CoreAxis, torque_Nm: object) -> str | None:
         """Error text for a torque to be set on an axis's shaft, or None."""
@@ -133,7 +145,10 @@ class Faults:
         kind = FAULT_KINDS[fault.kind]
         if kind.is_once:
             del self.active[number]
-            node.happen(fault, place, now_ns)
+            if place.bus:
+                place.bus.faults.inject(number, fault, place.station)
+            else:
+                node.happen(fault, place, now_ns)
             return
         self._in_force[number] = fault, place
         if kind.layer in ("byte", "host"):
@@ -142,10 +157,12 @@ class Faults:
                 way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0) if all_lost else byte_faults(fault)
         elif place.node and kind.target == MODBUS_NODE:
             place.node.faults.begin(number, fault)
+        elif place.bus:
+            place.bus.faults.inject(number, fault, place.station)
         elif fault.kind == "node_babble":
             chance = Chance(int(fault.number("seed")))
             node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
-        elif place.segment and kind.target in (SEGMENT, STATION):
+        elif place.segment and kind.target in _ON_SEGMENTS:
             place.segment.inject(number, fault, place.station, partial(node.answer, place))
         elif place.device:
             self._renew(place, kind.layer, now_ns)
@@ -157,7 +174,9 @@ class Faults:
                 del way[number]
         elif place.node and kind.target == MODBUS_NODE:
             place.node.faults.end(number)
-        elif place.segment and kind.target in (SEGMENT, STATION):
+        elif place.bus:
+            place.bus.faults.clear(number, fault, place.station)
+        elif place.segment and kind.target in _ON_SEGMENTS:
             if fault.kind != "node_babble":  # a babbling node notices it when it wants to speak again
                 place.segment.clear(number, fault, place.station)
         elif place.device:

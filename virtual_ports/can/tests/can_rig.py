@@ -6,9 +6,9 @@ from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
 from hil.vocab.faults import Fault
+from hil.wire.can.can_bus_protocol import BusEvent, NodeState
 from hil.wire.can.can_frame import CanFrame
-from virtual_ports.can.bus_node import NodeState
-from virtual_ports.can.can_bus import BusEvent, CanBus
+from virtual_ports.can.can_bus import CanBus
 from virtual_ports.can.can_faults import CanFaults
 
 RATE = 500_000

@@ -8,9 +8,9 @@ from can_rig import BIT_NS, RATE, READY_NS, Bench, Offer, Told, play
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hil.wire.can.can_bus_protocol import CanFilter, MailboxesFull
 from hil.wire.can.can_frame import CanFrame, urgency
 from hil.wire.can.frame_length import frame_bits
-from virtual_ports.can.bus_node import CanFilter, MailboxesFull
 
 BASES = (0, 1, 0x0F8, 0x555, 0x7C0, 0x7FF)
 

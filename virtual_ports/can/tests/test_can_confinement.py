@@ -12,9 +12,9 @@ from can_rig import BIT_NS, READY_NS, Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hil.wire.can.can_bus_protocol import MailboxesFull, NodeState
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.frame_length import frame_bits
-from virtual_ports.can.bus_node import MailboxesFull, NodeState
 
 SEQUENCES = yaml.safe_load((Path(__file__).parent / "fault_confinement.yaml").read_text())
 

@@ -1,0 +1,92 @@
+"""Builder of CAN buses with their nodes and taps."""
+
+from collections.abc import Mapping
+from functools import partial
+from zlib import crc32
+
+from hil.canopen.cia402.profile_drive import ProfileDrive
+from hil.canopen.communication_entries import Identity
+from hil.compose.find import make_can_bus
+from hil.config import BenchConfig, Catalogue
+from hil.config.can_model import CanConfig, CanNodeConfig, SwitchConfig
+from hil.config.station_names import CANOPEN, node_name
+from hil.core import AxisKind
+from hil.core.kinds import KINDS
+from hil.sim.bench import BenchRuntime
+from hil.sim.can.bench_bus import BenchBus
+from hil.sim.can.can_tap import CanTap
+from hil.sim.can.canopen_card import CanOpenCard, CardSpec
+from hil.sim.can.card_motor import CardMotor, Rating
+from hil.sim.can.drive_switches import Cam, PinSwitch, Switch
+from hil.sim.group import Group
+from hil.vocab.address import Address, address_of
+
+VENDOR_ID = 0
+"""Vendor id of 1018h: hil has none of CAN in Automation."""
+REVISION = 0x0001_0000
+"""Revision of 1018h, major number in the upper half: it changes with the objects."""
+
+
+def add_buses(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
+    """Put the buses into the bench, with their nodes and taps in the order of the configuration."""
+    for name, of in config.can.items():
+        _add_bus(bench, name, of, config, catalogue)
+
+
+def _add_bus(
+    bench: BenchRuntime, name: str, of: CanConfig, config: BenchConfig, catalogue: Catalogue
+) -> None:
+    members = of.members()
+    group = bench.roster.group_of(members[0]) if members else bench.open_group()
+    bus = make_can_bus(group, name, of.bit_rate)
+    bench.roster.add_bus(bus, group)
+    for axis, node in of.nodes.items():
+        _add_node(bench, axis, node, bus, group, _rating(config, catalogue, axis))
+    for tap in of.taps:
+        bench.roster.add_can_tap(CanTap(str(Address(name, tap)), bus.bus, group), group)
+
+
+def _add_node(
+    bench: BenchRuntime, axis: str, config: CanNodeConfig, bus: BenchBus, group: Group, rating: Rating
+) -> None:
+    owner, part = address_of(axis)
+    device = bench.devices[owner]
+    label, short = device.axes.label(owner, part), device.axes.short(part)
+    switches = _switches(config, device.axes[short].kind)
+    motor = CardMotor(device, short, group, partial(bench.carry_out, label), switches, rating)
+    product = crc32(device.profile.encode())
+    serial = crc32(f"{bench.name}/{label}".encode())
+    spec = CardSpec(
+        node_id=config.id,
+        make_application=lambda services: ProfileDrive(motor, services),
+        identity=Identity(VENDOR_ID, product, REVISION, serial, f"simulated {device.profile}"),
+        section=f"{CANOPEN}.{short}" if short else CANOPEN,
+    )
+    bench.add_can_node(CanOpenCard(node_name(label, CANOPEN), bus, device, group, spec))
+
+
+def _rating(config: BenchConfig, catalogue: Catalogue, axis: str) -> Rating:
+    owner, part = address_of(axis)
+    device = config.devices[owner]
+    profile = catalogue.profiles[device.profile]
+    name = part or next(iter(profile.axes))
+    kind, parameters = KINDS[profile.axes[name].law], device.axis_parameters(profile, name)
+    current_A, torque_Nm = kind.max_current_A(parameters), kind.holding_Nm(parameters)
+    return Rating(current_A, torque_Nm, int(parameters["rotor_teeth"]))
+
+
+def _switches(config: CanNodeConfig, kind: AxisKind) -> Mapping[str, Switch]:
+    given: Mapping[str, SwitchConfig | None] = dict(config.switches)
+    return {name: _switch(switch, kind) for name, switch in given.items() if switch}
+
+
+def _switch(config: SwitchConfig, kind: AxisKind) -> Switch:
+    if config.pin is not None:
+        field = kind.level_field(config.pin)
+        assert field is not None, f"the configuration's check wants a pin that tells: {config.pin}"
+        return PinSwitch(field, config.active == "low")
+    bounds = {
+        "from_deg": config.from_deg if config.above_deg is None else config.above_deg,
+        "to_deg": config.to_deg if config.below_deg is None else config.below_deg,
+    }
+    return Cam(**{name: angle for name, angle in bounds.items() if angle is not None})

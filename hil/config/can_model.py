@@ -1,0 +1,96 @@
+"""Model of the CAN buses in a configuration. The descriptions are the reference's text."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from hil.config.explain import StrictModel
+from hil.config.port_model import Name, PortConfig
+from hil.vocab.address import owner_of
+
+LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
+"""Bits per second."""
+_Angle = Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+class SwitchConfig(StrictModel):
+    """A switch of a drive: a cam on the shaft, or a pin of the board."""
+
+    from_deg: _Angle | None = Field(
+        default=None, description="The cam's beginning, with `to_deg`, by the angle of the shaft, in degrees."
+    )
+    to_deg: _Angle | None = Field(default=None, description="The cam's end, beyond `from_deg`.")
+    below_deg: _Angle | None = Field(
+        default=None, description="A cam from there to the left: the switch is active below this angle."
+    )
+    above_deg: _Angle | None = Field(
+        default=None, description="A cam from there to the right: the switch is active above this angle."
+    )
+    pin: str | None = Field(
+        default=None, description="In place of a cam: an input of the axis at which the switch is, as `D3`."
+    )
+    active: Literal["high", "low"] | None = Field(
+        default=None, description="Level of the pin at which the switch is active; null: high."
+    )
+
+
+class SwitchesConfig(StrictModel):
+    """Switches of a drive."""
+
+    home: SwitchConfig | None = Field(default=None, description="The home switch.")
+    negative: SwitchConfig | None = Field(
+        default=None, description="The limit switch at the end of smaller angles."
+    )
+    positive: SwitchConfig | None = Field(
+        default=None, description="The limit switch at the end of larger angles."
+    )
+
+
+class CanNodeConfig(StrictModel):
+    """A CANopen node: the interface card of an axis."""
+
+    id: Annotated[int, Field(ge=1, le=127)] = Field(description="Its node id.")
+    switches: SwitchesConfig = Field(
+        default=SwitchesConfig(),
+        description="Switches for homing and limits, a mapping of `home`, `negative` and `positive`; each is"
+        " a cam, as in `{from_deg: 10, to_deg: 20}`, or a pin, as in `{pin: D3, active: low}`.",
+    )
+
+
+class CanTapConfig(StrictModel):
+    """An slcan adapter, at which a program outside reaches the bus."""
+
+    port: PortConfig = Field(description="Where it is reached, as a device's `port`.")
+
+
+def _node(value: Any) -> Any:
+    """Read ``5`` as ``{id: 5}``."""
+    return {"id": value} if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+class CanConfig(StrictModel):
+    """A CAN bus and what is on it."""
+
+    bit_rate: int = Field(
+        default=500_000,
+        ge=LEAST_BIT_RATE,
+        le=MOST_BIT_RATE,
+        description="Bits per second on this bus.",
+    )
+    nodes: Mapping[str, Annotated[CanNodeConfig, BeforeValidator(_node)]] = Field(
+        default={},
+        description="Axes on this bus as CANopen drives, by axis: the node id, as in `{m1: 5}`, or a mapping"
+        " of `id` and `switches`. A node is `m1.canopen`; an axis has one.",
+    )
+    taps: Mapping[Name, CanTapConfig] = Field(
+        default={},
+        description="slcan adapters on this bus, each under a name of its own: `can0.slcan0`.",
+    )
+    duplicate_ids: bool = Field(
+        default=False, description="Nodes may share an id, to try what a master does then."
+    )
+
+    def members(self) -> tuple[str, ...]:
+        """Devices with a node on it."""
+        return tuple(dict.fromkeys(owner_of(axis) for axis in self.nodes))

@@ -1,0 +1,146 @@
+"""Axis of a board as the drive on its interface card moves it."""
+
+from collections.abc import Callable, Collection, Mapping
+from math import copysign, inf
+from typing import NamedTuple
+
+from hil.canopen.cia402.motor_axis import MotorLook
+from hil.core import CoreAxis
+from hil.core.fields import INDEX
+from hil.core.kinds import MECHADUINO
+from hil.sim.can.drive_switches import Switch
+from hil.sim.device import Device
+from hil.sim.group import Group
+from hil.sim.inputs import Do, Follow, Input
+from hil.sim.verb_calls import Answer
+from hil.vocab.axis import How
+from hil.vocab.path import Path
+from hil.vocab.verbs import Verb, VerbRefused
+
+_VELOCITY, _TORQUE = INDEX["velocity_rpm"], INDEX["torque_Nm"]
+_USED = ("enable", "disable", "clear_fault", "stop", "velocity", "torque", "move_abs")
+_EFFORT_COUNTS = 255
+"""Effort of a Mechaduino's full current."""
+_SERVO_COUNTS, _STEPS_PER_TOOTH = 16384, 4
+_BOARD_FAULTS = {1: 0x8611, 2: 0x7305, 3: 0x5400}
+"""Error codes of CiA 402 by a board's own codes of faults: following error, sensor 1 faulted, power section.
+Source: IEC 61800-7-201:2015, table of error codes."""
+_BOARD_ERROR = 0xFF00
+"""Error code of another fault of the board: the first that is the manufacturer's."""
+
+
+class Rating(NamedTuple):
+    """Ratings of a motor, by its configuration."""
+
+    current_A: float
+    torque_Nm: float
+    rotor_teeth: int
+
+
+class CardMotor:
+    """Axis ``part`` of a device, ``hil.canopen.cia402.motor_axis.MotorAxis``. ``carry_out`` lets an input
+    take effect now, and raises VerbRefused. ``switches``: by name."""
+
+    # A drive is looked at and follows a path at each SYNC: both take the shortest way.
+
+    def __init__(
+        self,
+        device: Device,
+        part: str,
+        group: Group,
+        carry_out: Callable[[Input], Answer],
+        switches: Mapping[str, Switch],
+        rating: Rating,
+    ) -> None:
+        self._device, self._part, self._group, self._carry_out = device, part, group, carry_out
+        self._axis: CoreAxis = device.axes[part]
+        self._switches = switches
+        self._motion = self._axis.kind.motion
+        is_servo = self._axis.kind.law is MECHADUINO.law
+        self.verbs: Collection[str] = [name for name in _USED if name in device.verbs]
+        self.follows_paths = device.follows_paths
+        self.index_deg = 0.0 if is_servo else None
+        self.encoder_counts = _SERVO_COUNTS if is_servo else _STEPS_PER_TOOTH * rating.rotor_teeth
+        self.rated_current_A, self.rated_torque_Nm = rating.current_A, rating.torque_Nm
+        self.max_velocity_rpm = self._limit("move_abs", "velocity_rpm")
+        self._per_Nm = rating.current_A / rating.torque_Nm
+
+    def _limit(self, verb: str, parameter: str) -> float:
+        parameters = self._device.verbs[verb].parameters if verb in self._device.verbs else ()
+        return next((each.maximum for each in parameters if each.name == parameter), inf)
+
+    def look(self) -> MotorLook:
+        shot, device = self._axis.snapshot(), self._device
+        state, values = self._motion(shot), shot.values
+        assert state.position_deg is not None
+        told = device.told.get("fault_code", 0)
+        return MotorLook(
+            state.at_ns,
+            state.position_deg,
+            values[_VELOCITY],
+            values[_TORQUE] * self._per_Nm,
+            state.commanded_deg if state.keeps_angle or not self.follows_paths else None,
+            bool(state.is_on),
+            state.is_moving,
+            device.power.failed,
+            {name: switch.level(shot) for name, switch in self._switches.items()},
+            device.is_ready,
+            _BOARD_FAULTS.get(int(told), _BOARD_ERROR) if told else 0,
+        )
+
+    # ---- what moves it ----
+
+    def enable(self) -> None:
+        self._do_if("enable")
+
+    def disable(self) -> None:
+        self._do_if("disable")
+
+    def clear_fault(self) -> None:
+        self._do_if("clear_fault")
+
+    def follow(self, path: Path, start_ns: int = 0) -> None:
+        # As an input, but for the board's main program, which has nothing to do with it.
+        self._device.apply(Follow(start_ns, path), self._group.now_ns, self._part)
+        self._group.note_due(self._device)
+
+    def velocity(self, rpm: float) -> None:
+        self._do("velocity", velocity_rpm=rpm)
+
+    def torque(self, current_A: float) -> None:
+        self._do("torque", effort_count=current_A / self.rated_current_A * _EFFORT_COUNTS)
+
+    def move_abs(self, position_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float) -> None:
+        self._do(
+            "move_abs",
+            position_deg=position_deg,
+            velocity_rpm=velocity_rpm,
+            acceleration_rpm_per_s=acceleration_rpm_per_s,
+        )
+
+    def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
+        self._do("stop", how=how, acceleration_rpm_per_s=acceleration_rpm_per_s)
+
+    def _do_if(self, name: str) -> None:
+        if name in self._device.verbs:
+            self._do(name)
+
+    def _do(self, name: str, **wanted: float | str) -> None:
+        verb = self._device.verbs.get(name)
+        if verb is None:
+            raise VerbRefused("no_verb", f"a {self._device.profile} has no verb {name}")
+        self._carry_out(Do(name, tuple(verb.filled(_given(verb, wanted)).items())))
+
+
+def _given(verb: Verb, wanted: Mapping[str, float | str]) -> dict[str, float | str]:
+    """Parameters that a verb has, of what is wanted; whole where it takes only whole ones, and not 0 where
+    that is less than it takes."""
+    given: dict[str, float | str] = {}
+    for parameter in verb.parameters:
+        value = wanted.get(parameter.name)
+        if value is None:
+            continue
+        if parameter.is_whole and not isinstance(value, str):
+            value = copysign(max(round(abs(value)), parameter.minimum), value)
+        given[parameter.name] = value
+    return given

@@ -1,0 +1,231 @@
+"""Faces of a CAN bus for tests: frames at times, an adapter's serial line, and a CANopen drive."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hil.config.station_names import CANOPEN
+from hil.sim.bench import BenchRuntime
+from hil.sim.can.bench_bus import BenchBus
+from hil.sim.can.can_tap import CanTap
+from hil.testing.faces import TapFace
+from hil.testing.sdo_client import SdoClient
+from hil.vocab.address import Address
+from hil.vocab.time import NS_PER_MS, SimTimeNs
+from hil.wire.can.can_bus_protocol import NodeState
+from hil.wire.can.can_frame import CanFrame
+
+if TYPE_CHECKING:
+    from hil.sim.can.canopen_card import CanOpenCard
+    from hil.testing.bench import Bench
+
+SERVO = "mechaduino"
+"""Profile that needs a table to move."""
+TESTER = "tester"
+"""Name of the node that a test has on the bus, behind the bus's."""
+PATIENCE_MS = 1000.0
+_SLICE_MS = 1.0
+_MAILBOXES = 256
+
+NMT = {"operational": 1, "stopped": 2, "pre-operational": 128, "reset": 129, "reset_communication": 130}
+"""Commands of network management. CiA 301 version 4.2.0, 7.2.8.2.1."""
+CONTROLWORD, STATUSWORD = 0x6040, 0x6041
+STATE_BITS, SWITCH_ON_DISABLED = 0x6F, 0x40
+"""Bits of the statusword that are the state, and a state. IEC 61800-7-201:2015."""
+
+
+class CanTapFace(TapFace):
+    """Tap of a CAN bus, seen by the program that has its serial line open."""
+
+    def __init__(self, runtime: BenchRuntime, tap: CanTap) -> None:
+        super().__init__(runtime, tap)
+        self._can_tap = tap
+
+    def read_timed(self) -> list[tuple[SimTimeNs, int]]:
+        """Read as ``read``: each character with the time at which it came."""
+        pieces = self._can_tap.take_timed(self._runtime.now_ns)
+        return [(SimTimeNs(at_ns), byte) for at_ns, data in pieces for byte in data]
+
+
+class HeardFrame(NamedTuple):
+    """Frame that was on the bus, and the time at which its last bit ended."""
+
+    at_ns: SimTimeNs
+    frame: CanFrame
+
+
+class CanBusFace:
+    """A bus, with a node of the test's own on it, ``can0.tester``, that hears all frames of others."""
+
+    def __init__(self, bench: "Bench", runtime: BenchRuntime, of: BenchBus) -> None:
+        self.bench = bench
+        self.name = of.name
+        self.bus = of.bus
+        self.heard: list[HeardFrame] = []
+        """All frames so far."""
+        self._runtime = runtime
+        self._group = runtime.roster.group_of(of.name)
+        self._node = str(Address(of.name, TESTER))
+        self._read = 0
+        self.bus.join(self._node, self, mailboxes=_MAILBOXES)
+
+    # ---- frames ----
+
+    def send(
+        self, can_id: int, data: bytes = b"", *, at_ms: float | None = None, is_extended: bool = False
+    ) -> None:
+        """Send a frame now, or at a simulated time in ms."""
+        frame = CanFrame(can_id, bytes(data), is_extended)
+        self.send_frame(frame, at_ms=at_ms)
+
+    def send_frame(self, frame: CanFrame, *, at_ms: float | None = None) -> None:
+        """Send as ``send``, any frame."""
+        if at_ms is None:
+            self.bus.send(self._node, frame)
+        else:
+            self._group.at(round(at_ms * NS_PER_MS), lambda now_ns: self.bus.send(self._node, frame))
+
+    def read(self) -> list[HeardFrame]:
+        """Read all frames since the last call."""
+        fresh, self._read = self.heard[self._read :], len(self.heard)
+        return fresh
+
+    def expect(self, can_id: int, data: bytes | None = None, *, within_ms: float = PATIENCE_MS) -> HeardFrame:
+        """Let time pass until a frame comes with this identifier, and this data unless None; frames before it
+        are read with it. Fails if none comes."""
+        end_ns = self._runtime.now_ns + round(within_ms * NS_PER_MS)
+        while True:
+            while self._read < len(self.heard):
+                heard = self.heard[self._read]
+                self._read += 1
+                if heard.frame.id == can_id and data in (None, heard.frame.data):
+                    return heard
+            left_ms = (end_ns - self._runtime.now_ns) / NS_PER_MS
+            if left_ms <= 0:
+                wanted = f"{can_id:03X}#" + ("" if data is None else data.hex().upper())
+                last = ", ".join(str(each.frame) for each in self.heard[-5:]) or "nothing"
+                raise AssertionError(f"no {wanted} on {self.name} within {within_ms:g} ms; the last: {last}")
+            self.bench.run(min(left_ms, _SLICE_MS))
+
+    # ---- the bus ----
+
+    def state(self, node: str) -> NodeState:
+        """State of a node, as ``m1.canopen``, by its error counters."""
+        return self.bus.state(node)
+
+    def error_counters(self, node: str) -> tuple[int, int]:
+        """Transmit and receive error counter of a node."""
+        return self.bus.error_counters(node)
+
+    @property
+    def load_percent(self) -> float:
+        """Share of the time since the start in which the bus was busy."""
+        return float(self.bus.counters(self._runtime.now_ns)["load_percent"])
+
+    def drive(self, axis: str) -> "DriveFace":
+        """CANopen drive of an axis, by the axis's address. Raises KeyError: it has no node here."""
+        node = self._runtime.can_nodes[f"{axis}.{CANOPEN}"]
+        if node.of.name != self.name:
+            raise KeyError(f"{axis} is on {node.of.name}")
+        return DriveFace(self, axis, node)
+
+    def drives(self) -> "list[DriveFace]":
+        """All drives on the bus, in the order of the configuration."""
+        nodes = self._runtime.can_nodes.values()
+        axes = [node.name.removesuffix(f".{CANOPEN}") for node in nodes if node.of.name == self.name]
+        return [self.drive(axis) for axis in axes]
+
+    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+
+    def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
+        self.heard.append(HeardFrame(end_ns, frame))
+
+    def sent(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
+        """Do nothing: what a test sends it knows."""
+
+    def changed(self, state: NodeState, at_ns: SimTimeNs) -> None:
+        """Do nothing: a test asks."""
+
+
+class DriveFace:
+    """A CANopen drive, as a master sees it. What needs an answer lets time pass until it is there."""
+
+    def __init__(self, canbus: CanBusFace, axis: str, card: "CanOpenCard") -> None:
+        self.canbus, self.axis, self._card = canbus, axis, card
+        self.sdo = SdoClient(self._exchange)
+
+    @property
+    def node_id(self) -> int:
+        """Its node id."""
+        return self._card.node_id
+
+    def nmt(self, command: str) -> None:
+        """Command a state: ``operational``, ``stopped``, ``pre-operational``, ``reset`` or
+        ``reset_communication``."""
+        self.canbus.send(0, bytes((NMT[command], self.node_id)))
+
+    def read(self, index: int, subindex: int = 0, *, is_signed: bool = False) -> int:
+        """Read an object that is a whole number.
+
+        Raises:
+            SdoAborted: the node answers with an abort.
+        """
+        return int.from_bytes(self.sdo.upload(index, subindex), "little", signed=is_signed)
+
+    def write(self, index: int, subindex: int, value: int, size: int) -> None:
+        """Write a whole number of so many bytes.
+
+        Raises:
+            SdoAborted: the node answers with an abort.
+        """
+        self.sdo.download(index, subindex, value.to_bytes(size, "little", signed=value < 0))
+
+    @property
+    def statusword(self) -> int:
+        """Object 6041h."""
+        return self.read(STATUSWORD)
+
+    def controlword(self, value: int) -> int:
+        """Write object 6040h; answers the statusword then."""
+        self.write(CONTROLWORD, 0, value, 2)
+        return self.statusword
+
+    def enable(self) -> int:
+        """Go to "operation enabled" by shutdown, switch on and enable; answers the statusword."""
+        return [self.controlword(word) for word in (0x06, 0x07, 0x0F)][-1]
+
+    def await_ready(self, within_ms: float = 10_000.0) -> None:
+        """Let time pass until the board has started, and the drive can be switched on. Fails if it does
+        not."""
+        bench, end_ns = self.canbus.bench, self.canbus.bench.now_ns + within_ms * NS_PER_MS
+        bench.run(_SLICE_MS)
+        while self.statusword & STATE_BITS != SWITCH_ON_DISABLED:
+            assert bench.now_ns < end_ns, f"{self.axis} is not ready within {within_ms:g} ms"
+            bench.run(10 * _SLICE_MS)
+
+    def boot(self, within_ms: float = PATIENCE_MS) -> HeardFrame:
+        """Await the boot-up message."""
+        return self.canbus.expect(0x700 + self.node_id, b"\0", within_ms=within_ms)
+
+    def _exchange(self, data: bytes) -> bytes:
+        self.canbus.read()
+        self.canbus.send(0x600 + self.node_id, data)
+        return self.canbus.expect(0x580 + self.node_id).frame.data
+
+
+def canbus_config(
+    drives: int, profile: str, bit_rate: int, first_id: int, switches: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Make the configuration of a bench of drives on one bus, as the fixture ``canbus`` describes it.
+
+    Raises:
+        ValueError: they do not fit.
+    """
+    if drives < 1 or first_id < 1 or first_id + drives > 128:
+        raise ValueError(f"{drives} drives from id {first_id} on do not fit: ids are 1 to 127")
+    device: dict[str, Any] = {"profile": profile}
+    if profile == SERVO:
+        device["flash"] = {"table": "identity"}
+    ids = {f"{profile[0]}{number}": first_id + number - 1 for number in range(1, drives + 1)}
+    nodes = {name: {"id": node_id, "switches": switches} for name, node_id in ids.items()}
+    bus = {"bit_rate": bit_rate, "nodes": nodes}
+    return {"bench": "drives", "devices": dict.fromkeys(ids, device), "can": {"can0": bus}}
