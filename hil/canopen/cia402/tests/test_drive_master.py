@@ -8,9 +8,9 @@ import pytest
 from canopen.objectdictionary.eds import import_eds
 from canopen.profiles.p402 import BaseNode402
 from drive_rig import SimpleAxis
-from hil.canopen.canopen_node import CanOpenNode
 
 from hil.canopen.application import NodeServices
+from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.cia402.profile_drive import ProfileDrive
 from hil.canopen.communication_entries import Identity
 from hil.canopen.eds import eds_text
