@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from hil.canopen.application import Entry
-from hil.canopen.can_ids import TPDO
+from hil.canopen.can_ids import RPDO, TPDO
 from hil.canopen.cia402.homing_methods import methods_of
 from hil.canopen.cia402.motor_axis import MotorAxis
 from hil.canopen.cia402.objects import (
@@ -39,8 +39,10 @@ MAPPED = {
     0x1A02: (0x6041, 0x6064),
     0x1A03: (0x6041, 0x606C),
 }
-"""Objects that the PDOs have by default. TPDOs are not valid until a master wants them: the bus is quiet, and
-a master that does not know them reads."""
+"""Objects that the PDOs have by default."""
+VALID = (0x1400,)
+"""PDOs that are valid by default, by their communication parameters. The others wait until a master wants
+them: the bus is quiet, and no controlword comes in passing with another object."""
 _NOT_VALID = 1 << 31
 
 
@@ -93,9 +95,14 @@ def _mappings(entries: Sequence[Entry]) -> Iterator[Entry]:
     by_index = {entry.index: entry for entry in entries if entry.subindex == 0}
     for index, mapped in MAPPED.items():
         yield from mapping_entries(index, [by_index[each] for each in mapped])
-    for at, can_id in enumerate(TPDO):
-        cob_id = can_id | _NOT_VALID
-        yield Entry(0x1800 + at, 1, "COB-ID used by TPDO", U32, RW, cob_id, is_stored=True, adds_node_id=True)
+    for index, can_ids, name in (
+        (0x1400, RPDO, "COB-ID used by RPDO"),
+        (0x1800, TPDO, "COB-ID used by TPDO"),
+    ):
+        for at, can_id in enumerate(can_ids):
+            if index + at not in VALID:
+                cob_id = can_id | _NOT_VALID
+                yield Entry(index + at, 1, name, U32, RW, cob_id, is_stored=True, adds_node_id=True)
 
 
 def _methods(axis: MotorAxis) -> Iterator[Entry]:

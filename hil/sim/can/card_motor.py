@@ -1,7 +1,8 @@
 """Axis of a board as the drive on its interface card moves it."""
 
-from collections.abc import Callable, Collection, Mapping
-from math import copysign, inf
+from collections.abc import Callable, Collection, Mapping, Sequence
+from math import copysign, inf, isfinite
+from struct import unpack_from
 from typing import NamedTuple
 
 from hil.canopen.cia402.motor_axis import MotorLook
@@ -13,11 +14,12 @@ from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input
 from hil.sim.verb_calls import Answer
-from hil.vocab.axis import How
+from hil.vocab.axis import AxisState, How
 from hil.vocab.path import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
-_VELOCITY, _TORQUE = INDEX["velocity_rpm"], INDEX["torque_Nm"]
+_VELOCITY, _TORQUE, _SHAFT = INDEX["velocity_rpm"], INDEX["torque_Nm"], INDEX["position_deg"]
+_COMMANDED_RPM = INDEX["speed_rpm"]
 _USED = ("enable", "disable", "clear_fault", "stop", "velocity", "torque", "move_abs")
 _EFFORT_COUNTS = 255
 """Effort of a Mechaduino's full current."""
@@ -59,7 +61,11 @@ class CardMotor:
         is_servo = self._axis.kind.law is MECHADUINO.law
         self.verbs: Collection[str] = [name for name in _USED if name in device.verbs]
         self.follows_paths = device.follows_paths
-        self.index_deg = 0.0 if is_servo else None
+        self._is_servo = is_servo
+        self._offset_deg = 0.0
+        """Of a servo: what its encoder's angle is above the shaft's, when the loop was on last."""
+        self._commanded_deg, self._direction = 0.0, 1
+        """Of a stepper: its angle at the last look, and the direction in which it went there."""
         self.encoder_counts = _SERVO_COUNTS if is_servo else _STEPS_PER_TOOTH * rating.rotor_teeth
         self.rated_current_A, self.rated_torque_Nm = rating.current_A, rating.torque_Nm
         self.max_velocity_rpm = self._limit("move_abs", "velocity_rpm")
@@ -69,15 +75,23 @@ class CardMotor:
         parameters = self._device.verbs[verb].parameters if verb in self._device.verbs else ()
         return next((each.maximum for each in parameters if each.name == parameter), inf)
 
+    @property
+    def index_deg(self) -> float | None:
+        """Angle of the encoder's count 0, by the look-up table; None: a stepper has no encoder."""
+        if not self._is_servo:
+            return None
+        angle_deg: float = unpack_from("=f", self._axis.table())[0]
+        return angle_deg % 360 if isfinite(angle_deg) else 0.0
+
     def look(self) -> MotorLook:
         shot, device = self._axis.snapshot(), self._device
         state, values = self._motion(shot), shot.values
-        assert state.position_deg is not None
+        position_deg, velocity_rpm = self._seen(state, values)
         told = device.told.get("fault_code", 0)
         return MotorLook(
             state.at_ns,
-            state.position_deg,
-            values[_VELOCITY],
+            position_deg,
+            velocity_rpm,
             values[_TORQUE] * self._per_Nm,
             state.commanded_deg if state.keeps_angle or not self.follows_paths else None,
             bool(state.is_on),
@@ -87,6 +101,21 @@ class CardMotor:
             device.is_ready,
             _BOARD_FAULTS.get(int(told), _BOARD_ERROR) if told else 0,
         )
+
+    def _seen(self, state: AxisState, values: Sequence[float]) -> tuple[float, float]:
+        """Angle and speed as the board knows them. A servo's law reads the encoder only while it runs: when
+        it is off, the angle goes on with the shaft. A stepper knows where it has sent the rotor."""
+        assert state.position_deg is not None
+        assert state.commanded_deg is not None
+        if self._is_servo:
+            if state.is_on:
+                self._offset_deg = state.position_deg - values[_SHAFT]
+                return state.position_deg, values[_VELOCITY]
+            return values[_SHAFT] + self._offset_deg, values[_VELOCITY]
+        if state.commanded_deg != self._commanded_deg:
+            self._direction = 1 if state.commanded_deg > self._commanded_deg else -1
+            self._commanded_deg = state.commanded_deg
+        return state.commanded_deg, self._direction * values[_COMMANDED_RPM]
 
     # ---- what moves it ----
 

@@ -133,11 +133,13 @@ def test_pdos_as_they_are_by_default(master: BaseNode402, world: World) -> None:
         [0x6041, 0x606C],
     ]
     assert not any(pdo.enabled for pdo in master.tpdo.values())
-    assert all(pdo.enabled for pdo in master.rpdo.values())
+    assert [pdo.enabled for pdo in master.rpdo.values()] == [True, False, False, False]
     master.setup_402_state_machine()
     master.nmt.state = "OPERATIONAL"
     master.state = "OPERATION ENABLED"
     assert master.homing(timeout=10)
+    master.op_mode = "PROFILED POSITION"  # which takes no RPDO that has a controlword beside the mode
+    assert master.state == "OPERATION ENABLED"
     assert world.axis.is_on
 
 
