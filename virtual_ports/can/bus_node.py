@@ -128,12 +128,14 @@ class BusNode:
         is_passive = max(transmit_errors, receive_errors) >= PASSIVE_FROM
         return NodeState.PASSIVE if is_passive else NodeState.ACTIVE
 
-    def note_state(self, wire: BitWire, now_ns: SimTimeNs) -> None:
-        """Tell the listener of the state, if it is another than before."""
+    def note_state(self, wire: BitWire, now_ns: SimTimeNs) -> bool:
+        """Tell the listener of the state, if it is another than before; answers whether it is."""
         state = self.state_in(wire)
-        if state is not self.state:
-            self.state = state
-            self.listener.changed(state, now_ns)
+        if state is self.state:
+            return False
+        self.state = state
+        self.listener.changed(state, now_ns)
+        return True
 
     def counters(self, wire: BitWire) -> dict[str, Any]:
         """Counters since the node joined, for JSON."""

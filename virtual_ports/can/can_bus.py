@@ -230,6 +230,12 @@ class CanBus:
 
     # ---- what happens ----
 
+    def note_state(self, node: BusNode, wire: BitWire, now_ns: SimTimeNs) -> None:
+        """Tell of a node's state, if it is another than before."""
+        if node.note_state(wire, now_ns):
+            for watcher in self.watchers:
+                watcher(BusEvent(now_ns, now_ns, node.name, state=node.state.value))
+
     def _tell(self, wire: BitWire, now_ns: SimTimeNs) -> None:
         if wire.sender >= 0:
             sender = self.nodes.at(wire.sender)
@@ -252,7 +258,7 @@ class CanBus:
                     node.stats.heard += 1
                     node.listener.hear(frame, SimTimeNs(wire.started_ns(index)), now_ns)
             if what & _CHANGED:
-                node.note_state(wire, now_ns)
+                self.note_state(node, wire, now_ns)
 
     def _tell_frame(self, wire: BitWire, sender: BusNode, now_ns: SimTimeNs) -> None:
         """Tell of a frame that one node has sent, and the others have heard."""

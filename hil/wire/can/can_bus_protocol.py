@@ -50,14 +50,16 @@ class CanListener(Protocol):
 
 
 class BusEvent(NamedTuple):
-    """What was on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time.
-    ``node``: who sent it, or found it."""
+    """What was on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time; or
+    the state that a node has taken. ``node``: who sent it, found it, or has become it. ``error``: bit, stuff,
+    CRC, form, acknowledgement."""
 
     start_ns: SimTimeNs
     at_ns: SimTimeNs
     node: str
     frame: CanFrame | None = None
     error: str = ""
+    state: str = ""
 
 
 class CanBus(Protocol):

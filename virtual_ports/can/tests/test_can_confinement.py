@@ -67,7 +67,8 @@ def test_a_passive_node_waits_eight_bits_more() -> None:
     bus.run()
     bus.send("a", CanFrame(0x123))
     bus.later(10**7)
-    starts = [event.start_ns for event in bus.events]
+    assert [event.state for event in bus.events if event.state] == ["error-passive"]
+    starts = [event.start_ns for event in bus.events if event.error]
     periods_ns = [after - before for before, after in pairwise(starts)]
     until_ack_ns = bus.events[0].at_ns - READY_NS
     active_ns = until_ack_ns + (6 + 8 + 3) * BIT_NS
