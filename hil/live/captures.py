@@ -7,14 +7,16 @@ from collections.abc import Sequence
 from hil import __version__
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.pcapng import Interface, RecordKind, header, record
+from hil.wire.can.bus_traffic import BusTraffic
+from hil.wire.can.socketcan import pack_error, pack_frame
+from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
 
 
 class Capture:
-    """Capture for one reader. ``sources`` are ports and segments."""
+    """Capture for one reader. ``sources`` are ports, segments and CAN buses."""
 
     def __init__(self, sources: Sequence[Interface], epoch_ns: int) -> None:
         self.sources = sources
@@ -30,18 +32,10 @@ class Capture:
     def put(
         self, source: int, event: RecordKind, data: bytes = b"", comment: str = "", at_ns: int = -1
     ) -> None:
-        """Write a record; ``at_ns``: simulated time, else now."""
-        writer = self._writer
-        if writer is None or writer.is_closing():
-            return
+        """Write a record of a serial line; ``at_ns``: simulated time, else now."""
         time_ns = time.time_ns() if at_ns < 0 else self._epoch_ns + at_ns
-        if writer.transport.get_write_buffer_size() > BACKLOG_BYTES:
-            self._is_losing = True
-            return
-        if self._is_losing:
-            self._is_losing = False
-            writer.write(record(source, time_ns, RecordKind.LOST, comment="the reader was too slow"))
-        writer.write(record(source, time_ns, event, data, comment))
+        if writer := self._writer_now(source, time_ns):
+            writer.write(record(source, time_ns, event, data, comment))
 
     def passed(self, source: int, towards: str, data: bytes) -> None:
         """Record bytes that have passed at a port, with their direction."""
@@ -55,3 +49,29 @@ class Capture:
         """Record traffic of a segment: bursts with their times; readings of a disturbed line, with errors."""
         kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)
+
+    def carried(self, source: int, event: BusTraffic) -> None:
+        """Record what a CAN bus has carried: a frame, an error, or a node's new state; by whom."""
+        time_ns = self._epoch_ns + event.at_ns
+        if writer := self._writer_now(source, time_ns):
+            packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
+            writer.write(can_record(source, time_ns, packed, event.node))
+
+    def _writer_now(self, source: int, time_ns: int) -> asyncio.StreamWriter | None:
+        """Writer that has room, told what it has lost; None if what happens now is not for it."""
+        writer = self._writer
+        if writer is None or writer.is_closing():
+            return None
+        if writer.transport.get_write_buffer_size() > BACKLOG_BYTES:
+            self._is_losing = True
+            return None
+        if self._is_losing:
+            self._is_losing = False
+            writer.write(self._lost(source, time_ns))
+        return writer
+
+    def _lost(self, source: int, time_ns: int) -> bytes:
+        why = "the reader was too slow"
+        if self.sources[source].is_can:
+            return can_record(source, time_ns, pack_error("frames lost"), why)
+        return record(source, time_ns, RecordKind.LOST, comment=why)

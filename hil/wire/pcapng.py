@@ -1,4 +1,5 @@
-"""Captures as pcapng with LINKTYPE_RTAC_SERIAL (250), which Wireshark and tshark read. Pure.
+"""Captures as pcapng, which Wireshark and tshark read: serial lines with LINKTYPE_RTAC_SERIAL (250), CAN buses
+with LINKTYPE_CAN_SOCKETCAN (227). Pure.
 
 Sources: the pcapng specification (IETF draft-ietf-opsawg-pcapng); Wireshark's dissector of the link type, for
 its 12-byte header: seconds and microseconds (big-endian), event, control lines, two bytes of footer. What
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
+from hil.wire.can.socketcan import LINKTYPE_CAN_SOCKETCAN
 
 LINKTYPE_RTAC_SERIAL = 250
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
@@ -45,9 +47,11 @@ class Interface:
     framing: str = ""
     """Name of the framing of its bytes; "": it is not known."""
     baud: int = 0
-    """Speed of the line; 0: it is not known."""
+    """Speed of the line, in bits per second; 0: it is not known."""
     line_format: LineFormat = EIGHT_N_1
     """Format of its characters; written behind the framing, as in ``modbus_rtu 8E1``, where it is not 8N1."""
+    is_can: bool = False
+    """True for a CAN bus, whose ``baud`` is its bit rate."""
 
     @property
     def description(self) -> str:
@@ -65,28 +69,40 @@ def header(program: str, interfaces: Sequence[Interface]) -> bytes:
         if each.baud:
             options.append((_IF_SPEED, struct.pack("<Q", each.baud)))
         options.append((_IF_TSRESOL, bytes((_NANOSECONDS,))))
-        body = struct.pack("<HHI", LINKTYPE_RTAC_SERIAL, 0, 0) + _options(*options)
+        link = LINKTYPE_CAN_SOCKETCAN if each.is_can else LINKTYPE_RTAC_SERIAL
+        body = struct.pack("<HHI", link, 0, 0) + _options(*options)
         blocks.append(_block(_INTERFACE, body))
     return b"".join(blocks)
 
 
 def record(interface: int, at_ns: int, event: RecordKind, data: bytes = b"", comment: str = "") -> bytes:
-    """Encode one event. ``at_ns``: nanoseconds since 1970."""
+    """Encode one event of a serial line. ``at_ns``: nanoseconds since 1970."""
     seconds, rest_ns = divmod(at_ns, 10**9)
     payload = struct.pack(">IIBBH", seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
+    direction = _OUTBOUND if event == RecordKind.TX else _INBOUND
+    return _packet(interface, at_ns, payload, comment, (_EPB_FLAGS, struct.pack("<I", direction)))
+
+
+def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "") -> bytes:
+    """Encode a frame of a CAN bus, packed by ``hil.wire.can.socketcan``, or nothing, with a comment.
+    ``at_ns``: nanoseconds since 1970."""
+    return _packet(interface, at_ns, packed, comment)
+
+
+def _packet(
+    interface: int, at_ns: int, payload: bytes, comment: str, *options: tuple[int, bytes]
+) -> bytes:
     head = struct.pack(
         "<IIIII", interface, at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF, len(payload), len(payload)
     )
-    direction = _OUTBOUND if event == RecordKind.TX else _INBOUND
-    options = [(_EPB_FLAGS, struct.pack("<I", direction))]
-    if comment:
-        options.append((_COMMENT, comment.encode()))
-    return _block(_PACKET, head + _padded(payload) + _options(*options))
+    said = [(_COMMENT, comment.encode())] if comment else []
+    return _block(_PACKET, head + _padded(payload) + _options(*options, *said))
 
 
 @dataclass(frozen=True)
 class Record:
-    """One event as read back; ``offset`` is where its block begins in the file."""
+    """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0 and
+    ``data`` a frame as ``hil.wire.can.socketcan`` packs it."""
 
     line: Interface
     at_ns: int
@@ -129,12 +145,15 @@ def read(data: bytes) -> Iterator[Record]:
             raise CaptureError(f"cut off in the middle of a block at byte {at}")
         body = data[at + 8 : at + size - 4]
         if kind == _INTERFACE:
+            if len(body) < 8:
+                raise CaptureError(f"an interface at byte {at} that this does not read")
             (link,) = struct.unpack_from(f"{order}H", body)
-            if link != LINKTYPE_RTAC_SERIAL:
-                raise CaptureError(f"link type {link} at byte {at}; this reads {LINKTYPE_RTAC_SERIAL}")
+            if link not in (LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN):
+                known = f"{LINKTYPE_RTAC_SERIAL} and {LINKTYPE_CAN_SOCKETCAN}"
+                raise CaptureError(f"link type {link} at byte {at}; this reads {known}")
             options = dict(_read_options(body[8:], order))
-            lines.append(_interface(options, order, len(lines)))
-            units.append(options.get(_IF_TSRESOL, b"\x06")[0])
+            lines.append(_interface(options, order, len(lines), link == LINKTYPE_CAN_SOCKETCAN))
+            units.append(int.from_bytes(options.get(_IF_TSRESOL, b"\x06")[:1]))
         elif kind == _PACKET and len(body) >= 20:
             yield _record(body, order, lines, units, at)
         at += size
@@ -179,23 +198,30 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
     return [(each.at_ns - rows[0].at_ns, each.data.hex()) for each in rows]
 
 
-def _interface(options: Mapping[int, bytes], order: str, number: int) -> Interface:
+def _interface(options: Mapping[int, bytes], order: str, number: int, is_can: bool) -> Interface:
     name, about = (options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION))
     framing, _, line_format = about.partition(" ")
     speed = options.get(_IF_SPEED, b"")
     baud = int.from_bytes(speed, "little" if order == "<" else "big") if len(speed) == 8 else 0
+    if is_can:
+        return Interface(name or f"can{number}", "", baud, is_can=True)
     return Interface(name or str(number), framing, baud, FORMATS.get(line_format, EIGHT_N_1))
 
 
 def _record(body: bytes, order: str, lines: list[Interface], units: list[int], at: int) -> Record:
     interface, high, low, captured, _ = struct.unpack_from(f"{order}IIIII", body)
     payload = body[20 : 20 + captured]
-    if interface >= len(lines) or len(payload) < 12 or units[interface] > _NANOSECONDS:
+    if interface >= len(lines) or units[interface] > _NANOSECONDS:
+        raise CaptureError(f"a record at byte {at} that this does not read")
+    line = lines[interface]
+    if len(payload) < (0 if line.is_can else 12):
         raise CaptureError(f"a record at byte {at} that this does not read")
     options = dict(_read_options(body[20 + captured + -captured % 4 :], order))
     at_ns = (high << 32 | low) * 10 ** (_NANOSECONDS - units[interface])
     comment = options.get(_COMMENT, b"").decode("utf-8", "replace")
-    return Record(lines[interface], at_ns, payload[8], payload[12:], comment, at)
+    if line.is_can:
+        return Record(line, at_ns, 0, payload, comment, at)
+    return Record(line, at_ns, payload[8], payload[12:], comment, at)
 
 
 def _read_options(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:

@@ -1,0 +1,118 @@
+"""Frames and errors as Linux has them, candump's logs, and captures of CAN in pcapng."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.wire.can.candump_log import CandumpLogError, LoggedFrame, read_candump_log
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.socketcan import CanError, SocketCanError, pack_error, pack_frame, unpack
+from hil.wire.pcapng import CaptureError, Interface, bursts, can_record, header, read
+
+KINDS = (
+    *("bit", "form", "stuff", "CRC", "acknowledgement"),
+    *("error-active", "error-passive", "bus-off", "frames lost"),
+)
+
+
+@st.composite
+def frames(draw: st.DrawFn) -> CanFrame:
+    is_extended, is_remote = draw(st.booleans()), draw(st.booleans())
+    identifier = draw(st.integers(0, 0x1FFFFFFF if is_extended else 0x7FF))
+    if is_remote:
+        return CanFrame(identifier, b"", is_extended, True, draw(st.integers(0, 8)))
+    return CanFrame(identifier, draw(st.binary(max_size=8)), is_extended)
+
+
+@given(frames())
+def test_a_frame_is_the_same_behind_it(frame: CanFrame) -> None:
+    assert unpack(pack_frame(frame)) == frame
+    assert unpack(pack_frame(frame) + bytes(4)) == frame, "the kernel pads to 16 bytes"
+    assert list(read_candump_log(f"(1.5) can0 {frame}")) == [LoggedFrame(1_500_000_000, "can0", frame)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_error_is_the_same_behind_it(kind: str) -> None:
+    assert unpack(pack_error(kind)) == CanError(kind)
+
+
+@pytest.mark.parametrize(
+    ("payload", "why"),
+    [
+        (b"", "0 bytes are no CAN frame"),
+        (bytes(7), "7 bytes are no CAN frame"),
+        (struct.pack(">IBBBB", 0x123, 9, 0, 0, 0) + bytes(9), "CAN FD"),
+        (struct.pack(">IBBBB", 0x123, 3, 4, 0, 0) + bytes(3), "CAN FD"),
+        (struct.pack(">IBBBB", 0x123, 3, 0, 0, 0) + bytes(2), "2 bytes of data, where the frame says 3"),
+        (struct.pack(">IBBBB", 0x800, 0, 0, 0, 0), "identifier 800 has more than 11 bits"),
+    ],
+)
+def test_what_is_no_frame_is_refused(payload: bytes, why: str) -> None:
+    with pytest.raises(SocketCanError, match=why):
+        unpack(payload)
+
+
+@given(st.binary(max_size=24))
+def test_any_bytes_are_a_frame_or_refused(payload: bytes) -> None:
+    try:
+        assert isinstance(unpack(payload), CanFrame | CanError)
+    except SocketCanError:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("123#00", "no line as candump -L writes it"),
+        ("(1.0) can0 12#00", "no line as"),
+        ("(1.0) can0 800#00", "more than 11 bits; write 8 digits"),
+        ("(1.0) can0 80000000#00", "more than 29 bits"),
+        ("(1.0) can0 123##100", "CAN FD"),
+        ("(1.0) can0 123#0", "two digits for each"),
+        ("(1.0) can0 123#001122334455667788", "two digits for each of 0 to 8 bytes"),
+        ("(1.0) can0 123#R9", "R or R0 to R8"),
+        ("(1.0) can0 123#" + "0" * 500, "no line as"),
+    ],
+)
+def test_a_line_that_is_wrong_is_told_with_its_number(line: str, why: str) -> None:
+    rows = read_candump_log(f"(0.000001) can0 1#\n(0.25) can0 123#R T\n\n{line}\n".replace("can0 1#", "can0 001#"))
+    assert next(rows) == LoggedFrame(1000, "can0", CanFrame(1))
+    assert next(rows) == LoggedFrame(250_000_000, "can0", CanFrame(0x123, is_remote=True))
+    with pytest.raises(CandumpLogError, match=f"line 4: .*{why}"):
+        next(rows)
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_a_log_or_refused(text: str) -> None:
+    try:
+        list(read_candump_log(text))
+    except CandumpLogError:
+        pass
+
+
+CAN0 = Interface("can0", baud=500_000, is_can=True)
+
+
+def test_a_capture_of_a_bus_and_a_line() -> None:
+    frame = pack_frame(CanFrame(0x701, b"\x7f"))
+    data = header("hil", [Interface("bus0", "sac", 9600), CAN0]) + can_record(1, 5_000_000_007, frame, "m1.canopen")
+    (record,) = read(data)
+    assert record.line == CAN0
+    assert (record.at_ns, record.data, record.comment) == (5_000_000_007, frame, "m1.canopen")
+    with pytest.raises(CaptureError, match="there is nothing of a line in it"):
+        bursts(data, None)
+
+
+@given(st.data())
+def test_a_mutated_capture_is_read_or_refused(data: st.DataObject) -> None:
+    good = header("hil", [CAN0]) + can_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
+    mutated = bytearray(good)
+    for _ in range(data.draw(st.integers(1, 4))):
+        mutated[data.draw(st.integers(0, len(good) - 1))] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(good)))
+    try:
+        list(read(bytes(mutated[:cut])))
+    except CaptureError:
+        pass
