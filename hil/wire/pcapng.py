@@ -1,5 +1,5 @@
-"""Captures as pcapng, which Wireshark and tshark read: serial lines with LINKTYPE_RTAC_SERIAL (250), CAN buses
-with LINKTYPE_CAN_SOCKETCAN (227). Pure.
+"""Captures as pcapng, which Wireshark and tshark read: serial lines with LINKTYPE_RTAC_SERIAL (250), CAN
+buses with LINKTYPE_CAN_SOCKETCAN (227). Pure.
 
 Sources: the pcapng specification (IETF draft-ietf-opsawg-pcapng); Wireshark's dissector of the link type, for
 its 12-byte header: seconds and microseconds (big-endian), event, control lines, two bytes of footer. What
@@ -89,9 +89,7 @@ def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "") -> 
     return _packet(interface, at_ns, packed, comment)
 
 
-def _packet(
-    interface: int, at_ns: int, payload: bytes, comment: str, *options: tuple[int, bytes]
-) -> bytes:
+def _packet(interface: int, at_ns: int, payload: bytes, comment: str, *options: tuple[int, bytes]) -> bytes:
     head = struct.pack(
         "<IIIII", interface, at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF, len(payload), len(payload)
     )
@@ -101,8 +99,8 @@ def _packet(
 
 @dataclass(frozen=True)
 class Record:
-    """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0 and
-    ``data`` a frame as ``hil.wire.can.socketcan`` packs it."""
+    """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0
+    and ``data`` a frame as ``hil.wire.can.socketcan`` packs it."""
 
     line: Interface
     at_ns: int
