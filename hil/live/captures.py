@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hil import __version__
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.can.bus_traffic import BusTraffic
+from hil.wire.can.can_bus_protocol import BusEvent
 from hil.wire.can.socketcan import pack_error, pack_frame
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
@@ -50,7 +50,7 @@ class Capture:
         kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)
 
-    def carried(self, source: int, event: BusTraffic) -> None:
+    def carried(self, source: int, event: BusEvent) -> None:
         """Record what a CAN bus has carried: a frame, an error, or a node's new state; by whom."""
         time_ns = self._epoch_ns + event.at_ns
         if writer := self._writer_now(source, time_ns):
