@@ -1,6 +1,5 @@
 """``hil fault`` and ``hil capture``: faults, and traffic on lines."""
 
-import sys
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -84,7 +83,9 @@ def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
 
 
 def capture(
-    sources: Annotated[list[str], typer.Argument(help="Segments and ports by name: bus0, s2, s1.network.")],
+    sources: Annotated[
+        list[str], typer.Argument(help="Segments, CAN buses and ports by name: bus0, can0, s2, s1.network.")
+    ],
     write: Annotated[str, typer.Option("--write", "-w", help="The file; - is the standard output.")],
     rotate_mb: Annotated[
         float | None, typer.Option("--rotate", help="Begin a new file after so many megabytes.", min=0.001)
@@ -93,14 +94,18 @@ def capture(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """Capture what passes on segments and at ports, as pcapng, until Ctrl-C.
+    """Capture what passes on segments, CAN buses and at ports, as pcapng, until Ctrl-C.
 
     Live in Wireshark: hil capture bus0 -w - | wireshark -k -i -
-    """
-    from hil.net.control_client import ControlError, begin
 
-    if rotate_mb and write == "-":
-        raise fail("hil: --rotate needs a file", 2)
+    A file of CAN buses named .log is as candump writes it, .asc and .blf as Vector's tools do.
+    """
+    from hil.cli.capture_files import is_log
+    from hil.net.control_client import ControlError, begin
+    from hil.wire.pcapng import CaptureError
+
+    if rotate_mb and (write == "-" or is_log(write)):
+        raise fail("hil: --rotate needs a file of pcapng", 2)
     try:
         client, _ = begin(bench_meant(bench, runtime_dir).socket, "capture", ports=sources)
     except ControlError as error:
@@ -110,7 +115,9 @@ def capture(
             with suppress(KeyboardInterrupt, BrokenPipeError), ended_by(partial(_hang_up, client)):
                 _copy(client, write, round((rotate_mb or 0) * 1e6), files)
         except OSError as error:
-            raise fail(f"hil: {write}: {error.strerror}") from None
+            raise fail(f"hil: {write}: {error.strerror or error}") from None
+        except CaptureError as error:
+            raise fail(f"hil: {write}: {error}") from None
 
 
 def _hang_up(client: Any) -> None:
@@ -122,50 +129,53 @@ def _hang_up(client: Any) -> None:
 
 
 def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
-    """Copy whole blocks, each file with the header at its beginning."""
-    from hil.host.new_file import begin_file
-    from hil.wire.pcapng import header_length, whole_blocks
+    from hil.cli.capture_files import blocks_of, capture_file
 
-    out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
-    head, held, written, number = b"", b"", 0, 0
-    while data := client.recv(65536):
-        held += data
-        size = whole_blocks(held)
-        if written == len(head):  # no record yet
-            head += held[: header_length(held[:size])]
-        if rotate_bytes and head and written and written + size > rotate_bytes:
-            number += 1
-            out.close()
-            # With its header from its first moment on, whenever this is ended.
-            out = begin_file(Path(_rotated(write, number)), head)
-            written = len(head)
-            if number >= files:
-                Path(_rotated(write, number - files)).unlink(missing_ok=True)
-        out.write(held[:size])
-        out.flush()
-        written += size
-        held = held[size:]
+    file = capture_file(write, rotate_bytes, files)
+    try:
+        for blocks in blocks_of(client):
+            file.take(blocks)
+    finally:
+        file.close()
 
 
-def _rotated(write: str, number: int) -> str:
-    path = Path(write)
-    return write if number == 0 else str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
-
-
-def decode(file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")]) -> None:
-    """Print a capture's packets as text: when, where, from whom to whom, what.
+def decode(
+    file: Annotated[
+        Path, typer.Argument(help="A capture; .log, .asc and .blf are logs of CAN.", metavar="FILE")
+    ],
+    eds: Annotated[
+        list[str] | None,
+        typer.Option("--eds", help="The EDS of a CANopen node, by its id, as in 5=drive.eds; for each node."),
+    ] = None,
+) -> None:
+    """Print a capture's packets and frames as text: when, where, from whom to whom, what.
 
     Exits with 1 if the file ends in the middle of a record; what is whole is printed.
     """
-    from hil.cli.decoding import decoded
+    from hil.cli.capture_files import is_log, read_log
+    from hil.cli.decoding import decoded, decoded_log
     from hil.wire.pcapng import CaptureError
 
+    objects = dict(map(_eds, eds or []))
     data = _content(file)
+    lines = decoded_log(read_log(file, data), objects) if is_log(file.name) else decoded(data, objects)
     try:
-        for line in decoded(data):
+        for line in lines:
             typer.echo(line)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
+
+
+def _eds(text: str) -> tuple[int, Any]:
+    from hil.wire.canopen.eds_names import EdsError, read_eds
+
+    node, equals, name = text.partition("=")
+    if not equals or not node.isdecimal() or not 1 <= int(node) <= 127:
+        raise fail(f'hil: "{text}": write a node id of 1 to 127 and its file, as in 5=drive.eds', 2)
+    try:
+        return int(node), read_eds(_content(Path(name)).decode("utf-8", "replace"), int(node))
+    except EdsError as error:
+        raise fail(f"hil: {name}: {error}", 2) from None
 
 
 def _content(file: Path) -> bytes:

@@ -1,5 +1,8 @@
 """Logs of can-utils' ``candump -L``, one frame a line: ``(1700000000.000123) can0 123#0011``.
 
+An error frame has the eight digits of SocketCAN's identifier, with its flag. Those written here have the
+class of a bus error too, by which python-can's reader knows them.
+
 Source: the manual pages of candump and log2asc in can-utils, and what candump 2020.11 writes.
 """
 
@@ -7,16 +10,14 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from hil.wire.can.can_frame import DATA_MAX, CanFrame
-from hil.wire.can.socketcan import ERROR, EXTENDED, CanError, SocketCanError, from_word
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.frame_text import parse_data, parse_frame
+from hil.wire.can.socketcan import BUS_ERROR, ERROR, CanError, error_parts, from_word
 
 LONGEST_LINE = 400
 """Characters; a frame of CAN FD has up to 200."""
-_LINE = re.compile(
-    r"\((?P<seconds>\d{1,12})\.(?P<fraction>\d{1,9})\) +(?P<bus>\S+) +"
-    r"(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?P<rest>[0-9A-Fa-f#R]*)(?: +[RT])?"
-)
-_REMOTE = re.compile("R[0-8]?")
+_LINE = re.compile(r"\((\d{1,12})\.(\d{1,9})\) +(\S+) +(\S+)(?: +[RT])?")
+_ERROR_FRAME = re.compile("([0-9A-Fa-f]{8})#([0-9A-Fa-f]{0,16})")
 
 
 class LoggedFrame(NamedTuple):
@@ -29,6 +30,16 @@ class LoggedFrame(NamedTuple):
 
 class CandumpLogError(ValueError):
     """Error of a line that is none of such a log: ``str(error)`` has its number."""
+
+
+def candump_line(logged: LoggedFrame) -> str:
+    """Write a line, without its end; times are microseconds, cut off."""
+    seconds, rest_ns = divmod(logged.at_ns, 10**9)
+    text = str(logged.frame)
+    if isinstance(logged.frame, CanError):
+        error_class, data = error_parts(logged.frame)
+        text = f"{ERROR | BUS_ERROR | error_class:08X}#{data.hex().upper()}"
+    return f"({seconds}.{rest_ns // 1000:06}) {logged.bus} {text}"
 
 
 def read_candump_log(text: str) -> Iterator[LoggedFrame]:
@@ -49,25 +60,13 @@ def _parsed(line: str) -> LoggedFrame:
     found = _LINE.fullmatch(line) if len(line) <= LONGEST_LINE else None
     if not found:
         raise ValueError(f"{line[:60]!r} is no line as candump -L writes it, (1.000123) can0 123#0011")
-    at_ns = int(found["seconds"]) * 10**9 + int(found["fraction"].ljust(9, "0"))
-    return LoggedFrame(at_ns, found["bus"], _frame(int(found["id"], 16), len(found["id"]), found["rest"]))
+    seconds, fraction, bus, frame = found.groups()
+    return LoggedFrame(int(seconds) * 10**9 + int(fraction.ljust(9, "0")), bus, _frame(frame))
 
 
-def _frame(word: int, digits: int, rest: str) -> CanFrame | CanError:
-    if rest.startswith("#"):
-        raise SocketCanError("a frame of CAN FD; this reads classic CAN")
-    if digits == 8 and not word & ERROR:
-        if word >> 29:
-            raise SocketCanError(f"identifier {word:X} has more than 29 bits")
-        word |= EXTENDED
-    elif digits == 3 and word > 0x7FF:
-        raise SocketCanError(f"identifier {word:X} has more than 11 bits; write 8 digits for 29 bits")
-    if "R" in rest:
-        if not _REMOTE.fullmatch(rest):
-            raise SocketCanError(f"{rest!r} is no remote frame, R or R0 to R8")
-        frame = from_word(word, b"", 0)
-        dlc = int(rest[1:] or 0)
-        return frame._replace(is_remote=True, remote_dlc=dlc) if isinstance(frame, CanFrame) else frame
-    if "#" in rest or len(rest) % 2 or len(rest) > 2 * DATA_MAX:
-        raise SocketCanError(f"{rest!r} is no data, two digits for each of 0 to {DATA_MAX} bytes")
-    return from_word(word, bytes.fromhex(rest), len(rest) // 2)
+def _frame(text: str) -> CanFrame | CanError:
+    error = _ERROR_FRAME.fullmatch(text)
+    if error and (word := int(error[1], 16)) & ERROR:
+        data = parse_data(error[2])
+        return from_word(word, data, len(data))
+    return parse_frame(text)

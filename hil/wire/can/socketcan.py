@@ -18,7 +18,7 @@ _FD_FLAG = 0x04
 """Flag of a CAN FD frame, in the byte behind the length."""
 _HEAD = struct.Struct(">IBBBB")
 
-_CONTROLLER, _PROTOCOL, _NO_ACK, _BUS_OFF, _BUS_ERROR = 0x04, 0x08, 0x20, 0x40, 0x80
+_CONTROLLER, _PROTOCOL, _NO_ACK, _BUS_OFF, BUS_ERROR = 0x04, 0x08, 0x20, 0x40, 0x80
 """Classes of errors, in the identifier."""
 _LOST, _PASSIVE, _ACTIVE = 0x01, 0x30, 0x40
 """What a controller has, in the second byte: lost frames, for lack of room; become passive as receiver or
@@ -62,18 +62,19 @@ def pack_frame(frame: CanFrame) -> bytes:
 
 
 def pack_error(kind: str) -> bytes:
-    """Pack an error frame, for what is named as in ``CanError``.
-
-    Raises:
-        KeyError: there is no such kind.
-    """
-    data = bytearray(DATA_MAX)
-    if kind in _STATES:
-        error_class, data[1] = _STATES[kind]
-    else:
-        error_class, data[2], data[3] = _ERRORS[kind]
-        error_class |= _BUS_ERROR
+    """Pack an error frame, for what is named as in ``CanError``."""
+    error_class, data = error_parts(CanError(kind))
     return _HEAD.pack(ERROR | error_class, DATA_MAX, 0, 0, 0) + data
+
+
+def error_parts(error: CanError) -> tuple[int, bytes]:
+    """Class and data of an error frame."""
+    data = bytearray(DATA_MAX)
+    if error.kind in _STATES:
+        error_class, data[1] = _STATES[error.kind]
+        return error_class, bytes(data)
+    error_class, data[2], data[3] = _ERRORS.get(error.kind, (0, 0, 0))
+    return error_class | BUS_ERROR, bytes(data)
 
 
 def unpack(payload: bytes) -> CanFrame | CanError:
@@ -117,6 +118,6 @@ def _kind(error_class: int, data: bytes) -> str:
     if error_class & _NO_ACK:
         return "acknowledgement"
     for kind, (_, third, fourth) in _ERRORS.items():
-        if error_class & _PROTOCOL and (data[2] & third or (fourth and data[3] == fourth)):
+        if error_class & (_PROTOCOL | BUS_ERROR) and (data[2] & third or (fourth and data[3] == fourth)):
             return kind
     return ""

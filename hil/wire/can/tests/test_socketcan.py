@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.candump_log import CandumpLogError, LoggedFrame, read_candump_log
+from hil.wire.can.candump_log import CandumpLogError, LoggedFrame, candump_line, read_candump_log
+from hil.wire.can.frame_text import parse_frame
 from hil.wire.can.socketcan import CanError, SocketCanError, pack_error, pack_frame, unpack
 from hil.wire.pcapng import CaptureError, Interface, bursts, can_record, header, read
 
@@ -31,12 +32,17 @@ def frames(draw: st.DrawFn) -> CanFrame:
 def test_a_frame_is_the_same_behind_it(frame: CanFrame) -> None:
     assert unpack(pack_frame(frame)) == frame
     assert unpack(pack_frame(frame) + bytes(4)) == frame, "the kernel pads to 16 bytes"
-    assert list(read_candump_log(f"(1.5) can0 {frame}")) == [LoggedFrame(1_500_000_000, "can0", frame)]
+    assert parse_frame(str(frame)) == frame
+    logged = LoggedFrame(1_500_000_000, "can0", frame)
+    assert candump_line(logged) == f"(1.500000) can0 {frame}"
+    assert list(read_candump_log(f"(1.5) can0 {frame}")) == [logged]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_error_is_the_same_behind_it(kind: str) -> None:
     assert unpack(pack_error(kind)) == CanError(kind)
+    logged = LoggedFrame(1_700_000_000_000_001_000, "can0", CanError(kind))
+    assert list(read_candump_log(candump_line(logged))) == [logged]
 
 
 @pytest.mark.parametrize(
@@ -65,8 +71,8 @@ def test_any_bytes_are_a_frame_or_refused(payload: bytes) -> None:
     ("line", "why"),
     [
         ("123#00", "no line as candump -L writes it"),
-        ("(1.0) can0 12#00", "no line as"),
-        ("(1.0) can0 800#00", "more than 11 bits; write 8 digits"),
+        ("(1.0) can0 12#00", "no frame; write three or eight digits"),
+        ("(1.0) can0 800#00", "more than 11 bits; write 8 digits for 29"),
         ("(1.0) can0 80000000#00", "more than 29 bits"),
         ("(1.0) can0 123##100", "CAN FD"),
         ("(1.0) can0 123#0", "two digits for each"),

@@ -1,0 +1,203 @@
+"""Files into which a capture goes: pcapng, or a log of CAN by the end of its name.
+
+``.log`` is candump's, ``.asc`` and ``.blf`` are Vector's, by python-can. Those keep something back until they
+are closed.
+"""
+
+import io
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO, Protocol
+
+from hil.host.new_file import begin_file
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_log
+from hil.wire.can.socketcan import ERROR as ERROR_FLAG
+from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, from_word, unpack
+from hil.wire.pcapng import CaptureError, Record, header_length, read, whole_blocks
+
+LOG_ENDINGS = (".log", ".asc", ".blf")
+_SHOWN = 200
+
+
+class CaptureFile(Protocol):
+    """File for whole blocks of pcapng, as they come."""
+
+    def take(self, blocks: bytes) -> None:
+        """Write blocks. Raises CaptureError: they do not belong here."""
+
+    def close(self) -> None: ...
+
+
+def capture_file(write: str, rotate_bytes: int, files: int) -> CaptureFile:
+    """Begin a file, by the end of its name; "-" is the standard output, as pcapng."""
+    if is_log(write):
+        return _CanLog(Path(write))
+    return _Pcapng(write, rotate_bytes, files)
+
+
+def is_log(name: str) -> bool:
+    """True if a file is a log of CAN by its name."""
+    return Path(name).suffix.lower() in LOG_ENDINGS
+
+
+class _Pcapng:
+    """Files of pcapng, each with the header at its beginning."""
+
+    def __init__(self, write: str, rotate_bytes: int, files: int) -> None:
+        self._write, self._rotate_bytes, self._files = write, rotate_bytes, files
+        self._out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
+        self._head, self._written, self._number = b"", 0, 0
+
+    def take(self, blocks: bytes) -> None:
+        if self._written == len(self._head):  # no record yet
+            self._head += blocks[: header_length(blocks)]
+        is_full = self._written + len(blocks) > self._rotate_bytes
+        if self._rotate_bytes and self._head and self._written and is_full:
+            self._number += 1
+            self._out.close()
+            # With its header from its first moment on, whenever this is ended.
+            self._out = begin_file(Path(self._name(self._number)), self._head)
+            self._written = len(self._head)
+            if self._number >= self._files:
+                Path(self._name(self._number - self._files)).unlink(missing_ok=True)
+        self._out.write(blocks)
+        self._out.flush()
+        self._written += len(blocks)
+
+    def close(self) -> None:
+        if self._write != "-":
+            self._out.close()
+
+    def _name(self, number: int) -> str:
+        path = Path(self._write)
+        return self._write if number == 0 else str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+
+
+class _CanLog:
+    """Log of CAN buses."""
+
+    def __init__(self, path: Path) -> None:
+        self._ending = path.suffix.lower()
+        self._out: BinaryIO = begin_file(path)
+        self._writer = _writer(self._ending, self._out)
+        self._channels: list[str] = []
+        """Buses, in the order of their first frames: those logs have numbers for them."""
+        self._head, self._has_records = b"", False
+
+    def take(self, blocks: bytes) -> None:
+        size = 0 if self._has_records else header_length(blocks)
+        self._head += blocks[:size]
+        self._has_records = self._has_records or size < len(blocks)
+        if self._has_records:
+            for record in read(self._head + blocks[size:]):
+                self._put(logged(record))
+        if self._ending != ".blf":
+            self._out.flush()
+
+    def close(self) -> None:
+        if self._writer:
+            self._writer.stop()
+        self._out.close()
+
+    def _put(self, frame: LoggedFrame) -> None:
+        if not self._writer:
+            self._out.write(f"{candump_line(frame)}\n".encode())
+            return
+        if frame.bus not in self._channels:
+            self._channels.append(frame.bus)
+        self._writer.on_message_received(_message(frame, self._channels.index(frame.bus)))
+
+
+def logged(record: Record) -> LoggedFrame:
+    """Frame of a record. Raises CaptureError: it is of no CAN bus, or none of classic CAN."""
+    if not record.line.is_can:
+        raise CaptureError(f"{record.interface} is no CAN bus; name the file .pcapng")
+    try:
+        return LoggedFrame(record.at_ns, record.interface, unpack(record.data))
+    except SocketCanError as error:
+        raise CaptureError(f"{error}, at byte {record.offset}") from None
+
+
+def read_log(path: Path, data: bytes) -> Iterator[LoggedFrame]:
+    """Read a log of CAN by the end of its name.
+
+    Raises:
+        CaptureError: after all that can be read.
+    """
+    if path.suffix.lower() == ".log":
+        try:
+            yield from read_candump_log(data.decode("utf-8", "replace"))
+        except ValueError as error:
+            raise CaptureError(str(error)) from None
+        return
+    reader: Any
+    from can import ASCReader, BLFReader
+
+    try:
+        if path.suffix.lower() == ".asc":
+            reader = ASCReader(io.StringIO(data.decode("utf-8", "replace")))
+        else:
+            reader = BLFReader(io.BytesIO(data))
+        for message in reader:
+            yield _logged(message)
+    except CaptureError:
+        raise
+    except Exception as error:  # python-can's readers raise whatever the content makes them
+        why = str(error)[:_SHOWN] or type(error).__name__
+        raise CaptureError(f"python-can cannot read it: {why}") from None
+
+
+def _writer(ending: str, out: BinaryIO) -> Any:
+    """Writer of python-can; None for candump's log."""
+    if ending == ".log":
+        return None  # python-can's leaves out how much a remote frame asks for, and which error one is
+    from can import ASCWriter, BLFWriter
+
+    # The first channel of both is 1; those that python-can is given count from 0.
+    if ending == ".asc":
+        return ASCWriter(io.TextIOWrapper(out, encoding="utf-8", write_through=True))
+    return BLFWriter(out)
+
+
+def _message(each: LoggedFrame, channel: int) -> Any:
+    from can import Message
+
+    frame, at_s = each.frame, each.at_ns / 1e9
+    if isinstance(frame, CanError):
+        error_class, data = error_parts(frame)
+        return Message(at_s, error_class, is_error_frame=True, data=data, channel=channel)
+    return Message(
+        at_s,
+        frame.id,
+        is_extended_id=frame.is_extended,
+        is_remote_frame=frame.is_remote,
+        dlc=frame.dlc,
+        data=None if frame.is_remote else frame.data,
+        channel=channel,
+    )
+
+
+def _logged(message: Any) -> LoggedFrame:
+    at_ns, bus = round(message.timestamp * 1e9), f"can{message.channel if message.channel is not None else 0}"
+    data = bytes(message.data)
+    if message.is_error_frame:
+        return LoggedFrame(at_ns, bus, from_word(ERROR_FLAG | message.arbitration_id, data, len(data)))
+    if message.is_fd:
+        raise CaptureError("a frame of CAN FD; this reads classic CAN")
+    remote_dlc = message.dlc if message.is_remote_frame else 0
+    frame = CanFrame(
+        message.arbitration_id, data, message.is_extended_id, message.is_remote_frame, remote_dlc
+    )
+    return LoggedFrame(at_ns, bus, frame)
+
+
+def blocks_of(client: Any) -> Iterator[bytes]:
+    """Whole blocks of pcapng from a connection, until it is closed."""
+    held = b""
+    while data := client.recv(65536):
+        held += data
+        if size := whole_blocks(held):
+            yield held[:size]
+            held = held[size:]

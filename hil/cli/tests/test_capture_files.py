@@ -1,0 +1,169 @@
+"""Logs of CAN as python-can's readers and tshark read them, and captures as text."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import can
+import pytest
+
+from hil.cli.capture_files import blocks_of, capture_file, read_log
+from hil.cli.decoding import decoded, decoded_log
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.candump_log import LoggedFrame
+from hil.wire.can.socketcan import CanError, pack_error, pack_frame
+from hil.wire.pcapng import CaptureError, Interface, RecordKind, can_record, header, record
+
+BUSES = [Interface("can0", baud=1_000_000, is_can=True), Interface("can1", baud=500_000, is_can=True)]
+SINCE_NS = 1_700_000_000_000_000_000
+FRAMES = [
+    CanFrame(0, b"\1\5"),
+    CanFrame(0x705, b"\0"),
+    CanFrame(0x605, bytes.fromhex("4041600000000000")),
+    CanFrame(0x585, bytes.fromhex("4B41600037020000")),
+    CanFrame(0x1ABCDEF0, bytes(range(8)), True),
+    CanFrame(0x705, b"", False, True, 1),
+    CanFrame(0x80),
+]
+CAPTURE = (
+    header("hil test", BUSES)
+    + b"".join(
+        can_record(at & 1, SINCE_NS + 1000 * at, pack_frame(frame), "m1.canopen")
+        for at, frame in enumerate(FRAMES)
+    )
+    + can_record(0, SINCE_NS + 10**9, pack_error("stuff"))
+)
+ENDINGS = (".log", ".asc", ".blf")
+
+
+class Connection:
+    """Connection that gives bytes in pieces."""
+
+    def __init__(self, data: bytes, size: int) -> None:
+        self._rest, self._size = data, size
+
+    def recv(self, most: int) -> bytes:
+        piece, self._rest = self._rest[: self._size], self._rest[self._size :]
+        return piece
+
+
+def written(folder: Path, ending: str, capture: bytes = CAPTURE) -> Path:
+    path = folder / f"out{ending}"
+    file = capture_file(str(path), 0, 1)
+    try:
+        for blocks in blocks_of(Connection(capture, 100)):
+            file.take(blocks)
+    finally:
+        file.close()
+    return path
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_python_can_reads_what_is_written(ending: str, tmp_path: Path) -> None:
+    with can.LogReader(written(tmp_path, ending)) as reader:
+        messages = list(reader)
+    assert len(messages) == len(FRAMES) + 1
+    for at, (frame, message) in enumerate(zip(FRAMES, messages, strict=False)):
+        assert message.arbitration_id == frame.id
+        assert message.is_extended_id == frame.is_extended
+        assert message.is_remote_frame == frame.is_remote
+        assert message.dlc == frame.dlc
+        assert bytes(message.data or b"") == frame.data
+        assert message.channel == (f"can{at & 1}" if ending == ".log" else at & 1)
+        assert message.timestamp - messages[0].timestamp == pytest.approx(at * 1e-6, abs=1e-6)
+    assert messages[-1].is_error_frame
+    assert messages[-1].timestamp - messages[0].timestamp == pytest.approx(1, abs=1e-6)
+    if ending != ".asc":  # which has milliseconds of the day, in local time
+        assert messages[0].timestamp == pytest.approx(SINCE_NS / 1e9, abs=1e-3)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_log_is_read_back(ending: str, tmp_path: Path) -> None:
+    path = written(tmp_path, ending)
+    rows = list(read_log(path, path.read_bytes()))
+    assert [row.frame for row in rows[:-1]] == FRAMES
+    assert [row.bus for row in rows[:2]] == ["can0", "can1"]
+    assert rows[-1].frame == CanError("" if ending == ".asc" else "stuff")
+    text = list(decoded_log(rows, {}))
+    assert text[3] == "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h"
+    assert text[-1] == f"    1.000000 can0 {'' if ending == '.asc' else 'stuff '}error"
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_log_that_is_damaged_is_refused(ending: str, tmp_path: Path) -> None:
+    data = written(tmp_path, ending).read_bytes()
+    for cut in (b"\0\1\2" * 50, data[: len(data) * 3 // 4] + b"\xff\xfe~~" * 9):
+        said, rows = "x", list[LoggedFrame]()
+        try:
+            rows = list(read_log(Path(f"x{ending}"), cut))
+        except CaptureError as error:
+            said = str(error)
+        assert said.isprintable()
+        assert (said != "x") or ending != ".log", "python-can's readers skip what they do not know"
+        assert len(rows) <= len(FRAMES) + 1
+
+
+def test_what_is_no_can_has_no_place_in_a_log(tmp_path: Path) -> None:
+    capture = header("x", [Interface("bus0", "sac")]) + record(0, 5, RecordKind.RX, b"x")
+    with pytest.raises(CaptureError, match="bus0 is no CAN bus; name the file"):
+        written(tmp_path, ".log", capture)
+
+
+def test_an_empty_log_is_one(tmp_path: Path) -> None:
+    for ending in ENDINGS:
+        with can.LogReader(written(tmp_path, ending, header("x", BUSES))) as reader:
+            assert list(reader) == []
+
+
+def test_a_capture_in_words_and_its_faults() -> None:
+    assert list(decoded(CAPTURE))[:4] == [
+        "    0.000000 can0 000#0105             NMT to node 5: start (m1.canopen)",
+        "    0.000001 can1 705#00               boot-up of 5 (m1.canopen)",
+        "    0.000002 can0 605#4041600000000000 SDO to 5: read 6041h Statusword (m1.canopen)",
+        "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h (m1.canopen)",
+    ]
+    broken = CAPTURE + can_record(0, SINCE_NS, b"\0\0\0")
+    with pytest.raises(CaptureError, match=f"3 bytes are no CAN frame, .*, at byte {len(CAPTURE)}"):
+        list(decoded(broken))
+
+
+@pytest.mark.skipif(not shutil.which("tshark"), reason="needs tshark")
+def test_tshark_shows_frames_errors_and_canopen(tmp_path: Path) -> None:
+    path = written(tmp_path, ".pcapng")
+    fields = [
+        "frame.interface_name",
+        "can.id",
+        "can.flags.xtd",
+        "can.flags.rtr",
+        "can.flags.err",
+        "_ws.col.Info",
+    ]
+    command = ["tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields"]
+    shown = subprocess.run(
+        [*command, *(word for field in fields for word in ("-e", field))],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    rows = [line.split("\t") for line in shown.stdout.splitlines()]
+    assert len(rows) == len(FRAMES) + 1
+    for at, (row, frame) in enumerate(zip(rows, FRAMES, strict=False)):
+        assert row[0] == f"can{at & 1}"
+        assert int(row[1]) == frame.id
+        assert row[2:4] == [str(int(frame.is_extended)), str(int(frame.is_remote))]
+    assert [row[5] for row in rows[:4]] == [
+        "NMT: Start remote node [0x5]",
+        "NMT Error Control: Boot-up [0x5]",
+        "Default-SDO (rx): Initiate upload request",
+        "Default-SDO (tx): Initiate upload response",
+    ]
+    assert rows[-1][4:] == ["1", "ERR: Protocol violation, Bus error"]
+    damaged = subprocess.run(
+        [*command[:5], "-Y", "_ws.malformed"], capture_output=True, text=True, check=True
+    )
+    assert damaged.stdout == ""
+
+
+def test_times_of_a_log_are_those_of_the_capture() -> None:
+    rows = [LoggedFrame(at_ns, "can0", CanFrame(1)) for at_ns in (10**18, 10**18 + 1_234_567)]
+    assert [line[:13] for line in decoded_log(rows, {})] == ["    0.000000 ", "    0.001235 "]
