@@ -1,18 +1,23 @@
 """Check of a logged input against a bench: one that another program wrote, or that was damaged, may have
 names that are not here and values that cannot be."""
 
+import re
+from collections.abc import Sequence
+
 from hil.core import CoreAxis
 from hil.core.fields import FIELDS
 from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
+from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
 from hil.sim.verb_calls import verb_problem
-from hil.vocab.address import address_of, no_part
+from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part, owner_of
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
+from hil.wire.can.frame_text import parse_frame
 from hil.wire.step_dir import train_problem
 
 BAUDS = range(1, 1 << 32)
@@ -33,8 +38,10 @@ def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str 
     """Reason why the bench cannot take an input now, or None."""
     if isinstance(given, inputs.Inject | inputs.Clear):
         return _fault_problem(bench, target, given)
+    if isinstance(given, inputs.Attach):
+        return channel_problem(bench, target, given.node)
     if target in bench.taps:
-        return _tap_problem(given)
+        return _tap_problem(bench.taps[target], given)
     name, part = address_of(target)
     if name not in bench.devices:
         return f"there is no device {target[:_SHOWN]!r}; there are {', '.join([*bench.devices, *bench.taps])}"
@@ -75,7 +82,40 @@ def _baud_problem(name: str, baud: int | None) -> str | None:
     return None if known else f"{name}: write null, or {BAUDS.start} to {BAUDS.stop - 1}"
 
 
-def _tap_problem(given: inputs.Input) -> str | None:
+def channel_problem(bench: BenchRuntime, bus: str, node: str) -> str | None:
+    """Reason why a bus cannot have a channel's node of this name, or None."""
+    from hil.sim.can.channel_node import MOST_NODES, ChannelNode
+
+    if bus not in bench.buses:
+        known = ", ".join(bench.buses) or "none"
+        return f"there is no CAN bus {bus[:_SHOWN]!r}; there are {known}"
+    if not re.fullmatch(NAME_PATTERN, node):
+        return f"{node[:_SHOWN]!r} is no name; write small letters, digits, _ and -, at most 32"
+    label = str(Address(bus, node))
+    if label in bench.buses[bus].bus.nodes:
+        known_tap = bench.taps.get(label)
+        return None if isinstance(known_tap, ChannelNode) else f"{label} is a node of another kind"
+    here = [tap for tap in bench.taps.values() if isinstance(tap, ChannelNode) and owner_of(tap.name) == bus]
+    return f"{bus} has {MOST_NODES} channels already" if len(here) >= MOST_NODES else None
+
+
+def frames_problem(frames: Sequence[str]) -> str | None:
+    """Reason why texts from outside cannot be frames, or None."""
+    try:
+        for frame in frames:
+            parse_frame(frame)
+    except ValueError as error:
+        return str(error)
+    return None
+
+
+def _tap_problem(tap: ClientTap, given: inputs.Input) -> str | None:
+    if isinstance(given, inputs.Frames | inputs.Detach):
+        from hil.sim.can.channel_node import ChannelNode
+
+        if not isinstance(tap, ChannelNode):
+            return "this is for a channel of a CAN bus"
+        return frames_problem(given.frames) if isinstance(given, inputs.Frames) else None
     if isinstance(given, inputs.Bytes):
         return _baud_problem("client_baud", given.client_baud)
     if isinstance(given, inputs.Play):

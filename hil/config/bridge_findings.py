@@ -1,7 +1,7 @@
 """Checks of bridges: their options by the models of their kinds, and beside the rest of the configuration."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -11,7 +11,7 @@ from hil.config.check_ports import PortsCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, shown, suggestion
 from hil.vocab.address import DeviceParts
-from hil.vocab.bridge_protocol import BridgeOptions, OptionProblem
+from hil.vocab.bridge_protocol import BridgeOptions, BusOptions, OptionProblem
 
 BRIDGES = "bridges"
 Options = Mapping[str, BaseModel]
@@ -52,15 +52,22 @@ def read_bridges(
 
 
 def bridge_findings(
-    options: Options, devices: Mapping[str, Any], profiles: Mapping[str, ProfileInfo]
+    options: Options, devices: Mapping[str, Any], profiles: Mapping[str, ProfileInfo], buses: Collection[str]
 ) -> list[Finding]:
-    """Findings of bridges on this bench. ``devices``: as they were written; ``profiles``: of all of them."""
+    """Findings of bridges on this bench. ``devices``: as they were written; ``profiles``: of all of them;
+    ``buses``: names of the CAN buses."""
     axes = [
         axis
         for name, raw in devices.items()
         for axis in _axes(name, profiles[name], is_real=raw.get("at") is not None)
     ]
-    return [
+    on_buses = [
+        _finding(name, problem)
+        for name, each in options.items()
+        if isinstance(each, BusOptions)
+        for problem in each.bus_problems(buses)
+    ]
+    return on_buses + [
         _finding(name, problem)
         for name, each in options.items()
         if isinstance(each, BridgeOptions)

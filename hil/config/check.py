@@ -66,7 +66,8 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
         findings += _findings_between(value, profiles)
         findings += framing_findings(value, profiles, catalogue)
     if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
-        findings += bridge_findings(bridges, value["devices"], profiles) if profiles else []
+        buses = each if isinstance(each := value.get("can"), dict) else {}
+        findings += bridge_findings(bridges, value["devices"], profiles, buses) if profiles else []
         findings += file_findings(bridges)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)

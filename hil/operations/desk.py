@@ -37,7 +37,13 @@ class Desk:
 
     def describe(self) -> Description:
         return Description(
-            self._bench, self._clock, self._devices, self._segments.keys(), self._looks.ports(), OPERATIONS
+            self._bench,
+            self._clock,
+            self._devices,
+            self._segments.keys(),
+            self._looks.ports(),
+            OPERATIONS,
+            self._looks.buses(),
         )
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:

@@ -34,6 +34,10 @@ class LookingOn:
         """Names of places at which bytes pass."""
         return [name for name in self._places if name not in self._sim.segments]
 
+    def buses(self) -> Sequence[str]:
+        """Names of the CAN buses."""
+        return list(self._sim.buses)
+
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
     ) -> Watch:
@@ -46,6 +50,8 @@ class LookingOn:
                     return Samples(self._watches.sampler, target, interval_ns, call)
                 case Watched.PACKETS:
                     return _Calls(_listening(self._sim.segments[target].watchers, call))
+                case Watched.FRAMES:
+                    return _Calls(_listening(self._sim.buses[target].bus.watchers, call))
                 case Watched.BYTES:
                     return _Calls(_listening(self._places[target].listeners, call))
                 case Watched.RUNS:
@@ -93,7 +99,8 @@ class LookingOn:
         """Make a capture, which waits for a writer, and a function that ends it."""
         segments = self._sim.segments
         for name in ports:
-            if name not in segments and name not in self._places and name not in self._sim.nodes:
+            known = (segments, self._sim.buses, self._places, self._sim.nodes)
+            if not any(name in each for each in known):
                 raise self._no_place(name)
         capture = Capture([self._interface(name) for name in ports], self._clock.epoch_ns)
         ends = [self._captured(capture, index, name) for index, name in enumerate(ports)]
@@ -105,7 +112,9 @@ class LookingOn:
         return capture, end
 
     def _interface(self, name: str) -> Interface:
-        """Line of a place: a segment's, or the one that a node is on."""
+        """Line of a place: a segment's, a CAN bus, or the one that a node is on."""
+        if bus := self._sim.buses.get(name):
+            return Interface(name, baud=bus.bus.bit_rate, is_can=True)
         node = self._sim.nodes.get(name)
         line = node.segment if node else self._sim.segments.get(name)
         return Interface(name, line.framing.name, line.baud, line.line_format) if line else Interface(name)
@@ -114,12 +123,15 @@ class LookingOn:
         """Let a capture record what passes at a place; answers a function that ends it."""
         if name in self._sim.segments:
             return _listening(self._sim.segments[name].watchers, partial(capture.heard, index))
+        if bus := self._sim.buses.get(name):
+            return _listening(bus.bus.watchers, partial(capture.carried, index))
         if node := self._sim.nodes.get(name):
             return _listening(node.watchers, partial(capture.passed_at, index))
         return _listening(self._places[name].listeners, partial(capture.passed, index))
 
     def _no_place(self, name: str) -> VerbRefused:
-        known = ", ".join([*self._sim.segments, *self._sim.nodes, *self._places]) or "none"
+        lines = [*self._sim.segments, *self._sim.buses]
+        known = ", ".join([*lines, *self._sim.nodes, *self._places]) or "none"
         if (device := self._sim.devices.get(name)) and not device.uarts:
             return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {known}")
         return VerbRefused("no_place", f"there is no port {name!r}; there are {known}")

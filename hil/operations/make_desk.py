@@ -9,6 +9,7 @@ from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.board_operations import BoardOperations
 from hil.operations.bus_reports import data_sheet, listed_buses
+from hil.operations.channel_operations import ChannelOperations
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
 from hil.operations.drive_operations import DriveOperations
@@ -39,6 +40,7 @@ def make_desk(
     reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
     of_drives = DriveOperations(sim, places.drives)
     boards = BoardOperations(sim, places, configured, runs.axes, runs.real, of_drives)
+    channels = ChannelOperations(sim)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
         "list": lambda asked: reports.listed(),
@@ -63,6 +65,9 @@ def make_desk(
         "wait": boards.wait,
         "drive": boards.drive,
         "play": boards.play,
+        "attach": channels.attach,
+        "detach": channels.detach,
+        "transmit": channels.transmit,
         "watch": looks.watch,
         "samples": looks.samples,
         "unwatch": looks.unwatch,

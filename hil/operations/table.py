@@ -13,10 +13,13 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, Role
+from hil.wire.can.frame_text import LONGEST_FRAME
 from hil.wire.step_dir import MAX_ROWS
 
 NAME_CHARACTERS = 256
 LIST_NAMES = 1024
+MOST_FRAMES = 256
+"""Frames that are sent by one request."""
 WATCH_IDLE_S = 10
 """Time without a request for samples after which a watch has ended."""
 LONGEST_WAIT_S = 3600.0
@@ -82,6 +85,17 @@ EDGES = _rows(MAX_ROWS, "at_ns, pin, level, steps, duration_ns; [] ends")
 BURSTS = _rows(MAX_BURSTS, "nanoseconds from now, hexadecimal digits")
 
 
+def _are_frames(value: Any) -> bool:
+    return (
+        isinstance(value, list)
+        and len(value) <= MOST_FRAMES
+        and all(isinstance(each, str) and len(each) <= LONGEST_FRAME for each in value)
+    )
+
+
+FRAMES = Form(f"a list of at most {MOST_FRAMES} frames", _are_frames)
+
+
 def _name(name: str, about: str, **more: Any) -> Parameter:
     return Parameter(name, about, maximum=NAME_CHARACTERS, is_text=True, **more)
 
@@ -105,6 +119,7 @@ def _common(name: str, target: Target, *, takes_time: bool = False) -> Operation
 BENCH, DEVICE, TWIN, UART = Target.BENCH, Target.DEVICE, Target.TWIN, Target.UART
 MEMBER = Target.MEMBER
 PLACE, TAP, RUN = Target.PLACE, Target.TAP, Target.RUN
+BUS, CHANNEL = Target.BUS, Target.CHANNEL
 VIEWER, OPERATOR, ADMIN = Role.VIEWER, Role.OPERATOR, Role.ADMIN
 _ROWS = (
     # What is there, and how it does.
@@ -146,6 +161,14 @@ _ROWS = (
            Parameter("train", "what is played", form=EDGES), takes_time=True),
     _asked("play", TAP, OPERATOR, "send bursts on a segment, or to the adapter on a CAN bus",
            Parameter("bursts", "what is sent", form=BURSTS), takes_time=True),
+    # A CAN bus.
+    _asked("attach", BUS, OPERATOR,
+           "put a node without a device on a CAN bus; answers its address, and how many frames it takes",
+           _name("node", "its name behind the bus's, as in udp: can0.udp")),
+    _asked("detach", CHANNEL, OPERATOR, "take such a node off its bus"),
+    _asked("transmit", CHANNEL, OPERATOR,
+           "send frames from such a node; answers how many were refused, and how many it takes now",
+           Parameter("frames", "each as 123#0011", form=FRAMES)),
     # Looking on.
     _asked("watch", TWIN, VIEWER,
            f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",

@@ -18,7 +18,7 @@ from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
-from hil.sim.inputs import Clear, CommitDone, Do, Inject, Input, Logged
+from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
 from hil.sim.verb_calls import Answer, axes_of
@@ -238,6 +238,9 @@ class BenchRuntime:
     ) -> Answer:
         if isinstance(given, (Inject, Clear)):
             self.faults.apply(target, given, at_ns)
+            return {}
+        if isinstance(given, Attach):
+            self.roster.attach(target, given.node).apply(given, at_ns)
             return {}
         if target in self.taps:
             self.taps[target].apply(given, at_ns)

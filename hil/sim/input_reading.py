@@ -85,6 +85,12 @@ def _rows(*columns: Callable[[Any], Any], least: int = 0) -> Callable[[Any], tup
     return read
 
 
+def _texts(value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise _Wrong("write a list of texts")
+    return tuple(map(text, value))
+
+
 _PIECES = _rows(whole, number, number, number, number, least=2)
 _EDGES = _rows(whole, text, whole, whole, whole, least=1)
 _READERS: Mapping[Any, Callable[[Any], Any]] = {
@@ -98,6 +104,7 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
     tuple[tuple[int, str], ...]: _rows(whole, _digits),
     tuple[tuple[str, float | str], ...]: _rows(text, _value),
     tuple[tuple[str, int | None, str], ...]: _rows(text, _whole_or_none, _digits),
+    tuple[str, ...]: _texts,
     tuple[PathPiece, ...]: lambda value: tuple(PathPiece(*row) for row in _PIECES(value)),
     Train: lambda value: tuple(Edges(*row) for row in _EDGES(value)),
 }

@@ -95,6 +95,26 @@ def bursts_problem(bursts: Sequence[tuple[int, str]]) -> str | None:
 
 
 @dataclass(frozen=True)
+class Attach:
+    """Beginning of a channel of a CAN bus: a node without a device, ``node`` behind the bus's name, goes on
+    it."""
+
+    node: str
+
+
+@dataclass(frozen=True)
+class Detach:
+    """End of a channel: its node leaves the bus."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Frames of CAN that a channel's node sends, in this order, each as ``123#0011``."""
+
+    frames: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Inject:
     """Beginning of a fault, under a number; its kind and parameters as ``hil.vocab.faults`` has them."""
 
@@ -148,6 +168,9 @@ Input = (
     | Inject
     | Clear
     | Play
+    | Attach
+    | Detach
+    | Frames
     | Bytes
     | Pin
     | SetField
@@ -160,6 +183,9 @@ Input = (
 KINDS: dict[str, type[Any]] = {
     "bytes": Bytes,
     "play": Play,
+    "attach": Attach,
+    "detach": Detach,
+    "frames": Frames,
     "inject": Inject,
     "clear": Clear,
     "do": Do,

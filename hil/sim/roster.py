@@ -9,7 +9,7 @@ from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
-from hil.vocab.address import address_of, owner_of
+from hil.vocab.address import Address, address_of, owner_of
 from hil.vocab.faults import (
     CAN_NODE,
     DEVICE,
@@ -108,6 +108,15 @@ class Roster:
         """Add a tap that is on its bus, which is in this group."""
         self.taps[tap.name] = tap
         self._groups[tap.name] = group
+
+    def attach(self, bus: str, name: str) -> ClientTap:
+        """Find the node of a channel of a bus, which is put there if there is none of that name yet."""
+        label = str(Address(bus, name))
+        if label not in self.taps:
+            from hil.sim.can.channel_node import ChannelNode  # most benches have none
+
+            self.add_can_tap(ChannelNode(label, self.buses[bus].bus), self._groups[bus])
+        return self.taps[label]
 
     def add_can_node(self, node: "CanOpenCard") -> None:
         """Add the CANopen node of a device, which is in its bus's group."""

@@ -1,5 +1,5 @@
 """Contract of a bridge: ``Bridge``, ``BenchDoor`` if it reaches other benches too, and ``PortDoor`` if it has
-ports of its own. Its options may be ``BridgeOptions``, so that more than their form is checked."""
+ports of its own. Its options may be ``BridgeOptions`` and ``BusOptions``, for more than their form."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -104,3 +104,11 @@ class BridgeOptions(Protocol):
 
     def file_problems(self) -> Iterable[OptionProblem]:
         """Mistakes in files that the options name. They are read."""
+
+
+@runtime_checkable
+class BusOptions(Protocol):
+    """Options of a bridge that name CAN buses."""
+
+    def bus_problems(self, buses: Collection[str]) -> Iterable[OptionProblem]:
+        """Mistakes on a bench with these buses."""

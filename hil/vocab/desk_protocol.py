@@ -88,6 +88,7 @@ class Watched(Enum):
     SAMPLES = "an axis at exact multiples of an interval: its fields in the binary layout, ``bytes``"
     PACKETS = "what was on a segment: a ``SegmentEvent``"
     BYTES = 'what passes at a port: whom it is for, "board" or "client", and the bytes'
+    FRAMES = "what was on a CAN bus: a ``BusEvent`` of ``hil.wire.can.can_bus_protocol``"
     RUNS = "runs whose progress changes: the progress, a mapping"
 
 
@@ -118,7 +119,8 @@ class BenchClock(Protocol):
 @dataclass(frozen=True)
 class Description:
     """Description of a bench. ``devices``: by address, each device and each further axis of one; it and
-    ``segments`` are current whenever they are looked at. ``ports``: addresses at which bytes pass now."""
+    ``segments`` are current whenever they are looked at. ``buses``: names of the CAN buses; ``ports``:
+    addresses at which bytes pass now."""
 
     bench: str
     clock: BenchClock
@@ -126,6 +128,7 @@ class Description:
     segments: Collection[str]
     ports: Sequence[str]
     operations: Mapping[str, Operation]
+    buses: Collection[str] = ()
 
 
 class Desk(Protocol):

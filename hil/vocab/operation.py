@@ -18,6 +18,8 @@ class Target(Enum):
     UART = ("device", "a device's serial interface: m1, s1.network")
     PLACE = ("target", "where a fault can be: a device, an axis, a port, a segment, a tap")
     TAP = ("tap", "a tap of a segment")
+    BUS = ("bus", "a CAN bus")
+    CHANNEL = ("channel", "a channel of a CAN bus")
     RUN = ("name", "a run; empty: all that are remembered")
 
     @property

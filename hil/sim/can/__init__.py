@@ -1,5 +1,6 @@
 """CAN buses of a bench in simulated time: their taps, which are slcan adapters, and their nodes.
 
-``bench_bus.py`` is a bus as the bench has it, ``can_tap.py`` an adapter with a client, ``canopen_card.py``
-the interface card of an axis. What clients send is an input; a node is an input of nothing.
+``bench_bus.py`` is a bus as the bench has it, ``can_tap.py`` an adapter with a client, ``channel_node.py``
+the node of a channel, ``canopen_card.py`` the interface card of an axis.
+What clients send is an input; a node is an input of nothing.
 """

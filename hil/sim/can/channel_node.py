@@ -1,0 +1,107 @@
+"""Node of a CAN bus without a device: what a channel's programs outside send goes on the bus from here."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from hil.sim.inputs import Attach, Detach, Frames, Input
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.can.can_bus_protocol import CanBus, NodeState
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.frame_text import parse_frame
+
+MOST_WAITING = 1024
+"""Frames that may wait. Linux gives an interface ten (its ``txqueuelen``), and lets senders wait; those of a
+channel cannot be told to."""
+MOST_NODES = 16
+"""Channels of one bus."""
+
+
+class ChannelNode:
+    """Node ``name`` on a bus. Frames go out one after the other, in the order in which they came, as from a
+    driver with one mailbox; each takes part in the arbitration when it is the first.
+
+    It hears everything, as it acknowledges, and is told of nothing: who looks on has it from the bus.
+    """
+
+    def __init__(self, name: str, bus: CanBus) -> None:
+        self.name = name
+        self.notes: dict[int, str] = {}
+        self.listeners: list[Callable[[], None]] = []
+        self.refused = 0
+        """Number of frames that came when too many waited, or the node was off the bus."""
+        self._bus = bus
+        self._queue: deque[CanFrame] = deque()
+        self._is_sending = False
+        self._is_on = True
+        bus.join(name, self, filters=())
+
+    @property
+    def free(self) -> int:
+        """Number of frames that may come now."""
+        return MOST_WAITING - len(self._queue)
+
+    # ---- hil.sim.client_tap.ClientTap ----
+
+    @property
+    def speed(self) -> str:
+        return f"{self._bus.bit_rate} bit/s"
+
+    def apply(self, given: Input, now_ns: SimTimeNs) -> None:
+        match given:
+            case Attach():
+                self._switch(True)
+            case Detach():
+                self._switch(False)
+            case Frames(frames):
+                self._put(frames)
+
+    def room(self, now_ns: SimTimeNs) -> int:
+        """Answer 0: no bytes come here."""
+        return 0
+
+    @property
+    def room_ns(self) -> SimTimeNs:
+        return FOREVER
+
+    def take(self, until_ns: int) -> bytes:
+        return b""
+
+    @property
+    def next_ns(self) -> SimTimeNs:
+        return FOREVER
+
+    def _switch(self, is_on: bool) -> None:
+        if is_on == self._is_on:
+            return
+        self._is_on = is_on
+        self._queue.clear()
+        self._is_sending = False
+        if is_on:
+            self._bus.switch_on(self.name)
+        else:
+            self._bus.switch_off(self.name)
+
+    def _put(self, frames: Sequence[str]) -> None:
+        taken = frames[: self.free] if self._is_on else ()
+        self.refused += len(frames) - len(taken)
+        self._queue.extend(map(parse_frame, taken))
+        self._send_next()
+
+    def _send_next(self) -> None:
+        if self._queue and not self._is_sending:
+            self._is_sending = True
+            self._bus.send(self.name, self._queue[0])
+
+    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+
+    def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
+        """Do nothing: its filters let nothing in."""
+
+    def sent(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
+        if self._queue:
+            self._queue.popleft()
+        self._is_sending = False
+        self._send_next()
+
+    def changed(self, state: NodeState, at_ns: SimTimeNs) -> None:
+        """Do nothing: it comes back from bus-off by itself, and goes on."""
