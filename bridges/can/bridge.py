@@ -28,17 +28,17 @@ class CanBridge:
     async def open(self) -> None:
         from bridges.can.bus_channel import BusChannel  # python-can, for who has a channel alone
 
-        for bus, channels in self._options.channels.items():
-            for options in channels:
-                channel = BusChannel(self._desk, bus, options)
-                try:
-                    await channel.open()
-                except BridgeError:
-                    await self.close()
-                    raise
-                self._channels.append(channel)
-                if options.insecure:
-                    log.warning("bridges.can: insecure: %s (%s)", RISK, channel.about)
+        for key, node in self._options.nodes().items():
+            options = self._options.channels[key]
+            channel = BusChannel(self._desk, node, options)
+            try:
+                await channel.open()
+            except BridgeError as error:
+                await self.close()
+                raise BridgeError(f"channels.{key}: {error}") from None
+            self._channels.append(channel)
+            if options.insecure:
+                log.warning("bridges.can: insecure: %s (%s)", RISK, channel.about)
 
     async def close(self) -> None:
         for channel in self._channels:
@@ -51,9 +51,8 @@ class CanBridge:
     def status(self) -> Mapping[str, Any]:
         rows = [channel.status() for channel in self._channels]
         listen = [
-            f"{bus}: {channel.medium(bus)}"
-            for bus, channels in self._options.channels.items()
-            for channel in channels
+            f"{node}: {self._options.channels[key].medium(node.owner)}"
+            for key, node in self._options.nodes().items()
         ]
         return {
             "root": "can",

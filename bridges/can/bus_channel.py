@@ -10,6 +10,7 @@ from bridges.can.channel_medium import AT_A_TIME, Medium
 from bridges.can.channel_options import Channel
 from bridges.can.python_can_medium import PythonCanMedium
 from bridges.can.udp_medium import UdpMedium
+from hil.vocab.address import Address
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source, Watch, Watched
 from hil.vocab.time import NS_PER_S
@@ -28,11 +29,12 @@ def medium_of(channel: Channel, bus: str) -> Medium:
 
 
 class BusChannel:
-    """Channel of a bus. ``medium``: the way to its programs."""
+    """Channel of a bus, whose node is at an address there. ``medium``: the way to its programs."""
 
-    def __init__(self, desk: Desk, bus: str, channel: Channel, medium: Medium | None = None) -> None:
-        self._desk, self._bus = desk, bus
-        self._name = channel.node
+    def __init__(self, desk: Desk, node: Address, channel: Channel, medium: Medium | None = None) -> None:
+        self._desk = desk
+        bus, self._name = node
+        self._bus = bus
         self._medium = medium or medium_of(channel, bus)
         self.about = channel.medium(bus)
         self._source = Source(f"CAN {self.about}", Role.OPERATOR)

@@ -1,15 +1,16 @@
 """Options of the CAN bridge."""
 
 import ipaddress
+import re
 import socket
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Annotated, Any, Literal, Self
+from typing import Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hil.vocab.address import NAME_PATTERN
+from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 
 UDP_PORT = 43113
@@ -42,11 +43,6 @@ class Channel(BaseModel):
     port: int = Field(
         default=UDP_PORT, ge=1, le=65535, description="UDP port of the group; for `udp_multicast` alone."
     )
-    name: str | None = Field(
-        default=None,
-        pattern=NAME_PATTERN,
-        description="Name of its node on the bus, behind the bus's, as can0.master; null: the interface's.",
-    )
     insecure: bool = Field(
         default=False,
         description=(
@@ -74,11 +70,6 @@ class Channel(BaseModel):
         """Address of the group."""
         return self.channel or UDP_GROUP
 
-    @property
-    def node(self) -> str:
-        """Name of its node behind the bus's."""
-        return self.name or self.interface
-
     def medium(self, bus: str) -> str:
         """What its programs share, for people; two channels of one medium hear each other."""
         if self.interface == "udp_multicast":
@@ -99,64 +90,68 @@ def _is_group(text: str) -> bool:
         return False
 
 
-def _list(value: Any) -> Any:
-    """Read a channel as a list of one."""
-    return [value] if isinstance(value, dict) else value
-
-
-Channels = Annotated[list[Channel], BeforeValidator(_list), Field(min_length=1, max_length=16)]
-
-
 class Options(BaseModel):
     """Options under ``bridges.can``."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-    channels: dict[str, Channels] = Field(
+    channels: dict[str, Channel] = Field(
         min_length=1,
-        description=("Channels by CAN bus, one or a list, as in `{can0: {interface: udp_multicast}}`."),
+        description=(
+            "Channels by CAN bus, as in `{can0: {interface: udp_multicast}}`, or by an address there,"
+            " `can0.lab`, which its node has; that of `can0` has the interface's name, `can0.udp_multicast`."
+        ),
     )
 
     @property
     def is_open(self) -> bool:
         """True if other computers are let in."""
-        return any(channel.insecure for channels in self.channels.values() for channel in channels)
+        return any(channel.insecure for channel in self.channels.values())
+
+    def nodes(self) -> Mapping[str, Address]:
+        """Nodes of the channels, by the keys of these."""
+        return {
+            key: Address(owner_of(key), address_of(key).part or channel.interface)
+            for key, channel in self.channels.items()
+        }
 
     def wanted_ports(self) -> Sequence[DoorPort]:
         return ()
 
     def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
-        """Channels of one bus that have one name, or hear each other."""
-        for bus, channels in self.channels.items():
-            names: dict[str, int] = {}
-            media: dict[str, int] = {}
-            for at, channel in enumerate(channels):
-                path = ("channels", bus) if len(channels) == 1 else ("channels", bus, at)
-                if (medium := channel.medium(bus)) in media:
-                    message = f"{bus} has two channels on {medium}: each frame would go round for ever"
-                    yield OptionProblem(path, message, "leave one of them out")
-                elif channel.node in names:
-                    message = f"{bus} has two channels {channel.node}"
-                    yield OptionProblem(path, message, "give one of them another `name`")
-                names[channel.node], media[medium] = at, at
+        """Channels of one bus that are one node, or hear each other."""
+        nodes: dict[Address, str] = {}
+        media: dict[tuple[str, str], str] = {}
+        for key, node in self.nodes().items():
+            medium = self.channels[key].medium(node.owner)
+            if not re.fullmatch(NAME_PATTERN, node.part):
+                remedy = "a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -"
+                yield OptionProblem(("channels", key), f"{node.part!r} is no name", remedy, at_key=True)
+            elif (other := nodes.setdefault(node, key)) != key:
+                message, remedy = (
+                    f"it is the node {node}, as {other} is",
+                    f"give it a name, as {node.owner}.lab",
+                )
+                yield OptionProblem(("channels", key), message, remedy, at_key=True)
+            elif (other := media.setdefault((node.owner, medium), key)) != key:
+                message = f"{other} is on {medium}, too: each frame would go round for ever"
+                yield OptionProblem(("channels", key), message, "leave one of them out", at_key=True)
 
     def bus_problems(self, buses: Collection[str]) -> Iterable[OptionProblem]:
         """Buses that are not there."""
-        for bus in self.channels:
-            if bus not in buses:
-                near = get_close_matches(bus.lower(), buses, n=1)
+        for key, node in self.nodes().items():
+            if node.owner not in buses:
+                near = get_close_matches(node.owner, buses, n=1)
                 meant = f'did you mean "{near[0]}"? ' if near else ""
                 known = f"there are {', '.join(buses)}" if buses else "add it under `can:`"
-                message = f"there is no CAN bus {bus!r}"
-                yield OptionProblem(("channels", bus), message, f"{meant}{known}", at_key=True)
+                message = f"there is no CAN bus {node.owner!r}"
+                yield OptionProblem(("channels", key), message, f"{meant}{known}", at_key=True)
 
     def file_problems(self) -> Iterable[OptionProblem]:
         """Interfaces that this computer has not."""
-        for bus, channels in self.channels.items():
-            for at, channel in enumerate(channels):
-                if channel.interface == "socketcan" and (problem := _no_interface(channel.channel or "")):
-                    path = ("channels", bus) if len(channels) == 1 else ("channels", bus, at)
-                    yield OptionProblem((*path, problem[0]), *problem[1:])
+        for key, channel in self.channels.items():
+            if channel.interface == "socketcan" and (problem := _no_interface(channel.channel or "")):
+                yield OptionProblem(("channels", key, problem[0]), *problem[1:])
 
 
 def _no_interface(name: str) -> tuple[str, str, str] | None:

@@ -1,15 +1,17 @@
 """Operations on channels of CAN buses: nodes without devices, from which programs outside send."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hil.compose.foreign import channel_problem, frames_problem
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
-from hil.sim.can.channel_node import ChannelNode
 from hil.sim.inputs import Attach, Detach, Frames
 from hil.vocab.address import Address
 from hil.vocab.desk_protocol import Done
 from hil.vocab.verbs import VerbRefused
+
+if TYPE_CHECKING:
+    from hil.sim.can.channel_node import ChannelNode
 
 
 class ChannelOperations:
@@ -40,7 +42,9 @@ class ChannelOperations:
         answer: dict[str, Any] = {"refused": node.refused - before, "free": node.free}
         return Done(at_ns, answer)
 
-    def _node(self, target: str) -> ChannelNode:
+    def _node(self, target: str) -> "ChannelNode":
+        from hil.sim.can.channel_node import ChannelNode  # most benches have none
+
         node = self._sim.taps.get(target)
         if not isinstance(node, ChannelNode):
             known = ", ".join(name for name, tap in self._sim.taps.items() if isinstance(tap, ChannelNode))
