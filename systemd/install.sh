@@ -9,7 +9,7 @@ lib=$root$prefix/lib
 share=$root$prefix/share/hil/systemd
 
 installed="$lib/systemd/system/hil.service $lib/systemd/system/hil@.service $lib/sysusers.d/hil.conf
-$lib/tmpfiles.d/hil.conf $share/adapters.conf $share/network.conf $share/realtime.conf"
+$lib/tmpfiles.d/hil.conf $share/adapters.conf $share/can.conf $share/network.conf $share/realtime.conf"
 
 tell_systemd() {
     if [ -z "$root" ] && [ -d /run/systemd/system ]; then
@@ -37,7 +37,7 @@ for unit in hil.service hil@.service; do
 done
 install -m 644 "$here/sysusers.conf" "$lib/sysusers.d/hil.conf"
 install -m 644 "$here/tmpfiles.conf" "$lib/tmpfiles.d/hil.conf"
-for dropin in adapters network realtime; do
+for dropin in adapters can network realtime; do
     install -m 644 "$here/$dropin.conf" "$share/$dropin.conf"
 done
 if [ -z "$root" ] && [ -d /run/systemd/system ]; then
