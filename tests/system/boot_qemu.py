@@ -37,6 +37,16 @@ devices:
   r1: {profile: sac, at: /dev/ttyUSB0}
   s1: {profile: sac, port: {kind: tcp, host: 0.0.0.0, port: 7001}}
 """
+BUS = """\
+bench: bus
+devices:
+  m1: {profile: mechaduino, flash: {table: identity}}
+can:
+  can0: {bit_rate: 500000, nodes: {m1: 5}, taps: {slcan0: {port: pty}}}
+bridges:
+  can: {channels: {can0: {interface: socketcan, channel: vcan0}}}
+"""
+READ_IDENTITY = "605#4018100100000000"
 SITE_ADDRESS = "10.9.8.7"
 LAB = "bench: lab\ndevices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n  s1: {profile: sac}\n"
 START = (
@@ -67,6 +77,7 @@ class Setup:
         (tree / "etc/hil").mkdir(exist_ok=True)
         (tree / "etc/hil/lab.yaml").write_text(LAB)
         (tree / "etc/hil/site.yaml").write_text(SITE)
+        (tree / "etc/hil/bus.yaml").write_text(BUS)
         self.root = root_image(tree, folder / "root.img")
         blank = folder / "blank.img"
         run("mke2fs", "-q", "-t", "ext4", blank, DISK_SIZE)
@@ -144,6 +155,71 @@ def test_the_core_thread_has_no_page_faults(setup: Setup) -> None:
 def test_vcan_is_there(setup: Setup) -> None:
     setup.guest.run("modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 up")
     assert "2301000002000000cafe" in setup.guest.run(f"python3 -c {shlex.quote(FRAME)}")
+
+
+@pytest.fixture
+def bus(setup: Setup) -> Iterator[Guest]:
+    """A bench with a bus in the guest: a channel at vcan0, and an slcan adapter at a pty."""
+    folder = "/etc/systemd/system/hil@bus.service.d"
+    guest = setup.guest
+    guest.run("modprobe vcan; ip link add vcan0 type vcan; ip link set vcan0 up")
+    guest.run(
+        f"mkdir -p {folder} && ln -sf /usr/local/share/hil/systemd/can.conf {folder} && "
+        "systemctl daemon-reload && systemctl start hil@bus || "
+        "{ journalctl -u hil@bus -o cat --no-pager; false; }",
+        timeout_s=300,
+    )
+    try:
+        yield guest
+    finally:
+        guest.run("systemctl stop hil@bus", check=False)
+
+
+def dumped(guest: Guest, interface: str, send: str) -> str:
+    """What candump hears until a node has answered, while cansend asks it again and again."""
+    ask = f"for i in $(seq 30); do cansend {interface} {send}; sleep 1; done"
+    dump = f"candump -L -n 1 -T 30000 {interface},585:7FF"
+    return guest.run(f"({ask}) & {dump}; kill $!; wait", check=False)
+
+
+def test_can_utils_and_a_node_talk_through_vcan(bus: Guest) -> None:
+    assert "vcan0 585#43181001" in dumped(bus, "vcan0", READ_IDENTITY)
+    said = bus.run(
+        "(sleep 1; cansend vcan0 000#8105; cansend vcan0 1ABCDEF0#0102030405060708; cansend vcan0 123#R) & "
+        "timeout 20 hil capture --bench bus can0 -w /tmp/c.log; cat /tmp/c.log",
+        check=False,
+    )
+    for frame in ("can0 000#8105", "can0 1ABCDEF0#0102030405060708", "can0 123#R", "can0 705#00"):
+        assert frame in said
+    assert "vcan0@500000" in bus.run("timeout 3 canbusload vcan0@500000", check=False)
+    status = bus.run("hil status --bench bus --json")
+    assert '"can0.socketcan"' in status
+
+
+def test_logs_of_hil_are_played_by_canplayer(bus: Guest) -> None:
+    log = "(1700000000.000000) can0 605#4018100100000000"
+    said = bus.run(
+        f"echo '{log}' > /tmp/p.log; (sleep 2; canplayer -I /tmp/p.log vcan0=can0) & "
+        "candump -L -n 1 -T 30000 vcan0,585:7FF",
+        check=False,
+    )
+    assert "585#43181001" in said
+
+
+def test_slcand_makes_an_interface_of_the_tap(bus: Guest) -> None:
+    if "exit 0" not in bus.run("modprobe slcan; echo exit $?", check=False):
+        pytest.skip("this kernel has no slcan")
+    tty = "$(readlink -f /run/hil/bus/can0.slcan0)"
+    bus.run(f"slcand -o -s6 {tty} hilcan0; sleep 2; ip link set hilcan0 up")
+    assert "585#43181001" in dumped(bus, "hilcan0", READ_IDENTITY)
+    bus.run("pkill slcand", check=False)
+
+
+def test_an_interface_that_is_not_there_is_told(bus: Guest) -> None:
+    bus.run("sed s/vcan0/vcan7/ /etc/hil/bus.yaml > /tmp/none.yaml")
+    said = bus.run("hil check /tmp/none.yaml", check=False)
+    assert "there is no interface 'vcan7'" in said
+    assert "ip link add vcan7 type vcan" in said
 
 
 class Site:

@@ -109,10 +109,10 @@ def tree_with_hil(folder: Path, bare: Path) -> Path:
 
 
 def tree_with_kernel() -> Path:
-    """The bare tree with Debian's real-time kernel, from the cache if it is there."""
-    tree = CACHE / "bookworm-rt"
+    """The bare tree with Debian's real-time kernel and tools of CAN, from the cache if it is there."""
+    tree = CACHE / "bookworm-rt-can"
     if not tree.exists():
-        unfinished = CACHE / "bookworm-rt.unfinished"
+        unfinished = CACHE / "bookworm-rt-can.unfinished"
         shutil.rmtree(unfinished, ignore_errors=True)
         run("cp", "-a", "--reflink=auto", bare_tree(), unfinished)
         initramfs = unfinished / "etc/initramfs-tools"
@@ -130,6 +130,7 @@ def tree_with_kernel() -> Path:
             "linux-image-rt-amd64",
             "initramfs-tools",
             "iproute2",
+            "can-utils",
         )
         for unused in unfinished.glob("lib/modules/*/kernel/sound"):
             shutil.rmtree(unused)
