@@ -24,7 +24,7 @@ class MappedObject(NamedTuple):
     bits: int
 
 
-class Pdo(NamedTuple):
+class PdoName(NamedTuple):
     """PDO of a node: RPDO or TPDO, and its number from 1 on."""
 
     node: int
@@ -39,9 +39,9 @@ class PdoWords:
     """PDOs of all nodes on a bus, with what was seen of their identifiers and mappings."""
 
     def __init__(self) -> None:
-        self._identifiers: dict[int, Pdo] = {}
+        self._identifiers: dict[int, PdoName] = {}
         self._moved_away: set[int] = set()
-        self._mapped: dict[Pdo, dict[int, int]] = {}
+        self._mapped: dict[PdoName, dict[int, int]] = {}
         """Values of the mapping's sub-indices, 0 with their number."""
 
     def note(self, node: int, index: int, subindex: int, data: bytes) -> None:
@@ -50,12 +50,12 @@ class PdoWords:
         for kind in _FIRST:
             number = index - _MAPPING[kind] + 1
             if 1 <= number <= _COUNT and len(data) <= 4:
-                self._mapped.setdefault(Pdo(node, kind, number), {})[subindex] = value
+                self._mapped.setdefault(PdoName(node, kind, number), {})[subindex] = value
             number = index - _COMMUNICATION[kind] + 1
             if 1 <= number <= _COUNT and subindex == 1 and len(data) == 4:
-                self._set_identifier(Pdo(node, kind, number), value)
+                self._set_identifier(PdoName(node, kind, number), value)
 
-    def find(self, identifier: int) -> Pdo | None:
+    def find(self, identifier: int) -> PdoName | None:
         """PDO that an identifier is of, as far as is known."""
         if known := self._identifiers.get(identifier):
             return known
@@ -63,9 +63,9 @@ class PdoWords:
         if identifier in self._moved_away or not node or not 0x180 <= offset <= 0x500:
             return None
         number, rest = divmod(offset - 0x180, 0x100)
-        return Pdo(node, "RPDO" if rest else "TPDO", number + 1)
+        return PdoName(node, "RPDO" if rest else "TPDO", number + 1)
 
-    def say(self, pdo: Pdo, data: bytes, objects: ObjectWords) -> str:
+    def say(self, pdo: PdoName, data: bytes, objects: ObjectWords) -> str:
         """Say the values; empty where the mapping is not known."""
         mapped, at = list(self._mapping(pdo)), 0
         if not mapped:
@@ -84,7 +84,7 @@ class PdoWords:
                 said.append(f"{name} {objects.value(part.object_index, part.subindex, raw)}")
         return ", ".join(said)
 
-    def _set_identifier(self, pdo: Pdo, value: int) -> None:
+    def _set_identifier(self, pdo: PdoName, value: int) -> None:
         for identifier, known in list(self._identifiers.items()):
             if known == pdo:
                 del self._identifiers[identifier]
@@ -93,7 +93,7 @@ class PdoWords:
         if not value & _INVALID:
             self._identifiers[value & _ID_MASK] = pdo
 
-    def _mapping(self, pdo: Pdo) -> Iterable[MappedObject]:
+    def _mapping(self, pdo: PdoName) -> Iterable[MappedObject]:
         mapped = self._mapped.get(pdo, {})
         for at in range(1, min(mapped.get(0, 0), 64) + 1):
             if at not in mapped:
