@@ -178,6 +178,14 @@ def test_a_channel_can_have_faults(place: Place, server: Server, outside: can.Bu
     assert expect(outside, 0x705).data == b"\0", "the frame has waited for the wire"
 
 
+def test_completion_knows_buses_and_channels(place: Place, server: Server) -> None:
+    where = ("--runtime-dir", str(place.runtime))
+    targets = place.hil("_names", "targets", "fault", "inject", "wire_cut", *where)
+    assert f"{NODE}\tchannel of can0" in targets
+    assert "m1.canopen\tCANopen node of can0" in targets
+    assert "can0\tCAN bus" in place.hil("_names", "lines", "capture", *where)
+
+
 def test_another_bench_is_on_the_same_bus(
     place: Place, server: Server, outside: can.BusABC, port: int
 ) -> None:

@@ -93,7 +93,8 @@ def _taps(line: TypedLine) -> Names:
 def _lines(line: TypedLine) -> Names:
     rows = line.ask("segments")
     nodes = [(node, f"Modbus node of {row['segment']}") for row in rows for node in row["nodes"]]
-    return [*_ports(line), *_taps(line), *nodes, *((row["segment"], "segment") for row in rows)]
+    buses = ((row["bus"], "CAN bus") for row in line.ask("buses"))
+    return [*_ports(line), *_taps(line), *nodes, *((row["segment"], "segment") for row in rows), *buses]
 
 
 def _members(row: dict[str, Any]) -> list[str]:
@@ -110,10 +111,12 @@ def _targets(line: TypedLine) -> Names:
 
 
 def _on_buses(line: TypedLine) -> Names:
-    """CAN buses and their nodes."""
+    """Nodes of CAN buses, but for taps."""
     for row in line.ask("buses"):
-        yield from ((node, f"CANopen node of {row['bus']}") for node in row["drives"])
-        yield row["bus"], "CAN bus"
+        taps = {each["tap"] for each in row["taps"]}
+        for node in row["nodes"]:
+            if node not in taps:
+                yield node, f"{'CANopen node' if node in row['drives'] else 'channel'} of {row['bus']}"
 
 
 KINDS: dict[str, Callable[[TypedLine], Names]] = {

@@ -1,6 +1,8 @@
 """Frames and errors as Linux has them, candump's logs, and captures of CAN in pcapng."""
 
 import contextlib
+import os
+import random
 import struct
 
 import pytest
@@ -110,6 +112,23 @@ def test_a_capture_of_a_bus_and_a_line() -> None:
     assert (record.at_ns, record.data, record.comment) == (5_000_000_007, frame, "m1.canopen")
     with pytest.raises(CaptureError, match="there is nothing of a line in it"):
         bursts(data, None)
+
+
+def test_fuzz_mutated_captures_and_lines_are_read_or_refused() -> None:
+    """``HIL_FUZZ`` records and lines."""
+    chance = random.Random(int(os.environ.get("HIL_FUZZ_SEED", "1")))
+    capture = header("hil", [CAN0]) + can_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
+    line = b"(1700000000.000123) can0 1ABCDEF0#0011AAff R"
+    for _ in range(int(os.environ.get("HIL_FUZZ", "20000")) // 2):
+        for good in (capture, line):
+            mutated = bytearray(good)
+            for _ in range(chance.randint(1, 4)):
+                mutated[chance.randrange(len(good))] = chance.randrange(256)
+            with contextlib.suppress(CaptureError, CandumpLogError):
+                if good is line:
+                    list(read_candump_log(mutated.decode("utf-8", "replace")))
+                else:
+                    list(read(bytes(mutated[: chance.randint(0, 2 * len(good))])))
 
 
 @given(st.data())
