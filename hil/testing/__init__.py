@@ -6,7 +6,7 @@ control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``
 stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.runs, hil.sim,
-hil.telemetry, hil.vocab, hil.wire, the standard library, numpy, pytest.
+hil.telemetry, hil.vocab, hil.wire, the standard library, can, numpy, pytest.
 
 Tests may import too: device_profiles.
 """

@@ -16,6 +16,7 @@ from hil.wire.can.can_frame import CanFrame
 
 if TYPE_CHECKING:
     from hil.sim.can.canopen_card import CanOpenCard
+    from hil.testing.python_can_bus import PythonCanBus
 
 SERVO = "mechaduino"
 """Profile that needs a table to move."""
@@ -105,6 +106,13 @@ class CanBusFace:
                 last = ", ".join(str(each.frame) for each in self.heard[-5:]) or "nothing"
                 raise AssertionError(f"no {wanted} on {self.name} within {within_ms:g} ms; the last: {last}")
             self.bench.run(min(left_ms, _SLICE_MS))
+
+    def python_can(self, node: str = "python-can") -> "PythonCanBus":
+        """Make a ``can.BusABC`` on this bus, a node of this name, for code that is written with python-can:
+        its ``recv`` lets simulated time pass."""
+        from hil.testing.python_can_bus import PythonCanBus
+
+        return PythonCanBus(self.bench, self._runtime, self.name, node)
 
     # ---- the bus ----
 

@@ -40,6 +40,13 @@ class ChannelNode:
         """Number of frames that may come now."""
         return MOST_WAITING - len(self._queue)
 
+    def put(self, frames: Sequence[CanFrame]) -> None:
+        """Send frames from now on; those for which there is no room are refused."""
+        taken = frames[: self.free] if self._is_on else ()
+        self.refused += len(frames) - len(taken)
+        self._queue.extend(taken)
+        self._send_next()
+
     # ---- hil.sim.client_tap.ClientTap ----
 
     @property
@@ -53,7 +60,7 @@ class ChannelNode:
             case Detach():
                 self._switch(False)
             case Frames(frames):
-                self._put(frames)
+                self.put([parse_frame(frame) for frame in frames])
 
     def room(self, now_ns: SimTimeNs) -> int:
         """Answer 0: no bytes come here."""
@@ -80,12 +87,6 @@ class ChannelNode:
             self._bus.switch_on(self.name)
         else:
             self._bus.switch_off(self.name)
-
-    def _put(self, frames: Sequence[str]) -> None:
-        taken = frames[: self.free] if self._is_on else ()
-        self.refused += len(frames) - len(taken)
-        self._queue.extend(map(parse_frame, taken))
-        self._send_next()
 
     def _send_next(self) -> None:
         if self._queue and not self._is_sending:
