@@ -50,14 +50,15 @@ class CanBridge:
 
     def status(self) -> Mapping[str, Any]:
         rows = [channel.status() for channel in self._channels]
-        listen = [
-            f"{node}: {self._options.channels[key].medium(node.owner)}"
+        media = {
+            self._options.channels[key].medium(node.owner): self._options.channels[key].interface
             for key, node in self._options.nodes().items()
-        ]
+        }
+        in_groups = [medium for medium, interface in media.items() if interface == "udp_multicast"]
         return {
             "root": "can",
-            "listen": listen,
-            "connect": [],
+            "listen": in_groups,
+            "connect": [medium for medium in media if medium not in in_groups],
             "links": sum(channel.is_open for channel in self._channels),
             "commands": sum(row["in"] for row in rows),
             "rejected": sum(row["refused"] + row["strangers"] for row in rows),

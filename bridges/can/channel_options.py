@@ -74,8 +74,8 @@ class Channel(BaseModel):
         """What its programs share, for people; two channels of one medium hear each other."""
         if self.interface == "udp_multicast":
             shown = f"[{self.group}]" if ":" in self.group else self.group
-            return f"udp_multicast {shown}:{self.port}"
-        return f"{self.interface} {self.channel or bus}"
+            return f"udp_multicast/{shown}:{self.port}"
+        return f"{self.interface}/{self.channel or bus}"
 
 
 def _error(code: str, message: str, key: str, remedy: str) -> PydanticCustomError:

@@ -184,7 +184,10 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
     Raises:
         CaptureError: it is no capture, it is cut off, or has nothing of that interface.
     """
-    found = [each for each in read(data) if each.event in (RecordKind.TX, RecordKind.RX) and each.data]
+    records = list(read(data))
+    found = [each for each in records if each.event in (RecordKind.TX, RecordKind.RX) and each.data]
+    if not found and any(each.line.is_can for each in records):
+        raise CaptureError("it has frames of CAN alone; canplayer plays a .log of them at a channel")
     names = list(dict.fromkeys(each.interface for each in found))
     if interface is None and len(names) > 1:
         raise CaptureError(f"it has several lines; choose one with --source: {', '.join(names)}")

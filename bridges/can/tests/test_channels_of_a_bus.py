@@ -15,7 +15,7 @@ from bridges.can.bus_channel import BusChannel
 from bridges.can.channel_medium import frame_of, message_of
 from bridges.can.channel_options import UDP_GROUP, Channel
 from bridges.can.udp_medium import UdpMedium
-from hil.testing import RecordingDesk
+from hil.testing import RecordingDesk, check_bridge
 from hil.vocab.address import Address
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Done
@@ -37,6 +37,12 @@ def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., Non
         asyncio.run(test(*given, **named))
 
     return run
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("", 0))
+        return int(free.getsockname()[1])
 
 
 class BusDesk(RecordingDesk):
@@ -175,9 +181,7 @@ async def test_strangers_are_heard_with_leave_alone(
     is_open: bool, hosts: set[str] | None, heard: int
 ) -> None:
     """A program of this computer stands for one of another."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("", 0))
-        port = free.getsockname()[1]
+    port = _free_port()
     medium, frames = UdpMedium(UDP_GROUP, port, is_open=bool(is_open)), list[CanFrame]()
     medium.open(asyncio.get_running_loop(), frames.extend)
     if hosts is not None:
@@ -210,3 +214,26 @@ def test_a_message_is_the_same_behind_a_frame(message: can.Message) -> None:
 )
 def test_a_message_that_is_none_of_classic_can_is_no_frame(wrong: dict[str, Any]) -> None:
     assert frame_of(can.Message(**wrong)) is None
+
+
+def test_it_keeps_to_what_bridges_keep_to() -> None:
+    """What is asked for is a frame's way to the desk; it is said with the frame that the desk has."""
+    desks: list[BusDesk] = []
+
+    def desk() -> BusDesk:
+        desks.append(BusDesk())
+        return desks[-1]
+
+    async def ask(status: Any) -> str:
+        made = desks[-1]
+        before = len(made.sent)
+        with can.Bus("checked", "virtual") as outside:
+            outside.send(message_of(FRAME, 0.0))
+            while len(made.sent) == before:
+                await asyncio.sleep(0.002)
+        return made.sent[-1]
+
+    group = Channel(interface="udp_multicast", port=_free_port())
+    checked = Channel(interface="virtual", channel="checked")
+    options = Options(channels={"can0": checked, "can1": group})
+    check_bridge(lambda made: make(options, made), ask=ask, desk=desk, patience_s=1.0)
