@@ -118,7 +118,11 @@ class ObjectWords:
 
     def _find(self, index: int, subindex: int) -> ObjectName | None:
         key = index, subindex
-        return self._names.get(key) or _KNOWN.get(key) or _of_pdo(index, subindex)
+        known = _KNOWN.get(key) or _of_pdo(index, subindex)
+        named = self._names.get(key)
+        if named and known and known.type.startswith("x") and named.type == known.type.replace("x", "u"):
+            return ObjectName(known.type, named.name)  # bits and identifiers say more as digits
+        return named or known
 
 
 def _of_pdo(index: int, subindex: int) -> ObjectName | None:

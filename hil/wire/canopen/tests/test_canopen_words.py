@@ -207,6 +207,8 @@ def test_names_and_first_values_of_an_eds() -> None:
     assert words.say(frame_of("606#4000200000000000")) == "SDO to 6: read 2000h"
     assert words.say(frame_of("385#FBFF")) == "TPDO1 of 5: Grip force -5"
     assert words.say(frame_of("605#40001A0100000000")) == "SDO to 5: read 1A00h:1 TPDO1 mapping, First"
+    said = words.say(frame_of("585#43001A0110004160"))
+    assert said == "SDO from 5: 1A00h:1 TPDO1 mapping, First is 60410010h"
 
 
 @pytest.mark.parametrize(
