@@ -3,13 +3,15 @@
 import asyncio
 import time
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from hil import __version__
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.can.can_bus_protocol import BusEvent
-from hil.wire.can.socketcan import pack_error, pack_frame
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
+
+if TYPE_CHECKING:
+    from hil.wire.can.can_bus_protocol import BusEvent
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
@@ -50,8 +52,10 @@ class Capture:
         kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)
 
-    def carried(self, source: int, event: BusEvent) -> None:
+    def carried(self, source: int, event: "BusEvent") -> None:
         """Record what a CAN bus has carried: a frame, an error, or a node's new state; by whom."""
+        from hil.wire.can.socketcan import pack_error, pack_frame  # most benches have no bus
+
         time_ns = self._epoch_ns + event.at_ns
         if writer := self._writer_now(source, time_ns):
             packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
@@ -73,5 +77,7 @@ class Capture:
     def _lost(self, source: int, time_ns: int) -> bytes:
         why = "the reader was too slow"
         if self.sources[source].is_can:
+            from hil.wire.can.socketcan import pack_error
+
             return can_record(source, time_ns, pack_error("frames lost"), why)
         return record(source, time_ns, RecordKind.LOST, comment=why)

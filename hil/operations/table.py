@@ -13,13 +13,12 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, Role
-from hil.wire.can.frame_text import LONGEST_FRAME
 from hil.wire.step_dir import MAX_ROWS
 
 NAME_CHARACTERS = 256
 LIST_NAMES = 1024
-MOST_FRAMES = 256
-"""Frames that are sent by one request."""
+MOST_FRAMES, FRAME_CHARACTERS = 256, 25
+"""Maximum of frames that are sent by one request, and of characters of one, extended with 8 bytes."""
 WATCH_IDLE_S = 10
 """Time without a request for samples after which a watch has ended."""
 LONGEST_WAIT_S = 3600.0
@@ -89,7 +88,7 @@ def _are_frames(value: Any) -> bool:
     return (
         isinstance(value, list)
         and len(value) <= MOST_FRAMES
-        and all(isinstance(each, str) and len(each) <= LONGEST_FRAME for each in value)
+        and all(isinstance(each, str) and len(each) <= FRAME_CHARACTERS for each in value)
     )
 
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
-from hil.wire.can.socketcan import LINKTYPE_CAN_SOCKETCAN
 
-LINKTYPE_RTAC_SERIAL = 250
+LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN = 250, 227
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D
 _OPTION_END, _COMMENT, _IF_NAME, _IF_DESCRIPTION, _USER_APPLICATION = 0, 1, 2, 3, 4

@@ -7,8 +7,6 @@ import re
 
 from hil.wire.can.can_frame import DATA_MAX, EXTENDED_ID_MAX, STANDARD_ID_MAX, CanFrame
 
-LONGEST_FRAME = 25
-"""Characters of an extended frame with 8 bytes."""
 _FORM = re.compile("([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#([0-9A-Fa-f#R]*)")
 _REMOTE = re.compile("R[0-8]?")
 REMEDY = "write three or eight digits, # and two digits for each byte, or R: 123#0011, 0000CAFE#R2"

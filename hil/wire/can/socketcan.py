@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from hil.wire.can.can_frame import DATA_MAX, STANDARD_ID_MAX, CanFrame
 
-LINKTYPE_CAN_SOCKETCAN = 227
 EXTENDED, REMOTE, ERROR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 """Flags beside an identifier."""
 _ID_MASK = 0x1FFF_FFFF
