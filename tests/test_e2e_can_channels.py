@@ -12,7 +12,7 @@ from typing import Any
 
 import can
 import pytest
-from e2e_support import HIL, PATIENCE_S, Place, Server, config, free_port, until
+from e2e_support import HIL, PATIENCE_S, Place, Server, config, free_port, refused, reload, until
 
 GROUP = "239.74.163.2"
 NODE = "can0.udp_multicast"
@@ -186,6 +186,20 @@ def test_completion_knows_buses_and_channels(place: Place, server: Server) -> No
     assert "can0\tCAN bus" in place.hil("_names", "lines", "capture", *where)
 
 
+def test_a_channel_goes_on_through_a_reload() -> None:
+    port = free_port()
+    wanted = bench(5, port)
+    devices = wanted.pop("devices")
+    with Place() as place, can.Bus(interface="udp_multicast", channel=GROUP, port=port) as outside:
+        server = place.serve(config(devices=devices, **wanted))
+        assert reload(place, server, devices | {"x1": {}}, **wanted) == {"added": ["x1"], "kept": ["m1"]}
+        outside.send(message("000#8105"))
+        assert expect(outside, 0x705).data == b"\0"
+        why = refused(place, server, devices, can=wanted["can"])
+        assert "bridges" in why
+        server.stop()
+
+
 def test_another_bench_is_on_the_same_bus(
     place: Place, server: Server, outside: can.BusABC, port: int
 ) -> None:
@@ -320,7 +334,7 @@ def test_a_kernel_without_can_is_told(place: Place) -> None:
     said = place.cli("check", str(path), code=2)
     assert "this kernel has no CAN sockets" in said
     assert "modprobe -a can_raw vcan" in said
-    place.launch("serve", str(path), *place.folders()).refused()
+    assert "this kernel has no CAN sockets" in place.launch(path.read_text()).refused()
 
 
 def test_a_bench_without_channels_does_not_import_python_can(place: Place) -> None:
