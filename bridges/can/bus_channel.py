@@ -56,17 +56,17 @@ class BusChannel:
         """Open the channel, and go on the bus. Raises BridgeError."""
         self._medium.open(asyncio.get_running_loop(), self._take)
         try:
-            done = self._desk.ask(self._source, "attach", self._bus, {"node": self._name})
+            answer = self._desk.ask(self._source, "attach", self._bus, {"node": self._name}).answer
+            self.node, self._free = answer["node"], answer["free"]
             self._watch = self._desk.watch(self._source, Watched.FRAMES, self._bus, self._carried)
         except VerbRefused as refusal:
-            await self._medium.close()
+            await self.close()
             raise BridgeError(f"{self._bus}: {refusal}") from None
-        self.node, self._free = done.answer["node"], done.answer["free"]
 
     async def close(self) -> None:
-        await self._medium.close()
         if self._watch:
             self._watch.close()
+        await self._medium.close()
         if self.node:
             try:
                 self._desk.ask(self._source, "detach", self.node, {})
