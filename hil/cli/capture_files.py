@@ -6,7 +6,7 @@ are closed.
 
 import io
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
@@ -19,6 +19,10 @@ from hil.wire.pcapng import CaptureError, Record, header_length, read, whole_blo
 
 LOG_ENDINGS = (".log", ".asc", ".blf")
 _SHOWN = 200
+MAGIC = b"\x0a\x0d\x0d\x0a"
+"""First bytes of pcapng."""
+Receive = Callable[[int], bytes]
+"""Receives at most so many bytes, and none at the end."""
 
 
 class CaptureFile(Protocol):
@@ -75,6 +79,21 @@ class _Pcapng:
         return self._write if number == 0 else str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
 
 
+class _Records:
+    """Records of a capture whose blocks come in pieces."""
+
+    def __init__(self) -> None:
+        self._head, self._is_complete = b"", False
+
+    def take(self, blocks: bytes) -> Iterator[Record]:
+        """Take whole blocks; gives the records among them."""
+        size = 0 if self._is_complete else header_length(blocks)
+        self._head += blocks[:size]
+        self._is_complete = self._is_complete or size < len(blocks)
+        if self._is_complete:
+            yield from read(self._head + blocks[size:])
+
+
 class _CanLog:
     """Log of CAN buses."""
 
@@ -84,15 +103,11 @@ class _CanLog:
         self._writer = _writer(self._ending, self._out)
         self._channels: list[str] = []
         """Buses, in the order of their first frames: those logs have numbers for them."""
-        self._head, self._has_records = b"", False
+        self._records = _Records()
 
     def take(self, blocks: bytes) -> None:
-        size = 0 if self._has_records else header_length(blocks)
-        self._head += blocks[:size]
-        self._has_records = self._has_records or size < len(blocks)
-        if self._has_records:
-            for record in read(self._head + blocks[size:]):
-                self._put(logged(record))
+        for record in self._records.take(blocks):
+            self._put(logged(record))
         if self._ending != ".blf":
             self._out.flush()
 
@@ -193,11 +208,31 @@ def _logged(message: Any) -> LoggedFrame:
     return LoggedFrame(at_ns, bus, frame)
 
 
-def blocks_of(client: Any) -> Iterator[bytes]:
-    """Whole blocks of pcapng from a connection, until it is closed."""
-    held = b""
-    while data := client.recv(65536):
+def records_of(receive: Receive) -> Iterator[Record]:
+    """Records of a capture that is still being written, each as it comes.
+
+    Raises:
+        CaptureError: it is no capture of hil's, or cut off at its end.
+    """
+    records = _Records()
+    for blocks in blocks_of(receive, has_end=True):
+        yield from records.take(blocks)
+
+
+def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:
+    """Whole blocks of pcapng as hil writes it, until there is nothing more. ``has_end``: it ends with one.
+
+    Raises:
+        CaptureError: it is none, or cut off where it has to end with a block.
+    """
+    held, is_first = b"", True
+    while data := receive(65536):
         held += data
+        if is_first and len(held) >= len(MAGIC) and not held.startswith(MAGIC):
+            raise CaptureError("this is no pcapng")
+        is_first = is_first and len(held) < len(MAGIC)
         if size := whole_blocks(held):
             yield held[:size]
             held = held[size:]
+    if held and has_end:
+        raise CaptureError("cut off in the middle of a block")

@@ -75,18 +75,20 @@ def decoded_log(frames: Iterable[LoggedFrame], eds: Eds) -> Iterator[str]:
         yield f"{(each.at_ns - first_ns) / 1e9:12.6f} {buses.text(each)}"
 
 
-def decoded(data: bytes, eds: Eds | None = None) -> Iterator[str]:
-    """Decode a capture; times are seconds since its first record. ``eds``: of CANopen nodes.
+def decoded(capture: bytes | Iterable[Record], eds: Eds | None = None) -> Iterator[str]:
+    """Decode a capture, or its records as they come; times are seconds since its first record. ``eds``: of
+    CANopen nodes.
 
     Raises:
         CaptureError: after all that is whole, as ``hil.wire.pcapng.read``; or a framing that is not here.
     """
+    records = read(capture) if isinstance(capture, bytes) else capture
     lines: dict[tuple[Interface, int], _Line] = {}
     buses = _Buses(eds or {})
     first_ns: int | None = None
     error: CaptureError | None = None
     try:
-        for record in read(data):
+        for record in records:
             first_ns = record.at_ns if first_ns is None else first_ns
             for at_ns, text in _of_record(record, lines, buses):
                 yield f"{(at_ns - first_ns) / 1e9:12.6f} {text}"

@@ -1,5 +1,6 @@
 """``hil fault`` and ``hil capture``: faults, and traffic on lines."""
 
+import sys
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -133,7 +134,7 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
 
     file = capture_file(write, rotate_bytes, files)
     try:
-        for blocks in blocks_of(client):
+        for blocks in blocks_of(client.recv):
             file.take(blocks)
     finally:
         file.close()
@@ -141,7 +142,10 @@ def _copy(client: Any, write: str, rotate_bytes: int, files: int) -> None:
 
 def decode(
     file: Annotated[
-        Path, typer.Argument(help="A capture; .log, .asc and .blf are logs of CAN.", metavar="FILE")
+        Path,
+        typer.Argument(
+            help="A capture; .log, .asc and .blf are logs of CAN, - is the standard input.", metavar="FILE"
+        ),
     ],
     eds: Annotated[
         list[str] | None,
@@ -150,18 +154,27 @@ def decode(
 ) -> None:
     """Print a capture's packets and frames as text: when, where, from whom to whom, what.
 
+    Live: hil capture can0 -w - | hil decode -
+
     Exits with 1 if the file ends in the middle of a record; what is whole is printed.
     """
-    from hil.cli.capture_files import is_log, read_log
+    import os
+
+    from hil.cli.capture_files import is_log, read_log, records_of
     from hil.cli.decoding import decoded, decoded_log
     from hil.wire.pcapng import CaptureError
 
     objects = dict(map(_eds, eds or []))
-    data = _content(file)
-    lines = decoded_log(read_log(file, data), objects) if is_log(file.name) else decoded(data, objects)
+    if file == Path("-"):
+        lines = decoded(records_of(partial(os.read, sys.stdin.fileno())), objects)
+    elif is_log(file.name):
+        lines = decoded_log(read_log(file, _content(file)), objects)
+    else:
+        lines = decoded(_content(file), objects)
     try:
-        for line in lines:
-            typer.echo(line)
+        with suppress(KeyboardInterrupt):
+            for line in lines:
+                typer.echo(line)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
 

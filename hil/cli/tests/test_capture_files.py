@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 import pytest
 
-from hil.cli.capture_files import blocks_of, capture_file, read_log
+from hil.cli.capture_files import blocks_of, capture_file, read_log, records_of
 from hil.cli.decoding import decoded, decoded_log
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
@@ -51,7 +51,7 @@ def written(folder: Path, ending: str, capture: bytes = CAPTURE) -> Path:
     path = folder / f"out{ending}"
     file = capture_file(str(path), 0, 1)
     try:
-        for blocks in blocks_of(Connection(capture, 100)):
+        for blocks in blocks_of(Connection(capture, 100).recv):
             file.take(blocks)
     finally:
         file.close()
@@ -162,6 +162,16 @@ def test_tshark_shows_frames_errors_and_canopen(tmp_path: Path) -> None:
         [*command[:5], "-Y", "_ws.malformed"], capture_output=True, text=True, check=True
     )
     assert damaged.stdout == ""
+
+
+def test_a_capture_that_comes_in_pieces_is_decoded_as_it_comes() -> None:
+    for size in (1, 7, 10_000):
+        assert list(decoded(records_of(Connection(CAPTURE, size).recv))) == list(decoded(CAPTURE))
+    lines = decoded(records_of(Connection(CAPTURE[:-3], 50).recv))
+    with pytest.raises(CaptureError, match="cut off in the middle of a block"):
+        list(lines)
+    with pytest.raises(CaptureError, match="this is no pcapng"):
+        list(decoded(records_of(Connection(b"abcdefgh", 1).recv)))
 
 
 def test_times_of_a_log_are_those_of_the_capture() -> None:
