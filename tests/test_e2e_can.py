@@ -2,13 +2,14 @@
 reload, replay."""
 
 import re
+import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import can
 import pytest
-from e2e_support import Client, Place, Server, config, refused, until
+from e2e_support import HIL, Client, Place, Server, config, refused, until
 
 DEVICES = {"m1": {}, "m2": {}}
 BUS: dict[str, Any] = {
@@ -97,6 +98,19 @@ def take(pty: can.BusABC, tcp: can.BusABC, heard: dict[str, list[int]]) -> bool:
             if message and message.arbitration_id == can_id:
                 heard[name].append(int.from_bytes(message.data, "big"))
     return True
+
+
+def test_a_capture_has_the_bytes_at_a_tap(
+    place: Place, server: Server, pty: can.BusABC, tcp: can.BusABC
+) -> None:
+    path = place.folder / "tap.pcapng"
+    where = ("--runtime-dir", str(place.runtime))
+    with subprocess.Popen([HIL, "capture", "can0.a", "-w", str(path), *where]) as capturing:
+        until(lambda: path.exists() and path.stat().st_size, "the capture")
+        pty.send(can.Message(arbitration_id=0x321, data=b"\7", is_extended_id=False))
+        tcp.send(can.Message(arbitration_id=0x322, data=b"\x08", is_extended_id=False))
+        until(lambda: all(each in path.read_bytes() for each in (b"t321107\r", b"t322108\r")), "both lines")
+        capturing.terminate()
 
 
 def test_list_and_status_know_the_bus(place: Place, server: Server, pty: can.BusABC) -> None:

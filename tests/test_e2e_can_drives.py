@@ -1,7 +1,5 @@
 """CANopen drives of a running bench, by the ``canopen`` library over slcan on a pty."""
 
-import os
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -108,16 +106,24 @@ def test_blocks_of_the_stored_data_sheet(drive: BaseNode402, eds: Path) -> None:
     assert text.replace("\r\n", "\n").splitlines()[20:] == eds.read_text().splitlines()[20:]
 
 
-@pytest.mark.skipif(bool(os.environ.get("CI")), reason="a figure of a machine that is not shared")
-def test_an_sdo_read_takes_little_more_than_the_bus(drive: BaseNode402) -> None:
-    """As the library has it, with a thread that reads the pty byte by byte."""
-    times_s = []
-    for _ in range(200):
-        began_s = time.perf_counter()
-        drive.sdo.upload(0x6041, 0)
-        times_s.append(time.perf_counter() - began_s)
-    times_s.sort()
-    assert times_s[100] < 0.05
+def test_parameters_are_kept_in_the_board_s_memory_over_a_restart(eds: Path) -> None:
+    with Place() as place:
+        for value in (0, 777):
+            server = place.serve(
+                config(speed=1, devices={"m1": {}}, can={"can0": BUS | {"nodes": {"m1": 5}}})
+            )
+            network = canopen.Network()
+            path = str(place.runtime / "t" / "can0.slcan0")
+            network.connect(interface="slcan", channel=path, bitrate=1_000_000, sleep_after_open=0)
+            node = network.add_node(5, str(eds))
+            node.sdo.RESPONSE_TIMEOUT = 5
+            if value:
+                assert node.sdo[0x6067].raw == value
+            else:
+                node.sdo[0x6067].raw = 777
+                node.store()
+            network.disconnect()
+            server.stop()
 
 
 def test_the_log_is_the_same_again(place: Place, server: Server, network: canopen.Network) -> None:

@@ -76,7 +76,8 @@ class LookupTable:
     @property
     def is_written(self) -> bool:
         """True if the table was ever written, by the firmware's own test of three angles."""
-        return any(self.angles[i] for i in (0, 128, 1024))
+        angles = self.angles  # asked for each set-point: no loop
+        return bool(angles[0] or angles[128] or angles[1024])
 
     def angle_deg(self) -> float:
         """Calibrated angle with turns, of a reading now, as the law's next step will count it."""

@@ -10,6 +10,9 @@ from hil.host.log_writer import LogWriter
 from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
 
+MOST_NODES = 8
+"""Maximum number of nodes that are named of a CAN bus."""
+
 
 def started(serving: Serving, writer: LogWriter) -> None:
     """Write the message, after what is in the log already. Without a standard output nobody is told."""
@@ -55,6 +58,11 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
             lines.append(f"\n{name}: {each.profile}, without a serial port; hil axis {name}")
     for name, tap in serving.live.places.taps.items():
         lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.speed}")
+    for name, bus in serving.live.sim.buses.items():
+        cards = [card for card in serving.live.sim.can_nodes.values() if card.of is bus]
+        nodes = ", ".join(f"{card.name} is node {card.node_id}" for card in cards[:MOST_NODES])
+        more = f" and {len(cards) - MOST_NODES} more" if len(cards) > MOST_NODES else ""
+        lines.append(f"\n{name}: CAN bus, {bus.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else ""))
     for name, real in serving.live.places.boards.items():
         away = "" if real.end.line.stats().clients else " (away, tried again each second)"
         lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")

@@ -63,8 +63,8 @@ class CanOpenCard:
         self._ids: Sequence[int] = ()
         self._bus.join(name, self, filters=(), mailboxes=MAILBOXES, is_on=False)
         device.power.listeners.append(self._power)
-        if device.power.is_there:
-            clock.at(clock.now_ns, self._power_up)
+        self._ups = device.power.ups
+        clock.at(clock.now_ns, self._start)
 
     @property
     def node_id(self) -> int:
@@ -81,6 +81,11 @@ class CanOpenCard:
         return eds_text(self.node.dictionary, self._identity, f"{self.device.profile}.eds")
 
     # ---- power ----
+
+    def _start(self, now_ns: SimTimeNs) -> None:
+        """Boot with the bench, unless a fault of the configuration has the power, or had it."""
+        if self.device.power.is_there and self.device.power.ups == self._ups:
+            self._power_up(now_ns)
 
     def _power(self, is_there: bool) -> None:
         self._bus.switch_off(self.name)

@@ -40,6 +40,16 @@ def test_without_power_a_node_is_off_and_boots_again_with_it(canbus, fault) -> N
     assert bus.expect(0x701, b"\0", within_ms=10)
 
 
+def test_a_board_that_has_no_power_from_the_start_is_off_until_it_has() -> None:
+    faults = [{"fault": "node_brown_out", "target": "m1", "for_s": 1.0}]
+    with Bench(config({"m1": 1, "m2": 2}) | {"faults": faults}) as bench:
+        bus = bench.canbus()
+        assert bus.expect(0x702, b"\0", within_ms=10)
+        bench.run(ms=900)
+        assert (bus.state(NODE), [each.frame.id for each in bus.heard]) == (NodeState.OFF, [0x702])
+        assert bus.expect(0x701, b"\0", within_ms=200).at_ns > 1_000_000_000
+
+
 def test_frames_are_sent_and_heard_at_their_times(canbus) -> None:
     bus = canbus(1, bit_rate=500_000)
     bus.bench.run(ms=5)
