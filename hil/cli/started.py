@@ -69,7 +69,7 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
     for name, control in serving.live.places.drives.items():
         link = control.drive.link
         away = "" if link.is_there else f" ({link.state}, tried again)"
-        lines.append(f"\n{name}: the drive at {control.drive.spec.address}{away}; hil axis {name}")
+        lines.append(f"\n{name}: the drive at {control.drive.address}{away}; hil axis {name}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
         doors = ", ".join([*status["listen"], *status["connect"]])

@@ -7,7 +7,8 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from hil.config.document import Finding, KeyPath
-from hil.wire.drive_address import AddressRefused, DriveAddress, RtuPlace, drive_address, is_drive_address
+from hil.wire.address_keys import AddressRefused
+from hil.wire.drive_address import DriveAddress, RtuPlace, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 

@@ -1,7 +1,7 @@
 """Fields of a real drive as doors see them: the binary layout that twins have where they have the same field,
 and a part of its own behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from math import nan
 from struct import Struct
@@ -27,19 +27,37 @@ _LINK = (
     ("round_trip_p50_ms", "f64", "ms", "median of the last round trips"),
     ("round_trip_p99_ms", "f64", "ms", "99th percentile of the last round trips"),
 )
+_CANOPEN = (
+    ("statusword", "i32", "", "object 6041h of a CANopen drive"),
+    ("mode", "i32", "", "object 6061h of a CANopen drive: its mode of operation"),
+    ("emergencies", "i64", "", "emergency messages of a CANopen drive"),
+)
 _SHORT = ("at_ns", "position_deg", "velocity_rpm", "commanded_deg", "enabled", "moving", "fault", "connected")
-_OWN_NAMES = ("current_A", "fault_code", "enabled", "moving", "fault", *(row[0] for row in _LINK))
+_OWN_NAMES = (
+    "current_A",
+    "fault_code",
+    "enabled",
+    "moving",
+    "fault",
+    *(row[0] for row in (*_LINK, *_CANOPEN)),
+)
 """Fields that no twin has. New ones go to the end: the order is a promise."""
 _OWN_OFFSETS = {name: OWN_AT + 8 * index for index, name in enumerate(_OWN_NAMES)}
 
 
-def drive_fields(of: DriveMap) -> dict[str, AxisField]:
-    """Fields of a drive with this map, by name, in the order of their offsets."""
+def map_fields(of: DriveMap) -> dict[str, AxisField]:
+    """Fields of a Modbus drive with this map, by name, in the order of their offsets."""
+    return drive_fields(of.values, of.parameters)
+
+
+def drive_fields(told: Collection[str], parameters: Collection[str] = ()) -> dict[str, AxisField]:
+    """Fields of a drive, by name, in the order of their offsets. ``told``: names of what it tells beside its
+    position; ``parameters``: of what can be set."""
     rows = [("at_ns", "i64", "ns", "simulated time of the request that this state is from", False)]
     rows.append(("position_deg", "f64", "deg", TOLD["position_deg"], False))
     rows.append(("commanded_deg", "f64", "deg", TAKEN["set_point_deg"], False))
     for name in ("velocity_rpm", "current_A", "fault_code"):
-        if name in of.values:
+        if name in told:
             rows.append((name, "f64", _UNITS.get(name, ""), TOLD[name], False))
     meanings = {
         "enabled": "1 while the loop is on",
@@ -48,8 +66,9 @@ def drive_fields(of: DriveMap) -> dict[str, AxisField]:
     }
     rows += [(name, "i32", "", about, False) for name, about in meanings.items()]
     rows += [(*row, False) for row in _LINK]
+    rows += [(*row, False) for row in _CANOPEN if row[0] in told]
     offsets = {row[0]: OFFSETS.get(row[0], _OWN_OFFSETS.get(row[0], 0)) for row in rows}
-    for index, name in enumerate(sorted(of.parameters)):
+    for index, name in enumerate(sorted(parameters)):
         known = FIELDS.get(name)
         offsets[name] = OFFSETS[name] if known else _parameter_offset(index)
         unit, about = (known.unit, known.meaning) if known else ("", "register of the drive")

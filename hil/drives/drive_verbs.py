@@ -1,4 +1,4 @@
-"""Verbs of a real Modbus drive, those that its map allows. They have the words of a twin's."""
+"""Verbs of real drives, of one on Modbus those that its map allows. They have the words of a twin's."""
 
 from hil.registers.drive_map import DriveMap
 from hil.vocab.parameters import Parameter
@@ -9,10 +9,40 @@ FOLLOW_RPM, FOLLOW_RPM_PER_S = 60.0, 600.0
 """Ramps of a move that the daemon makes for a drive that only follows set-points."""
 
 
-def drive_verbs(of: DriveMap) -> dict[str, Verb]:
+def map_verbs(of: DriveMap) -> dict[str, Verb]:
     """Verbs of a drive with this map, by name."""
-    ramps = _ramps(of)
-    verbs = [
+    verbs = _verbs(_ramps(of), "end all motion by the drive's own ramp, or where it is if it has no such bit")
+    if "reset" in of.control:
+        verbs.append(_verb("clear_fault", "clear the drive's fault"))
+        verbs.append(_verb("reset", "the same: the power of a real drive stays on"))
+    return {verb.name: verb for verb in verbs}
+
+
+def can_verbs() -> dict[str, Verb]:
+    """Verbs of a CANopen drive, by name."""
+    kept = "left out: as the drive has it"
+    ramps = (
+        Parameter(
+            "velocity_rpm", f"largest speed on the way; {kept}", "rpm", 0.01, MOST_RPM, is_optional=True
+        ),
+        Parameter(
+            "acceleration_rpm_per_s",
+            f"of both ramps; {kept}",
+            "rpm/s",
+            0.01,
+            MOST_RPM_PER_S,
+            is_optional=True,
+        ),
+    )
+    verbs = _verbs(ramps, "end all motion by the drive's quick stop, and hold the shaft there")
+    verbs.append(_verb("clear_fault", "clear the drive's fault"))
+    verbs.append(_verb("reset", "let the drive start anew, as after power-up (NMT reset node)"))
+    return {verb.name: verb for verb in verbs}
+
+
+def _verbs(ramps: tuple[Parameter, ...], stops: str) -> list[Verb]:
+    """Verbs that all drives have."""
+    return [
         _verb("enable", "switch the loop on, which holds the shaft where it is"),
         _verb("disable", "switch the loop off"),
         _verb(
@@ -27,12 +57,8 @@ def drive_verbs(of: DriveMap) -> dict[str, Verb]:
             Parameter("angle_deg", "how far", "deg", -ANGLE_DEG, ANGLE_DEG),
             *ramps,
         ),
-        _verb("stop", "end all motion by the drive's own ramp, or where it is if it has no such bit"),
+        _verb("stop", stops),
     ]
-    if "reset" in of.control:
-        verbs.append(_verb("clear_fault", "clear the drive's fault"))
-        verbs.append(_verb("reset", "the same: the power of a real drive stays on"))
-    return {verb.name: verb for verb in verbs}
 
 
 def _verb(name: str, about: str, *parameters: Parameter) -> Verb:

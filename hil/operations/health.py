@@ -122,7 +122,7 @@ class Health:
         for name, control in self.places.drives.items():
             if not (link := control.drive.link).is_there:
                 back = "see that it has power, its address and its unit; it is tried again"
-                yield HealthProblem("port", name, f"{control.drive.spec.address}: {link.why}", back)
+                yield HealthProblem("port", name, f"{control.drive.address}: {link.why}", back)
 
     def _of_segments(self) -> Iterator[HealthProblem]:
         for name, segment in self.sim.segments.items():

@@ -183,7 +183,7 @@ def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:
 def _of_drive(drive: RealDrive) -> dict[str, Any]:
     told = {name: value if abs(value) < float("inf") else None for name, value in drive.values().items()}
     link, age_ms = drive.link, told["age_ms"]
-    notes = [] if link.is_there else [f"{drive.spec.address}: {link.why}; it is tried again"]
+    notes = [] if link.is_there else [f"{drive.address}: {link.why}; it is tried again"]
     notes += [drive.fault] if link.is_there and drive.fault else []
     return {
         **_counters(NO_PORT),

@@ -6,8 +6,9 @@ a character).
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
+
+from hil.wire.address_keys import AddressRefused, query_keys, whole_number, with_key
 
 TCP, RTU = "modbus+tcp", "modbus+rtu"
 EXAMPLES = {
@@ -79,14 +80,6 @@ class DriveAddress:
         return f"{self.place}, unit {self.unit}"
 
 
-class AddressRefused(Exception):
-    """Refusal of an address: ``str(error)`` says what is wrong, ``remedy`` what to write."""
-
-    def __init__(self, what: str, remedy: str) -> None:
-        super().__init__(what)
-        self.remedy = remedy
-
-
 def is_drive_address(text: str) -> bool:
     """True if a text is meant as the address of a Modbus drive, also of one that cannot be used."""
     return text.partition("://")[0].startswith("modbus")
@@ -98,40 +91,16 @@ def drive_address(text: str) -> DriveAddress:
     if scheme not in EXAMPLES or "://" not in text:
         raise AddressRefused(f"there is no scheme {scheme[:20]!r}", f"write {' or '.join(EXAMPLES.values())}")
     body, _, query = rest.partition("?")
-    keys = dict(_keys(scheme, query))
+    keys = dict(query_keys(query, _KEYS[scheme], EXAMPLES[scheme]))
     if "unit" not in keys:
-        raise AddressRefused("no unit is given", f"write {_with_unit(text)}")
+        raise AddressRefused("no unit is given", f"write {with_key(text, 'unit', 1)}")
     if scheme == TCP:
         return DriveAddress(_tcp_place(body), _unit(keys["unit"], (*UNITS, WITHOUT_GATEWAY)))
     return DriveAddress(_rtu_place(body, keys), _unit(keys["unit"], tuple(UNITS)))
 
 
-def _keys(scheme: str, query: str) -> Iterator[tuple[str, str]]:
-    known, seen = _KEYS[scheme], set()
-    for item in query.split("&") if query else ():
-        key, equals, value = item.partition("=")
-        if not equals:
-            remedy = f"write {EXAMPLES[scheme]}"
-            raise AddressRefused("what is behind ? is not of the form key=value", remedy)
-        if key not in known:
-            known_are = f"known are: {', '.join(known)}"
-            raise AddressRefused(f"there is no {key[:20]!r} in this address", known_are)
-        if key in seen:
-            raise AddressRefused(f"{key} is there twice", "leave one of them out")
-        seen.add(key)
-        yield key, value
-
-
-def _with_unit(text: str) -> str:
-    return f"{text}{'&' if '?' in text else '?'}unit=1"
-
-
-def _number(text: str) -> int | None:
-    return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else None
-
-
 def _unit(text: str, allowed: tuple[int, ...]) -> int:
-    unit = _number(text)
+    unit = whole_number(text)
     if unit is None or unit not in allowed:
         too = f", or {WITHOUT_GATEWAY} for a device that is no gateway" if WITHOUT_GATEWAY in allowed else ""
         remedy = f"write {UNITS.start} to {UNITS.stop - 1}{too}"
@@ -144,7 +113,7 @@ def _tcp_place(body: str) -> TcpPlace:
     """Host, an IPv6 address in brackets, and port; the usual one if there is none."""
     if not (match := _HOST_AND_PORT.fullmatch(body)):
         raise AddressRefused("there is no host, or more than host and port", f"write {EXAMPLES[TCP]}")
-    port = TCP_PORT if match["port"] is None else _number(match["port"])
+    port = TCP_PORT if match["port"] is None else whole_number(match["port"])
     if not port or port > MOST_PORT:
         what = f"{match['port'][:20]!r} is no port"
         raise AddressRefused(what, f"write 1 to {MOST_PORT}, most often {TCP_PORT}")
@@ -155,7 +124,7 @@ def _rtu_place(body: str, keys: dict[str, str]) -> RtuPlace:
     if not body.startswith("/") or len(body) < 2 or "\0" in body:
         remedy = f"write three slashes and the path, as in {EXAMPLES[RTU]}"
         raise AddressRefused("there is no path of a serial port", remedy)
-    baud = _number(keys.get("baud", str(BAUD)))
+    baud = whole_number(keys.get("baud", str(BAUD)))
     if baud is None or not LEAST_BAUD <= baud <= MOST_BAUD:
         raise AddressRefused(f"{keys['baud'][:20]!r} is no speed", f"write {LEAST_BAUD} to {MOST_BAUD}")
     form = keys.get("format", FORMAT)

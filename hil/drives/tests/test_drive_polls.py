@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hil.config.drive_map_text import read_drive_map
 from hil.core.fields import OFFSETS
 from hil.drives.control_bits import RegisterWrite, bits_write, value_write
-from hil.drives.drive_fields import drive_fields, packed
-from hil.drives.drive_verbs import drive_verbs
+from hil.drives.drive_fields import map_fields, packed
+from hil.drives.drive_verbs import map_verbs
 from hil.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
 from hil.registers.drive_map import DriveMap, Place
 from hil.wire.modbus.pdu import Span, Table
@@ -115,7 +115,7 @@ def test_a_value_that_does_not_fit_is_refused_and_not_clamped() -> None:
 
 
 def test_fields_have_the_twins_offsets_where_twins_have_them() -> None:
-    fields = drive_fields(drive_map())
+    fields = map_fields(drive_map())
     for name in ("at_ns", "position_deg", "velocity_rpm", "commanded_deg", "pKp"):
         assert fields[name].offset == OFFSETS[name]
     own = {name: field.offset for name, field in fields.items() if name not in OFFSETS}
@@ -133,7 +133,7 @@ def test_fields_have_the_twins_offsets_where_twins_have_them() -> None:
 
 
 def test_verbs_are_those_that_the_map_allows() -> None:
-    verbs = drive_verbs(drive_map())
+    verbs = map_verbs(drive_map())
     names = ["enable", "disable", "move_abs", "move_rel", "stop", "clear_fault", "reset"]
     assert list(verbs) == names
     parameters = {each.name: each for each in verbs["move_abs"].parameters}
@@ -142,6 +142,6 @@ def test_verbs_are_those_that_the_map_allows() -> None:
     only_follows = read_drive_map(
         TEXT.replace("start:", "follow:").replace("  reset: {coil: 3}\n", ""), "m.yaml"
     )
-    verbs = drive_verbs(only_follows)
+    verbs = map_verbs(only_follows)
     assert "reset" not in verbs
     assert [each.default for each in verbs["move_rel"].parameters] == [None, 60.0, 600.0]

@@ -10,9 +10,10 @@ from hil.compose.find import make_port, serial_port_config
 from hil.config import DeviceConfig, PortConfig
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.configured import Configured
-from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.real_drive import DriveSpec, RealDrive
+from hil.live.drives.real_drive import DrivePace
+from hil.live.drives.register_control import RegisterControl
+from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
@@ -107,15 +108,8 @@ class Stage:
     def _make_drive(self, name: str, device: DeviceConfig, address: DriveAddress) -> DriveControl:
         drive_map = device.drive_map(self.configured.catalogue.profiles[device.profile])
         assert drive_map is not None, f"{name}: the configuration's check wants a map"
-        spec = DriveSpec(
-            name=name,
-            address=address,
-            map=drive_map,
-            interval_s=(device.poll_interval_ms or POLL_INTERVAL_MS) / 1e3,
-            timeout_s=ANSWER_S + (device.line_delay_ms or 0) / 1e3,
-            setpoint_s=1 / (device.setpoint_rate_Hz or SETPOINT_RATE_HZ),
-        )
-        return DriveControl(DriveAxis(RealDrive(spec, lambda: self.bench.now_ns)))
+        spec = RegisterSpec(name, address, drive_map, _pace_of(device))
+        return RegisterControl(RegisterDrive(spec, lambda: self.bench.now_ns))
 
     def _make_twin(self, plan: BenchPlan, staged: Staged, name: str, partner: str | None) -> None:
         config = plan.config.devices[name]
@@ -155,3 +149,11 @@ class Stage:
             f"; {holder} has this number, and a reload opens new ports before it closes old ones:"
             " take another number, or restart the daemon"
         )
+
+
+def _pace_of(device: DeviceConfig) -> DrivePace:
+    return DrivePace(
+        interval_s=(device.poll_interval_ms or POLL_INTERVAL_MS) / 1e3,
+        timeout_s=ANSWER_S + (device.line_delay_ms or 0) / 1e3,
+        setpoint_s=1 / (device.setpoint_rate_Hz or SETPOINT_RATE_HZ),
+    )

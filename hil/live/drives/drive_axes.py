@@ -1,4 +1,4 @@
-"""Real Modbus drives of a bench, by their devices' names, and as runs find them."""
+"""Real drives of a bench, by their devices' names, and as runs find them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -7,6 +7,7 @@ from hil.live.configured import Configured
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.drive_lines import DriveLines
 from hil.live.drives.drive_polls import DrivePolls
+from hil.live.drives.register_drive import RegisterDrive
 from hil.vocab.axis import Axis, AxisNow
 
 
@@ -20,13 +21,15 @@ class Drives(dict[str, DriveControl]):
     def begin(self, name: str) -> None:
         """Begin to ask a drive."""
         drive = self[name].drive
-        place, timeout_s = drive.spec.address.place, drive.spec.timeout_s
-        drive.start(lambda member: self._lines.join(member, place, timeout_s), DrivePolls(drive).run())
+        if isinstance(drive, RegisterDrive):
+            place, timeout_s = drive.place, drive.pace.timeout_s
+            drive.start(lambda member: self._lines.join(member, place, timeout_s), DrivePolls(drive).run())
 
     async def end(self, control: DriveControl) -> None:
         """Stop a drive that moves, and ask it no more."""
         await control.axis.end()
-        await control.drive.close(self._lines.leave)
+        if isinstance(control.drive, RegisterDrive):
+            await control.drive.close(self._lines.leave)
 
     async def close(self) -> None:
         """Stop all that move, and ask nobody any more."""

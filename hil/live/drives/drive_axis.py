@@ -1,6 +1,6 @@
-"""Real Modbus drive as an axis of runs, as ``hil.vocab.axis.Axis``.
+"""Real drive as an axis of runs, as ``hil.vocab.axis.Axis``.
 
-A drive whose map has ``follow`` gets a stream of set-points, and keeps to the plan's path; another one is
+A drive that takes a stream of set-points gets one, and keeps to the plan's path; another one is
 sent to its angles, and makes ramps of its own.
 """
 
@@ -11,8 +11,9 @@ from contextlib import suppress
 
 from hil.drives.arrival import ARRIVED_DEG
 from hil.drives.poll_plan import Reading
+from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_motion import DriveMotion
-from hil.live.drives.real_drive import ASKING, RealDrive
+from hil.live.drives.real_drive import RealDrive
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
@@ -34,9 +35,8 @@ class DriveAxis:
 
     refusal: str | None = None
 
-    def __init__(self, drive: RealDrive) -> None:
-        self.drive = drive
-        self.motion = DriveMotion(drive)
+    def __init__(self, drive: RealDrive, motion: DriveMotion) -> None:
+        self.drive, self.motion = drive, motion
         self.is_held = False
         """True while a run has it."""
         self._session = 0
@@ -49,11 +49,11 @@ class DriveAxis:
 
     @property
     def follows_paths(self) -> bool:
-        return "follow" in self.drive.map.control
+        return self.drive.follows_paths
 
     @property
     def lead_ns(self) -> int:
-        return LEAD_NS + round(self.drive.spec.timeout_s * 1e9)
+        return LEAD_NS + round(self.drive.pace.timeout_s * 1e9)
 
     # ---- what is known of it ----
 
@@ -103,7 +103,7 @@ class DriveAxis:
         if why := self._why or self.motion.failure:
             return why
         if not drive.link.is_there:
-            return f"the drive at {drive.spec.address} is lost: {drive.link.why}"
+            return f"the drive at {drive.address} is lost: {drive.link.why}"
         if not self.is_held:
             return None
         if drive.link.session != self._session:
@@ -114,8 +114,8 @@ class DriveAxis:
             return "its loop is off; somebody disabled it"
         reading = drive.reading
         age_ns = drive.now_ns() - reading.at_ns if reading else 0
-        if age_ns > OLD_NS + drive.spec.timeout_s * 1e9 + drive.spec.interval_s * 1e9:
-            return f"the drive at {drive.spec.address} has told nothing for {age_ns / 1e6:.0f} ms"
+        if age_ns > OLD_NS + drive.pace.timeout_s * 1e9 + drive.pace.interval_s * 1e9:
+            return f"the drive at {drive.address} has told nothing for {age_ns / 1e6:.0f} ms"
         return None
 
     def state(self) -> AxisState:
@@ -198,13 +198,13 @@ class DriveAxis:
             self._why = self._why or f"somebody gave it the verb {verb}"
 
     def set_pin(self, pin: str, level: int, at_ns: int) -> None:
-        raise VerbRefused("cannot", "a Modbus drive has no inputs that hil drives")
+        raise VerbRefused("cannot", "a real drive has no inputs that hil drives")
 
     async def end(self) -> None:
         """Stop what moves, as the daemon ends or the drive is taken away."""
         if self.motion.is_under_way and self.drive.link.is_there:
             with suppress(*ASKING, TimeoutError):
-                async with asyncio.timeout(2 * self.drive.spec.timeout_s + 1.0):
+                async with asyncio.timeout(2 * self.drive.pace.timeout_s + 1.0):
                     await self.motion.stop("prejudice")
         self.motion.close()
         self.drive.listeners.remove(self._sample)

@@ -1,16 +1,16 @@
-"""Verbs of a real drive, one after the other; and its parameters."""
+"""Verbs of a real drive, one after the other."""
 
 import asyncio
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from hil.drives.drive_link import LOST_AFTER
 from hil.drives.drive_verbs import FOLLOW_RPM, FOLLOW_RPM_PER_S
 from hil.firmware.set_point_paths import length_ns, trapezoid
+from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_axis import DriveAxis
-from hil.live.drives.drive_line import URGENT
-from hil.live.drives.real_drive import ASKING
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.verbs import VerbRefused
 
@@ -23,12 +23,13 @@ BEGIN_NS = 50_000_000
 """Time until a stream that the daemon makes of a move begins."""
 
 
-class DriveControl:
-    """Control of one drive by verbs."""
+class DriveControl(ABC):
+    """Control of one drive by verbs. Those of a kind of drive are its methods ``_enable``, ``_disable``,
+    ``_clear_fault`` and ``_reset``, beside those that all have."""
 
     def __init__(self, axis: DriveAxis) -> None:
         self.axis = axis
-        self.drive, self._motion = axis.drive, axis.motion
+        self.drive, self.motion = axis.drive, axis.motion
         self._lock = asyncio.Lock()
 
     async def do(self, verb: str, given: Mapping[str, Any]) -> dict[str, float]:
@@ -37,7 +38,7 @@ class DriveControl:
             raise VerbRefused("not_now", "a run has this drive; cancel it, or wait for its end")
         if verb in AT_ANY_TIME:
             self.axis.stopped_by(verb)
-            self._motion.abandon()
+            self.motion.abandon()
         async with self._lock:
             self._check_there()
             try:
@@ -53,11 +54,20 @@ class DriveControl:
         async with self._lock:
             self._check_there()
             try:
-                await self.drive.write_value(name, value, self.drive.link.session, URGENT)
+                await self._write_parameter(name, value)
             except ValueError as error:
                 raise VerbRefused("bad_parameter", f"{name}: {error}") from None
             except ASKING as error:
                 raise VerbRefused("not_now", f"{name}: {error}") from None
+
+    @abstractmethod
+    async def _write_parameter(self, name: str, value: float) -> None:
+        """Write a parameter that there is. Raises ``ASKING``; ValueError: it cannot be held."""
+
+    @property
+    @abstractmethod
+    def has_own_ramps(self) -> bool:
+        """True if the drive goes to a target by itself; if not, moves are streams that the daemon makes."""
 
     def _check_there(self) -> None:
         if not self.drive.link.is_there:
@@ -80,35 +90,12 @@ class DriveControl:
 
     # ---- verbs, by their names ----
 
-    async def _enable(self) -> dict[str, float]:
-        self._motion.abandon()
-        session = self.drive.link.session
-        if not self.drive.is_on:  # a drive may wait for the edge, as after a fault
-            await self.drive.write_bits(session, enable=False)
-        await self.drive.write_bits(session, enable=True, start=False, stop=False, follow=False)
-        await self._until(lambda: self.drive.is_on, "enabled")
-        return {}
-
-    async def _disable(self) -> dict[str, float]:
-        session = self.drive.link.session
-        await self.drive.write_bits(session, URGENT, enable=False, start=False, follow=False)
-        await self._until(lambda: not self.drive.is_on, "disabled")
-        return {}
-
     async def _stop(self) -> dict[str, float]:
-        await self._motion.stop("prejudice")
-        return {}
-
-    async def _clear_fault(self) -> dict[str, float]:
-        return await self._reset()
-
-    async def _reset(self) -> dict[str, float]:
-        await self._motion.reset()
-        await self._until(lambda: self.drive.fault is None, "free of its fault")
+        await self.motion.stop("prejudice")
         return {}
 
     async def _move_rel(self, angle_deg: float, **ramps: float) -> dict[str, float]:
-        from_deg = self._motion.target_deg
+        from_deg = self.motion.target_deg
         if from_deg is None:
             from_deg = self.axis.now().position_deg
         return await self._move_abs(from_deg + angle_deg, **ramps)
@@ -119,13 +106,13 @@ class DriveControl:
         velocity_rpm: float | None = None,
         acceleration_rpm_per_s: float | None = None,
     ) -> dict[str, float]:
-        drive, motion = self.drive, self._motion
+        drive, motion = self.drive, self.motion
         if drive.fault:
             raise VerbRefused("not_now", f"{drive.fault}; clear it first")
         if not drive.is_on:
             raise VerbRefused("not_now", "its loop is off; enable it first")
         now_ns = drive.now_ns()
-        if "start" in drive.map.control:
+        if self.has_own_ramps:
             motion.move(position_deg, velocity_rpm, acceleration_rpm_per_s, now_ns)
             while motion.is_waiting:
                 await asyncio.sleep(_POLL_S / 10)

@@ -14,11 +14,10 @@ from itertools import count
 from typing import Any, Protocol, TypeVar
 
 from hil.drives.drive_link import LOST_AFTER, Waits
-from hil.live.drives.modbus_client import Excepted, Garbled, ModbusClient, NoAnswer, PlaceLost
+from hil.live.drives.asking import IN_TURN, Garbled, NoAnswer, PlaceLost, Stale
+from hil.live.drives.modbus_client import Excepted, ModbusClient
 from hil.wire.drive_address import RtuPlace, TcpPlace
 
-URGENT, IN_TURN = 0, 1
-"""Orders of requests: verbs before set-points and polls, which take turns."""
 LATE_S = 0.03
 """Time on a serial line, beside that of an answer, in which a late answer is not taken for the next one."""
 LEAST_GAP_S = 0.00175
@@ -27,10 +26,6 @@ V1.02, 2.5.1.1."""
 
 log = logging.getLogger("hil")
 Answer = TypeVar("Answer")
-
-
-class Stale(Exception):
-    """Request that was not sent, as nobody wants it any more: the drive was lost meanwhile."""
 
 
 class LineDrive(Protocol):

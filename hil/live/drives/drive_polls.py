@@ -8,9 +8,9 @@ from contextlib import suppress
 
 from hil.drives.drive_link import LOST_AFTER
 from hil.drives.poll_plan import GAP_REGISTERS, Reading, Words
-from hil.live.drives.drive_line import IN_TURN
-from hil.live.drives.modbus_client import Excepted, Garbled, ModbusClient
-from hil.live.drives.real_drive import ASKING, RealDrive
+from hil.live.drives.asking import ASKING, IN_TURN, Garbled
+from hil.live.drives.modbus_client import Excepted, ModbusClient
+from hil.live.drives.register_drive import RegisterDrive
 from hil.wire.modbus.pdu import Span, Table
 
 SETTINGS_S = 1.0
@@ -28,7 +28,7 @@ log = logging.getLogger("hil")
 class DrivePolls:
     """Polls of one drive."""
 
-    def __init__(self, drive: RealDrive) -> None:
+    def __init__(self, drive: RegisterDrive) -> None:
         self._drive, self._link = drive, drive.link
         self._settings_due_s = 0.0
         self._way = _WAYS[0]
@@ -42,13 +42,13 @@ class DrivePolls:
             try:
                 await self._once()
                 self._refusals = 0
-                due_s = max(due_s + self._drive.spec.interval_s, loop.time())
+                due_s = max(due_s + self._drive.pace.interval_s, loop.time())
                 pause_s = due_s - loop.time()
             except ASKING as error:
                 pause_s = self._pause_s(error)
             except Exception as error:  # hil's own error: this drive is not used for a while, the others are
                 self._link.refused(f"an error of hil, see its log: {error!r}")
-                log.exception("%s: the drive at %s", self._drive.name, self._drive.spec.address)
+                log.exception("%s: the drive at %s", self._drive.name, self._drive.address)
                 pause_s = self._link.waits.take_ns() / 1e9
             await asyncio.sleep(pause_s)
 
@@ -57,7 +57,7 @@ class DrivePolls:
         was_there = self._link.is_there
         self._refusals += isinstance(error, Excepted)
         if was_there and self._refusals < LOST_AFTER:
-            return self._drive.spec.interval_s
+            return self._drive.pace.interval_s
         if isinstance(error, Excepted):
             self._link.refused(str(error))
             self._drive.note(was_there)
@@ -117,7 +117,7 @@ class DrivePolls:
 
     def _reader(self, span: Span) -> Callable[[ModbusClient], Awaitable[list[int]]]:
         async def read(client: ModbusClient) -> list[int]:
-            words = list(await client.read(self._drive.spec.address.unit, span))
+            words = list(await client.read(self._drive.unit, span))
             if span.table is Table.HOLDING_REGISTERS:  # here, between the writes before and after
                 self._drive.holding |= enumerate(words, span.address)
             return words
@@ -136,6 +136,6 @@ class DrivePolls:
                 continue
             told = self._drive.plan.reading(self._drive.now_ns(), words).values
             known = {name: told[name] for name in self._drive.map.parameters if name in told}
-            self._drive.take_settings(known)
+            self._drive.settings = known
             return
-        self._drive.take_settings({})
+        self._drive.settings = {}

@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from hil.drives.control_bits import RegisterWrite
+from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.modbus.pdu import Span, Table
 
@@ -40,19 +41,7 @@ EXCEPTIONS = {
 """Words of exception codes. Modbus Application Protocol V1.1b3, 7."""
 
 
-class PlaceLost(Exception):
-    """Loss of the place; ``str(error)`` says why. What was asked may have been done, or not."""
-
-
-class NoAnswer(Exception):
-    """End of the time for an answer."""
-
-
-class Garbled(Exception):
-    """Answer that does not fit its request."""
-
-
-class Excepted(Exception):
+class Excepted(Denied):
     """Exception that a drive answered with; ``code`` is the protocol's."""
 
     def __init__(self, code: int, asked: str) -> None:

@@ -9,9 +9,10 @@ from typing import Any
 from foreign_drives import drive_map
 
 from hil.live.drives.drive_axes import Drives
-from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.real_drive import DriveSpec, RealDrive
+from hil.live.drives.real_drive import DrivePace
+from hil.live.drives.register_control import RegisterControl
+from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
 from hil.registers.drive_map import DriveMap
 from hil.wire.drive_address import drive_address
 
@@ -30,8 +31,9 @@ class DriveWorld:
         return time.monotonic_ns() - self._start_ns
 
     def add(self, name: str, at: str, *, map: DriveMap | None = None, timeout_s: float = 0.2) -> DriveControl:
-        spec = DriveSpec(name, drive_address(at), map or drive_map(), 0.01, timeout_s, 0.02)
-        control = self.drives[name] = DriveControl(DriveAxis(RealDrive(spec, lambda: self.now_ns)))
+        pace = DrivePace(0.01, timeout_s, 0.02)
+        spec = RegisterSpec(name, drive_address(at), map or drive_map(), pace)
+        control = self.drives[name] = RegisterControl(RegisterDrive(spec, lambda: self.now_ns))
         self.drives.begin(name)
         return control
 

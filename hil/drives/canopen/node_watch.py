@@ -1,0 +1,84 @@
+"""Watch over a node: its heartbeats or its answers to guarding, and how it does by them. CiA 301, 7.2.8."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+HEARTBEAT_NS = 100_000_000
+"""Interval of heartbeats, and of the requests of guarding."""
+MISSING = 3
+"""Intervals without a heartbeat after which a node is lost."""
+
+
+class NmtState(IntEnum):
+    """State of a node, as its heartbeat says."""
+
+    BOOT_UP = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+NMT_START, NMT_STOP, NMT_PRE_OPERATIONAL, NMT_RESET, NMT_RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x81, 0x82
+"""Commands of a master. CiA 301, 7.2.8.2.1."""
+
+
+@dataclass
+class NodeWatch:
+    """Watch over one node, from ``begin`` to ``end``. ``late_ns``: delay of the line."""
+
+    late_ns: int = 0
+    is_guarded: bool = False
+    """True if it is asked by remote frames, as it has no heartbeat."""
+    _heard_ns: int | None = None
+    _begun_ns: int = 0
+    _toggle: int | None = None
+    _why: str | None = None
+
+    def begin(self, now_ns: int, *, is_guarded: bool) -> None:
+        """Begin to watch: the node was started just now."""
+        self.is_guarded, self._heard_ns, self._toggle, self._why = is_guarded, now_ns, None, None
+        self._begun_ns = now_ns
+
+    def end(self) -> None:
+        """Watch no more."""
+        self._heard_ns = None
+
+    @property
+    def is_on(self) -> bool:
+        return self._heard_ns is not None
+
+    def hear(self, data: bytes, now_ns: int) -> bool:
+        """Take a message of error control; True if it is that of a boot-up."""
+        if len(data) != 1:
+            return False
+        state = data[0] & 0x7F
+        if state == NmtState.BOOT_UP:
+            if self.is_on:
+                self._why = "it was reset, or its power was off: it told its boot-up"
+            return True
+        if self.is_on:
+            if self.is_guarded and data[0] >> 7 == self._toggle:
+                return False  # it said the same twice: that is not life
+            self._toggle = data[0] >> 7
+            self._heard_ns = now_ns
+            is_new = now_ns - self._begun_ns < MISSING * HEARTBEAT_NS + self.late_ns
+            if state != NmtState.OPERATIONAL and not is_new:  # one on its way from before its start
+                self._why = f"somebody took it out of operation: it is {_words(state)}"
+        return False
+
+    def loss(self, now_ns: int) -> str | None:
+        """Reason why the node is lost, or None."""
+        if self._heard_ns is None:
+            return None
+        silent_ns = now_ns - self._heard_ns
+        if self._why is None and silent_ns > MISSING * HEARTBEAT_NS + self.late_ns:
+            what = "answer to guarding" if self.is_guarded else "heartbeat"
+            return f"no {what} for {silent_ns / 1e6:.0f} ms"
+        return self._why
+
+
+def _words(state: int) -> str:
+    try:
+        return NmtState(state).name.lower().replace("_", "-")
+    except ValueError:
+        return f"in state {state}"

@@ -1,0 +1,88 @@
+"""Process data of a drive: which objects its PDOs carry, as mappings, and the values of a frame of them.
+
+Sources: CiA 301, 7.5.2.33 to 7.5.2.36 (communication and mapping parameters); the predefined connection set.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+SYNC_ID, EMCY_ID, SDO_ANSWER_ID, SDO_REQUEST_ID, ERROR_CONTROL_ID = 0x80, 0x80, 0x580, 0x600, 0x700
+TPDO_IDS, RPDO_IDS = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
+"""Identifiers of the predefined connection set, to which a node's number is added."""
+INVALID, NO_REMOTE = 1 << 31, 1 << 30
+"""Bits of a PDO's identifier: it is switched off; it is not asked for by a remote frame."""
+
+
+@dataclass(frozen=True)
+class MappedObject:
+    """Object that a PDO carries. ``field``: name of its value here."""
+
+    index: int
+    bits: int
+    is_signed: bool
+    field: str
+
+    @property
+    def word(self) -> int:
+        """Word of a mapping parameter."""
+        return self.index << 16 | self.bits
+
+
+STATUSWORD = MappedObject(0x6041, 16, False, "statusword")
+POSITION = MappedObject(0x6064, 32, True, "position")
+MODE = MappedObject(0x6061, 8, True, "mode")
+VELOCITY = MappedObject(0x606C, 32, True, "velocity")
+CURRENT = MappedObject(0x6078, 16, True, "current")
+ERROR = MappedObject(0x603F, 16, False, "error")
+TARGET = MappedObject(0x607A, 32, True, "target")
+TOLD = ((STATUSWORD, POSITION, MODE), (VELOCITY, CURRENT, ERROR))
+"""Objects of TPDO 1 and 2, 7 and 8 bytes; those behind the first two are left out where there are none."""
+NEEDED = (STATUSWORD, POSITION)
+
+
+def packed_target(units: int) -> bytes:
+    """Data of the RPDO with the set-point."""
+    return units.to_bytes(4, "little", signed=True)
+
+
+def values_in(objects: Sequence[MappedObject], data: bytes) -> dict[str, int] | None:
+    """Values of a frame by the names of their fields; None: it is too short for them."""
+    if len(data) * 8 < sum(each.bits for each in objects):
+        return None
+    values, at = {}, 0
+    for each in objects:
+        end = at + each.bits // 8
+        values[each.field] = int.from_bytes(data[at:end], "little", signed=each.is_signed)
+        at = end
+    return values
+
+
+@dataclass(frozen=True)
+class ObjectWrite:
+    """Write of a number of ``size`` bytes to an object."""
+
+    index: int
+    subindex: int
+    value: int
+    size: int
+
+
+def mapping_writes(
+    identifier: int, number: int, objects: Sequence[MappedObject], transmission: int, *, is_rpdo: bool = False
+) -> Iterator[ObjectWrite]:
+    """Writes that map a PDO anew: it is switched off, its map is emptied, filled and counted, and it is
+    switched on. ``identifier``: with its bits; ``number``: 0 to 3; ``transmission``: type of transmission."""
+    communication = parameter_index(number, is_rpdo=is_rpdo)
+    mapping = communication + 0x200
+    yield ObjectWrite(communication, 1, identifier | INVALID, 4)
+    yield ObjectWrite(communication, 2, transmission, 1)
+    yield ObjectWrite(mapping, 0, 0, 1)
+    for at, each in enumerate(objects, 1):
+        yield ObjectWrite(mapping, at, each.word, 4)
+    yield ObjectWrite(mapping, 0, len(objects), 1)
+    yield ObjectWrite(communication, 1, identifier, 4)
+
+
+def parameter_index(number: int, *, is_rpdo: bool = False) -> int:
+    """Index of a PDO's communication parameter. ``number``: 0 to 3."""
+    return (0x1400 if is_rpdo else 0x1800) + number
