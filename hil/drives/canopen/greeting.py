@@ -22,7 +22,7 @@ from hil.drives.canopen.process_data import (
     mapping_writes,
     parameter_index,
 )
-from hil.drives.canopen.sdo_client import SdoAborted, SdoTransfer
+from hil.drives.canopen.sdo_transfer import SdoAborted, SdoTransfer
 from hil.drives.canopen.statusword import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
 
 SETTLES_NS = 20_000_000

@@ -8,12 +8,15 @@ from typing import Any
 
 from foreign_drives import drive_map
 
+from hil.live.drives.can_control import CanControl
+from hil.live.drives.can_drive import CanDrive, CanSpec
 from hil.live.drives.drive_axes import Drives
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.real_drive import DrivePace
 from hil.live.drives.register_control import RegisterControl
 from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
 from hil.registers.drive_map import DriveMap
+from hil.wire.can_drive_address import CanDriveAddress, CanPlace
 from hil.wire.drive_address import drive_address
 
 PATIENCE_S = 10.0
@@ -34,6 +37,12 @@ class DriveWorld:
         pace = DrivePace(0.01, timeout_s, 0.02)
         spec = RegisterSpec(name, drive_address(at), map or drive_map(), pace)
         control = self.drives[name] = RegisterControl(RegisterDrive(spec, lambda: self.now_ns))
+        self.drives.begin(name)
+        return control
+
+    def add_can(self, name: str, place: CanPlace, node: int, timeout_s: float = 0.2) -> DriveControl:
+        spec = CanSpec(name, CanDriveAddress(place, node), DrivePace(0.01, timeout_s, 0.01))
+        control = self.drives[name] = CanControl(CanDrive(spec, lambda: self.now_ns))
         self.drives.begin(name)
         return control
 

@@ -1,12 +1,14 @@
-"""Client of SDO, one transfer at a time: what it sends, and what it makes of each answer. CiA 301, 7.2.4.3.
+"""Client's side of an SDO transfer: what it sends, and what it makes of each answer. CiA 301, 7.2.4.3.
 
 Expedited and segmented transfers, no block transfers: all that is asked of a drive is short.
 """
 
 from dataclasses import dataclass, field
 
-from hil.drives.canopen.abort_codes import GENERAL, NO_COMMAND, TOGGLE, abort_words
+from hil.wire.canopen.canopen_codes import ABORTS
 
+TOGGLE, TIMED_OUT, NO_COMMAND, GENERAL = 0x0503_0000, 0x0504_0000, 0x0504_0001, 0x0800_0000
+"""Abort codes that this client sends. CiA 301, table 22."""
 _EXPEDITED, _SIZED, _TOGGLE_BIT, _LAST = 0x02, 0x01, 0x10, 0x01
 _ABORT = 4 << 5
 _SEGMENT = 7
@@ -18,7 +20,7 @@ class SdoAborted(Exception):
     """Abort by the drive; ``code`` is its abort code."""
 
     def __init__(self, code: int, what: str) -> None:
-        super().__init__(f"it answered {what} with abort {abort_words(code)}")
+        super().__init__(f"it answered {what} with abort {code:08X}h ({ABORTS.get(code, 'unknown')})")
         self.code = code
 
 

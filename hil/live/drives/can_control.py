@@ -1,0 +1,61 @@
+"""Verbs of a real CANopen drive."""
+
+import asyncio
+
+from hil.drives.canopen.node_watch import NMT_RESET
+from hil.drives.canopen.statusword import PROFILE_POSITION
+from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.can_motion import CanMotion
+from hil.live.drives.drive_axis import DriveAxis
+from hil.live.drives.drive_control import DriveControl
+from hil.vocab.verbs import VerbRefused
+
+STARTS_S = 10.0
+"""Time for a drive to start anew, and to be greeted."""
+_POLL_S = 0.02
+
+
+class CanControl(DriveControl):
+    """Control of one drive."""
+
+    def __init__(self, drive: CanDrive) -> None:
+        self._can, self._motion_of = drive, CanMotion(drive)
+        super().__init__(DriveAxis(drive, self._motion_of))
+
+    @property
+    def has_own_ramps(self) -> bool:
+        return self._can.known is not None and self._can.known.has_mode(PROFILE_POSITION)
+
+    async def _write_parameter(self, name: str, value: float) -> None:
+        raise AssertionError("a CANopen drive has no parameters that can be set")
+
+    # ---- verbs, by their names ----
+
+    async def _enable(self) -> dict[str, float]:
+        if self.drive.fault:
+            raise VerbRefused("not_now", f"{self.drive.fault}; clear it first")
+        await self._motion_of.enable()
+        await self._until(lambda: self.drive.is_on, "enabled")
+        return {}
+
+    async def _disable(self) -> dict[str, float]:
+        await self._motion_of.disable()
+        await self._until(lambda: not self.drive.is_on, "disabled")
+        return {}
+
+    async def _clear_fault(self) -> dict[str, float]:
+        await self._motion_of.clear_fault()
+        await self._until(lambda: self.drive.fault is None, "free of its fault")
+        return {}
+
+    async def _reset(self) -> dict[str, float]:
+        drive, session = self._can, self._can.link.session
+        self.motion.abandon()
+        drive.command(NMT_RESET)
+        for _ in range(round(STARTS_S / _POLL_S)):
+            await asyncio.sleep(_POLL_S)
+            if drive.link.is_there and drive.link.session != session:
+                return {}
+        raise VerbRefused(
+            "not_now", f"{drive.name} was told to start anew, and after {STARTS_S:g} s it is not there"
+        )

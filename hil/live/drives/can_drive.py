@@ -1,0 +1,313 @@
+"""Real CANopen drive: what is read and written of its objects, and what its frames tell."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from hil.drives.canopen.drive_state import emergency_text, reading_of
+from hil.drives.canopen.drive_units import GivenUnits
+from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
+from hil.drives.canopen.node_watch import NodeWatch
+from hil.drives.canopen.process_data import (
+    ERROR_CONTROL_ID,
+    RPDO_IDS,
+    SDO_REQUEST_ID,
+    packed_target,
+    values_in,
+)
+from hil.drives.canopen.sdo_transfer import TIMED_OUT, SdoAborted, SdoGarbled, SdoTransfer
+from hil.drives.canopen.statusword import DriveState, has_fault, state_of
+from hil.drives.drive_fields import drive_fields
+from hil.drives.drive_verbs import can_verbs
+from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
+from hil.live.drives.can_line import CanLine
+from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.wire.can_drive_address import CanDriveAddress
+from hil.wire.canopen.canopen_codes import emergency_words
+
+TRIES = 2
+"""Number of times that a transfer is begun, if it is not answered."""
+TOLD = ("velocity_rpm", "current_A", "fault_code", "statusword", "mode", "emergencies")
+
+log = logging.getLogger("hil")
+
+
+class Aborted(Denied):
+    """Abort of a transfer by the drive."""
+
+    def __init__(self, sdo: SdoAborted) -> None:
+        super().__init__(str(sdo))
+        self.sdo = sdo
+
+
+@dataclass(frozen=True)
+class CanSpec:
+    """What a configuration says of a real CANopen drive."""
+
+    name: str
+    address: CanDriveAddress
+    pace: DrivePace
+    units: GivenUnits = AS_IT_SAYS
+
+
+class CanDrive(RealDrive):
+    """Drive of CiA 402 on a CAN bus."""
+
+    def __init__(self, spec: CanSpec, now_ns: Callable[[], int]) -> None:
+        super().__init__(spec.name, spec.address, spec.pace, now_ns)
+        self.spec, self.node = spec, spec.address.node
+        self.fields, self.verbs = drive_fields(TOLD), can_verbs()
+        self.known: DriveKnown | None = None
+        """What its greeting found; also of a session that has ended."""
+        self.watch = NodeWatch(round((spec.pace.timeout_s) * 1e9))
+        self.set_points: Callable[[int], float] | None = None
+        """Set-points that go out with SYNC: degrees at a time."""
+        self.is_stopping = False
+        """True while its loop is off for a stop alone, which ends with the loop on."""
+        self.booted = asyncio.Event()
+        """Set when it tells its boot-up."""
+        self.emergency: str | None = None
+        """Its last emergency, in words, until it says that it is over."""
+        self._emergencies = 0
+        self._line: CanLine | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._lock = asyncio.Lock()
+        self._transfer: SdoTransfer | None = None
+        self._answer: asyncio.Future[bytes] | None = None
+        self._raw: dict[str, int] = {}
+        self._seen: set[int] = set()
+        self._synced_ns = 0
+
+    # ---- begin and end ----
+
+    def start(self, join: Callable[["CanDrive"], CanLine], session: Coroutine[Any, Any, None]) -> None:
+        """Begin with it, on the bus that ``join`` gives. ``session``: what keeps to it for ever."""
+        self._line = join(self)
+        self._task = asyncio.get_running_loop().create_task(session)
+
+    async def close(self, leave: Callable[["CanDrive", CanLine], Awaitable[None]]) -> None:
+        """End, and leave the bus."""
+        if self._task:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._task
+        line, self._line = self._line, None
+        if line:
+            await leave(self, line)
+        self.link.place_lost("it is not asked any more")
+
+    @property
+    def greet_spec(self) -> GreetSpec:
+        """What it is greeted with."""
+        sync_ns = self.line.sync_ns
+        return GreetSpec(
+            self.node, sync_ns, max(round(self.pace.interval_s * 1e9 / sync_ns), 1), self.spec.units
+        )
+
+    @property
+    def line(self) -> CanLine:
+        """Its bus. Raises PlaceLost."""
+        if self._line is None:
+            raise PlaceLost("it is not asked any more")
+        return self._line
+
+    def begin_session(self) -> None:
+        """Begin a session: what was told in the one before counts no more."""
+        self.sent = self.set_points = None
+        self.link.greeted()
+        self.note(False)
+
+    def lose(self, why: str) -> None:
+        """Note that the drive is lost."""
+        was_there = self.link.is_there
+        self.set_points = None
+        self.watch.end()
+        self.link.refused(why)
+        self.note(was_there)
+
+    def place_lost(self, why: str) -> None:
+        self.set_points = None
+        self.watch.end()
+        if self._answer and not self._answer.done():
+            self._answer.set_exception(PlaceLost(why))
+        super().place_lost(why)
+
+    # ---- its objects ----
+
+    async def read(self, index: int, session: int | None, *, is_signed: bool = False) -> int:
+        """Read a whole number. Raises ``ASKING``."""
+        data = await self.transfer(SdoTransfer(index), session)
+        return int.from_bytes(data, "little", signed=is_signed)
+
+    async def write(self, index: int, value: int, size: int, session: int | None) -> None:
+        """Write a whole number of ``size`` bytes. Raises ``ASKING``."""
+        data = (value & ((1 << 8 * size) - 1)).to_bytes(size, "little")
+        await self.transfer(SdoTransfer(index, 0, data), session)
+        self.link.counters.writes += 1
+
+    async def transfer(self, what: SdoTransfer, session: int | None) -> bytes:
+        """Carry out a transfer. ``session``: the one in which it is wanted; None: any. Raises ``ASKING``."""
+        async with self._lock:
+            for left in reversed(range(TRIES)):
+                if session is not None and not self.is_in(session):
+                    raise Stale("the drive was lost before it could be asked")
+                was_there = self.link.is_there
+                try:
+                    return await self._tried(what)
+                except (NoAnswer, Garbled) as error:
+                    self.link.unanswered(str(error))
+                    if not left:
+                        raise
+                finally:
+                    if was_there:
+                        self.note(was_there)
+        raise AssertionError("the last try answers or raises")
+
+    async def _tried(self, what: SdoTransfer) -> bytes:
+        loop, counters = asyncio.get_running_loop(), self.link.counters
+        self._transfer = what
+        request: bytes | None = what.first()
+        begun_s = loop.time()
+        try:
+            while request is not None:
+                answer = self._answer = loop.create_future()
+                self.line.send(SDO_REQUEST_ID + self.node, request)
+                async with asyncio.timeout(self.pace.timeout_s):
+                    data = await answer
+                request = what.hear(data)
+        except TimeoutError:
+            counters.time_outs += 1
+            self._abort(what.abort(TIMED_OUT))
+            raise NoAnswer(f"no answer to {what} within {self.pace.timeout_s:g} s") from None
+        except SdoGarbled as error:
+            counters.garbled += 1
+            self._abort(error.abort)
+            raise Garbled(str(error)) from None
+        except SdoAborted as error:
+            counters.exceptions += 1
+            self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
+            raise Aborted(error) from None
+        except asyncio.CancelledError:
+            self._abort(what.abort(TIMED_OUT))
+            raise
+        finally:
+            self._answer = self._transfer = None
+        self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
+        return what.result
+
+    def _abort(self, frame: bytes) -> None:
+        with suppress(PlaceLost):
+            self.line.send(SDO_REQUEST_ID + self.node, frame)
+
+    def command(self, command: int) -> None:
+        """Send a command of network management. Raises PlaceLost."""
+        self.line.send(0, bytes([command, self.node]))
+
+    def ask_for_life(self) -> None:
+        """Send the request of guarding. Raises PlaceLost."""
+        self.line.ask_remotely(ERROR_CONTROL_ID + self.node, 1)
+
+    # ---- its frames ----
+
+    @property
+    def wants_sync(self) -> bool:
+        return self.watch.is_on and bool(self.known and self.known.told)
+
+    def before_sync(self) -> None:
+        now_ns = self._synced_ns = self.now_ns()
+        self._seen.clear()
+        if self.set_points and self.known:
+            # The drive is there one period later: at the next SYNC.
+            units = self.known.units.position(self.set_points(now_ns + self.line.sync_ns))
+            self.line.send(RPDO_IDS[0] + self.node, packed_target(units))
+            self.sent = SentSetPoint(self.set_points(now_ns), now_ns)
+
+    def hear_answer(self, data: bytes) -> None:
+        if self._answer and not self._answer.done() and self._transfer and self._transfer.is_for_this(data):
+            self._answer.set_result(data)
+
+    def hear_process_data(self, number: int, data: bytes) -> None:
+        known = self.known
+        if known is None or not self.wants_sync or number >= len(known.told):
+            return
+        values = values_in(known.told[number], data)
+        if values is None:
+            self.link.counters.garbled += 1
+            return
+        self._raw |= values
+        self._seen.add(number)
+        if len(self._seen) == len(known.told):
+            self._seen.clear()
+            now_s = asyncio.get_running_loop().time()
+            self.link.answered(round(now_s * 1e9), max(self.now_ns() - self._synced_ns, 0))
+            self.take_raw(self._raw, self._synced_ns)
+
+    def take_raw(self, raw: Mapping[str, int], at_ns: int) -> None:
+        """Take over the values of its objects, by their names, as they were at a time."""
+        assert self.known is not None, "a drive that was not greeted tells nothing"
+        self.take(reading_of(raw, self.known.units, at_ns))
+
+    def hear_error_control(self, data: bytes) -> None:
+        if self.watch.hear(data, self.now_ns()):
+            self.booted.set()
+
+    def hear_emergency(self, data: bytes) -> None:
+        text = emergency_text(data)
+        if text is None:
+            return
+        self._emergencies += 1
+        if text != (self.emergency or ""):
+            log.warning("%s: %s", self.name, f"emergency {text}" if text else "its emergency is over")
+        self.emergency = text or None
+
+    # ---- what it tells ----
+
+    @property
+    def follows_paths(self) -> bool:
+        return self.known is not None and self.known.follows_paths
+
+    @property
+    def step_deg(self) -> float:
+        return 1 / self.known.units.position_per_deg if self.known else 0.0
+
+    @property
+    def statusword(self) -> int:
+        """Its statusword by the last reading."""
+        return int(self.reading.values["statusword"]) if self.reading else 0
+
+    @property
+    def is_on(self) -> bool:
+        return self.is_stopping or state_of(self.statusword) is DriveState.ENABLED
+
+    @property
+    def fault(self) -> str | None:
+        if self.reading is None or not has_fault(self.statusword):
+            return None
+        if code := int(self.reading.values.get("fault_code", 0)):
+            return f"the drive has fault {code:04X}h ({emergency_words(code)})"
+        return (
+            f"the drive has a fault, emergency {self.emergency}"
+            if self.emergency
+            else "the drive has a fault"
+        )
+
+    @property
+    def commanded_deg(self) -> float | None:
+        return self.sent.deg if self.sent else None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return (f"emergency {self.emergency}",) if self.emergency else ()
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        if self.known is None:
+            return {}
+        numbers = {name: f"{number:08X}h" for name, number in self.known.identity.items()}
+        return ({"name": self.known.name} if self.known.name else {}) | numbers
+
+    def values(self) -> dict[str, float]:
+        return super().values() | {"emergencies": self._emergencies}
