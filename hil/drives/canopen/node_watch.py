@@ -27,16 +27,16 @@ class NodeWatch:
     """Watch over one node, from ``begin`` to ``end``. ``late_ns``: delay of the line."""
 
     late_ns: int = 0
-    is_guarded: bool = False
-    """True if it is asked by remote frames, as it has no heartbeat."""
+    control: str = ""
+    """``heartbeat``, ``guarding`` (it is asked by remote frames), or empty: only its boot-up is noticed."""
     _heard_ns: int | None = None
     _begun_ns: int = 0
     _toggle: int | None = None
     _why: str | None = None
 
-    def begin(self, now_ns: int, *, is_guarded: bool) -> None:
+    def begin(self, now_ns: int, control: str) -> None:
         """Begin to watch: the node was started just now."""
-        self.is_guarded, self._heard_ns, self._toggle, self._why = is_guarded, now_ns, None, None
+        self.control, self._heard_ns, self._toggle, self._why = control, now_ns, None, None
         self._begun_ns = now_ns
 
     def end(self) -> None:
@@ -46,6 +46,11 @@ class NodeWatch:
     @property
     def is_on(self) -> bool:
         return self._heard_ns is not None
+
+    @property
+    def is_guarded(self) -> bool:
+        """True if it is asked by remote frames."""
+        return self.control == "guarding"
 
     def hear(self, data: bytes, now_ns: int) -> bool:
         """Take a message of error control; True if it is that of a boot-up."""
@@ -71,8 +76,8 @@ class NodeWatch:
         if self._heard_ns is None:
             return None
         silent_ns = now_ns - self._heard_ns
-        if self._why is None and silent_ns > MISSING * HEARTBEAT_NS + self.late_ns:
-            what = "answer to guarding" if self.is_guarded else "heartbeat"
+        if self._why is None and self.control and silent_ns > MISSING * HEARTBEAT_NS + self.late_ns:
+            what = "answer to guarding" if self.is_guarded else self.control
             return f"no {what} for {silent_ns / 1e6:.0f} ms"
         return self._why
 

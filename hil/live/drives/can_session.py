@@ -65,7 +65,7 @@ class CanSession:
         drive = self._drive
         known = await self._greeted()
         drive.known, begun_ns = known, drive.now_ns()
-        drive.watch.begin(begun_ns, is_guarded=known.error_control == "guarding")
+        drive.watch.begin(begun_ns, known.error_control)
         if known.told and not await self._has_told(begun_ns):
             known = drive.known = replace(known, told=(), has_target_pdo=False)
         if not known.told:

@@ -1,5 +1,5 @@
 """A CANopen drive that is not of this project: SDO server, network management, heartbeat, emergencies and
-PDOs are those of the library ``canopen``; the state machine of CiA 402 and a shaft are played here, plainly."""
+PDOs are those of the library ``canopen``; the state machine of CiA 402 and a shaft are played here."""
 
 import threading
 import time

@@ -188,7 +188,7 @@ def test_a_drive_without_process_data_is_read_by_sdo_and_makes_its_own_ramps() -
         await asyncio.to_thread(far.power_on)
         await world.there(control)
 
-    with_drive(run, without=(0x1800,), read_only=(0x1017,))
+    with_drive(run, read_only=(0x1A00, 0x1017))
 
 
 def test_a_blocked_shaft_fails_its_motion() -> None:
