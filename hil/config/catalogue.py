@@ -118,6 +118,9 @@ class ProfileInfo(StrictModel):
     registers: dict[str, int] = Field(default={})
     map: MapText | None = None
     """Map of registers of the board's own, a drive's, unless a device has another; None: it has none."""
+    drive: Literal["canopen"] | None = None
+    """Protocol of the real drives that it stands for: ``canopen``, on a CAN bus; those with a ``map`` are on
+    Modbus; None: real ones have a terminal."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
 

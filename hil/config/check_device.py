@@ -8,33 +8,21 @@ from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.device_map import MapCheck
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import nearest, no_such, suggestion
 from hil.config.flash_model import BUILT_IN_TABLES
+from hil.config.real_places import is_real_drive
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
 from hil.vocab.problem import Problem
-from hil.wire.drive_address import EXAMPLES, is_drive_address
 
 _AT_UARTS = ("at", "port", "network", "ports", "baud", "bauds")
 """Keys that need a serial interface."""
-EMULATED_KEYS = (
-    "network",
-    "ports",
-    "bauds",
-    "flash",
-    "hardware",
-    "plant",
-    "load",
-    "axis",
-    "registers",
-    "axes",
-    "setpoints",
-    "spi_previous_command",
-)
 _OF_REAL_BOARDS = {
     "setpoint_rate_Hz": "a twin's set-point moves at each step",
     "line_delay_ms": "a run reaches a twin without a line",
     "poll_interval_ms": "a twin tells its state without being asked",
+    "units": "a twin says them itself",
 }
 """Keys that a twin has no use for, with the reason."""
 ANY_BOARDS_TABLES = ("stored", "empty")
@@ -69,9 +57,11 @@ class DeviceCheck:
     def _completed(self, ports: PortsCheck) -> dict[str, Any]:
         result, profile = dict(self.raw), self.profile
         at = self.raw.get("at")
-        if profile and isinstance(at, str) and (profile.map or is_drive_address(at)):
-            self._map(result)
-            self._drive(profile, result, at)
+        if profile and isinstance(at, str) and (profile.map or profile.drive or is_real_drive(at)):
+            findings, result = drive_findings(self.path, self.raw, profile, at, result)
+            if not profile.drive:
+                self._map(result)
+            self.findings += findings
             return result
         if profile and not profile.uarts:
             self._no_uarts(profile, result)
@@ -176,36 +166,11 @@ class DeviceCheck:
         if check.raw.get("load") is not None:
             result["load"] = check.load
 
-    def _drive(self, profile: ProfileInfo, result: dict[str, Any], at: str) -> None:
-        """Check a real Modbus drive, which has no terminal that programs could be at."""
-        if profile.map is None:
-            message = f"a {profile.name} is no Modbus drive"
-            self._add(message, "write its serial port, or the profile of a drive", "at")
-        elif not is_drive_address(at):
-            self._add(
-                f"a real {profile.name} is reached over Modbus",
-                f"write {' or '.join(EXAMPLES.values())}",
-                "at",
-            )
-        elif self.raw.get("map") is None:
-            remedy = (
-                'add the line "map: ...", the path of a file that says where its maker has put each value'
-            )
-            self._add("a real drive has registers of its own, and there is no map", remedy, "map")
-        for key in ("port", "baud", *EMULATED_KEYS):
-            if self.raw.get(key) is not None:
-                message = (
-                    "a real drive has no such key: it has its own, and its address says how it is reached"
-                )
-                self._add(message, "leave this key out", key, at_key=True)
-            result.pop(key, None)
-        result["hardware"] = profile.default_hardware
-
     def _real(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
         """Check a real board, which has its own memory, motor and network."""
-        if self.raw.get("poll_interval_ms") is not None:
-            why = "only a Modbus drive is polled"
-            self._add(why, "leave this key out", "poll_interval_ms", at_key=True)
+        for key, why in ONLY_OF_DRIVES.items():
+            if self.raw.get(key) is not None:
+                self._add(why, "leave this key out", key, at_key=True)
         for key in EMULATED_KEYS:
             if self.raw.get(key) is not None:
                 message = f"a real board (at: {self.raw['at']}) has its own"

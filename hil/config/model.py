@@ -16,6 +16,7 @@ from hil.config.can_model import CanConfig
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.drive_map_model import MapText
 from hil.config.drive_map_text import drive_map_of
+from hil.config.drive_units_model import UnitsConfig
 from hil.config.explain import StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.path_values import usable_path
@@ -27,6 +28,7 @@ from hil.registers.drive_map import DriveMap
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
+from hil.wire.can_drive_address import CanDriveAddress, can_drive_address, is_can_address
 from hil.wire.drive_address import DriveAddress, drive_address, is_drive_address
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
@@ -80,7 +82,10 @@ class DeviceConfig(StrictModel):
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
         " `baud` is the adapter's speed; keys that describe an emulated board cannot be there. Of a drive"
         " with a `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
-        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path.",
+        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path. Of a"
+        " CANopen drive, its node on a bus: `can+socketcan://can0?node=5`,"
+        " `can+slcan:///dev/ttyACM0?bitrate=1000000&node=5` (or `//host:port`; `baud=115200` is the adapter's"
+        " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it.",
     )
     port: PortConfig | None = Field(
         default=None,
@@ -143,6 +148,11 @@ class DeviceConfig(StrictModel):
         description="Of a drive, which has registers of its own: where each of its values is, as the path of"
         " a file, looked up from the configuration's folder, or written out; null: as its profile has it.",
     )
+    units: UnitsConfig | None = Field(
+        default=None,
+        description="Of a real CANopen drive, what its numbers of position, speed and acceleration are; null:"
+        " as it says itself.",
+    )
     setpoints: SetpointsConfig | None = Field(
         default=None,
         description="What becomes of the axis when set-points of `position`, `velocity` or `torque` stay"
@@ -153,7 +163,8 @@ class DeviceConfig(StrictModel):
         ge=1,
         le=200,
         description="How often a run types a set-point at a real servo (`at`), which answers each, or writes"
-        " it to a real drive that follows set-points; null: 50.",
+        " it to a real drive that follows set-points; of a CANopen drive the rate of SYNC, one for all drives"
+        " on a bus; null: 50.",
     )
     line_delay_ms: float | None = Field(
         default=None,
@@ -167,8 +178,8 @@ class DeviceConfig(StrictModel):
         default=None,
         ge=1,
         le=10_000,
-        description="Interval in which the state of a real drive (`at: modbus+...`) is read; a slow line"
-        " makes it longer; null: 20.",
+        description="Interval in which the state of a real drive (`at: modbus+...`, `at: can+...`) is read; a"
+        " slow line makes it longer; of a CANopen drive whole periods of SYNC; null: 20.",
     )
     spi_previous_command: int = Field(
         default=0xFFFF,
@@ -182,6 +193,11 @@ class DeviceConfig(StrictModel):
     def drive_address(self) -> DriveAddress | None:
         """Address on Modbus of a real drive; None: it is none."""
         return drive_address(self.at) if self.at and is_drive_address(self.at) else None
+
+    @property
+    def can_address(self) -> CanDriveAddress | None:
+        """Node on a CAN bus of a real drive; None: it is none."""
+        return can_drive_address(self.at) if self.at and is_can_address(self.at) else None
 
     def port_of(self, uart: str) -> PortConfig | None:
         """Port of a UART by its name; empty: of the first."""
@@ -333,8 +349,12 @@ class BenchConfig(StrictModel):
 
     @property
     def drives(self) -> dict[str, DeviceConfig]:
-        """The real boards that are Modbus drives."""
-        return {name: device for name, device in self.devices.items() if device.drive_address}
+        """The real boards that are drives, on Modbus or on CAN."""
+        return {
+            name: device
+            for name, device in self.devices.items()
+            if device.drive_address or device.can_address
+        }
 
     @property
     def real(self) -> dict[str, DeviceConfig]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.config import BenchConfig
-from hil.config.check_device import EMULATED_KEYS
+from hil.config.drive_findings import EMULATED_KEYS
 from hil.host.new_file import begin_file
 from hil.live.refusals import StartError
 

@@ -8,8 +8,11 @@ from typing import Any
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
 from hil.config import DeviceConfig, PortConfig
+from hil.drives.canopen.drive_units import GivenUnits
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.configured import Configured
+from hil.live.drives.can_control import CanControl
+from hil.live.drives.can_drive import CanDrive, CanSpec
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.real_drive import DrivePace
 from hil.live.drives.register_control import RegisterControl
@@ -23,7 +26,6 @@ from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.vocab.address import Address
 from hil.vocab.ports import Port, PortContext, PortError
-from hil.wire.drive_address import DriveAddress
 
 POLL_INTERVAL_MS = 20.0
 """Default interval of polls of a real drive."""
@@ -77,8 +79,8 @@ class Stage:
                 await self._open(staged, label, port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
-            if device.drive_address:
-                staged.drives[name] = self._make_drive(name, device, device.drive_address)
+            if drive := self._make_drive(name, device):
+                staged.drives[name] = drive
                 continue
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if device.port and not self.keeps_port(plan, name, ""):
@@ -105,11 +107,19 @@ class Stage:
             return False
         return old.port_of(uart) == new.port_of(uart)
 
-    def _make_drive(self, name: str, device: DeviceConfig, address: DriveAddress) -> DriveControl:
+    def _make_drive(self, name: str, device: DeviceConfig) -> DriveControl | None:
+        """Make a real drive; None: the device is another real board."""
+        pace = _pace_of(device)
+        if node := device.can_address:
+            given = device.units.model_dump() if device.units else {}
+            spec = CanSpec(name, node, pace, GivenUnits(**given))
+            return CanControl(CanDrive(spec, lambda: self.bench.now_ns))
+        if (address := device.drive_address) is None:
+            return None
         drive_map = device.drive_map(self.configured.catalogue.profiles[device.profile])
         assert drive_map is not None, f"{name}: the configuration's check wants a map"
-        spec = RegisterSpec(name, address, drive_map, _pace_of(device))
-        return RegisterControl(RegisterDrive(spec, lambda: self.bench.now_ns))
+        registers = RegisterSpec(name, address, drive_map, pace)
+        return RegisterControl(RegisterDrive(registers, lambda: self.bench.now_ns))
 
     def _make_twin(self, plan: BenchPlan, staged: Staged, name: str, partner: str | None) -> None:
         config = plan.config.devices[name]
