@@ -98,7 +98,8 @@ def _drive_line(drive: dict[str, Any]) -> str:
     age = "nothing was read yet" if age_ms is None else f"read {age_ms:.0f} ms ago"
     trips = "" if p50_ms is None else f", round trip p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms"
     counts = f"{drive['polls']} polls, {drive['time_outs']} time-outs, {drive['exceptions']} exceptions"
-    return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects"
+    who = ", ".join(f"{name} {value}" for name, value in drive["identity"].items())
+    return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects{who and '; '}{who}"
 
 
 def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:

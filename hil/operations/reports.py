@@ -184,7 +184,8 @@ def _of_drive(drive: RealDrive) -> dict[str, Any]:
     told = {name: value if abs(value) < float("inf") else None for name, value in drive.values().items()}
     link, age_ms = drive.link, told["age_ms"]
     notes = [] if link.is_there else [f"{drive.address}: {link.why}; it is tried again"]
-    notes += [drive.fault] if link.is_there and drive.fault else []
+    if link.is_there:
+        notes += [*([drive.fault] if drive.fault else []), *drive.notes]
     return {
         **_counters(NO_PORT),
         "backlog_bytes": 0,
@@ -199,6 +200,7 @@ def _of_drive(drive: RealDrive) -> dict[str, Any]:
             "age_ms": age_ms,
             **{name: told[name] for name in ("polls", "writes", "time_outs", "garbled", "exceptions")},
             **{name: told[name] for name in ("reconnects", "round_trip_p50_ms", "round_trip_p99_ms")},
+            "identity": dict(drive.identity),
         },
     }
 

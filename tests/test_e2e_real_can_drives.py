@@ -1,0 +1,186 @@
+"""Real CANopen drives as axes: here each is the twin of another daemon, on its CAN bus, reached through an
+adapter (slcan) or over a channel of python-can (udp_multicast); both are configured as a user does it."""
+
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from e2e_support import Place, Server, free_port, until
+
+from hil.net.control_client import ControlError
+
+RULES = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 600.0, "jerk_rpm_per_s2": 1e5}
+M1 = {"profile": "mechaduino", "flash": {"table": "identity"}}
+NODES = {"d8": 5, "d9": 6}
+
+
+class CanPair:
+    """A daemon with the twins d8 and d9 as nodes 5 and 6 of its bus, and one to which they are the real
+    drives x and y, beside its own twin m1. ``over``: slcan or udp_multicast."""
+
+    def __init__(self, place: Place, over: str) -> None:
+        self.place = place
+        port = free_port()
+        bus: dict[str, Any] = {"bit_rate": 1_000_000, "nodes": NODES}
+        far: dict[str, Any] = {
+            "bench": "far",
+            "devices": dict.fromkeys(NODES, {"profile": "canopen_drive"}),
+            "can": {"can0": bus},
+        }
+        self.at = f"can+slcan://127.0.0.1:{port}?bitrate=1000000"
+        self.where = f"socket://127.0.0.1:{port}"
+        if over == "slcan":
+            bus["taps"] = {"adapter": {"port": {"kind": "tcp", "port": port}}}
+        else:
+            group = f"239.74.{os.getpid() % 250}.{port % 250}"
+            channel = {"interface": "udp_multicast", "channel": group, "port": port}
+            far["bridges"] = {"can": {"channels": {"can0": channel}}}
+            self.at = f"can+udp_multicast://{group}:{port}"
+            self.where = f"{group}:{port}"
+        self.far_text = json.dumps(far)
+        self.far = self.serve_far()
+        self.devices: dict[str, Any] = {
+            "m1": M1,
+            **{name: self.real(NODES[twin]) for name, twin in (("x", "d8"), ("y", "d9"))},
+        }
+        self.near = place.serve(self.configure(), bench="r")
+        self.near.ready("m1")
+        until(lambda: self.is_there("x") and self.is_there("y"), "the drives")
+
+    def serve_far(self) -> Server:
+        return self.place.serve(self.far_text, bench="far").ready("d8", boot_ns=300_000_000)
+
+    def real(self, node: int) -> dict[str, Any]:
+        query = "&" if "?" in self.at else "?"
+        return {"profile": "canopen_drive", "at": f"{self.at}{query}node={node}"}
+
+    def configure(self) -> str:
+        """Write the near bench's configuration, and return it."""
+        text = json.dumps({"bench": "r", "devices": self.devices})
+        self.place.write(text, "r.yaml")
+        return text
+
+    def is_there(self, name: str) -> bool:
+        return bool(self.near.status(name)["drive"]["state"] == "there")
+
+    def do(self, device: str, verb: str, **parameters: Any) -> Any:
+        return self.near.ask("do", device=device, name=verb, parameters=parameters)
+
+    def enabled(self) -> "CanPair":
+        for device in ("m1", "x", "y"):
+            self.do(device, "enable")
+        return self
+
+    def submit(self, name: str, *steps: dict[str, Any], axes: tuple[str, ...] = ("m1", "x", "y")) -> None:
+        text = json.dumps({"run": name, "axes": dict.fromkeys(axes, RULES), "steps": list(steps)})
+        answer = self.near.ask("run", text=text, file="r.yaml", check=False)
+        assert "problems" not in answer, answer
+
+    def progress(self, name: str) -> dict[str, Any]:
+        (found,) = self.near.ask("runs", name=name)
+        assert isinstance(found, dict)
+        return found
+
+    def ended(self, name: str) -> dict[str, Any]:
+        until(lambda: self.progress(name)["state"] not in ("queued", "running"), f"the end of {name}")
+        return self.progress(name)
+
+    def far_deg(self, twin: str) -> float:
+        return float(self.far.status(twin)["snapshot"]["yw"])
+
+
+@pytest.fixture(params=["slcan", "udp_multicast"])
+def pair(place: Place, request: pytest.FixtureRequest) -> CanPair:
+    return CanPair(place, request.param)
+
+
+def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: CanPair) -> None:
+    place = pair.place
+    assert "its loop is off; enable it first" in place.cli("axis", "x", "move-abs", "90", "-b", "r", code=1)
+    place.cli("axis", "x", "enable", "-b", "r")
+    assert "set_point: 90" in place.cli("axis", "x", "move-abs", "90", "velocity_rpm=120", "-b", "r")
+    until(lambda: abs(pair.far_deg("d8") - 90) < 0.5, "90 deg")
+    pair.enabled()
+    pair.submit(
+        "a",
+        {"move": {"m1": 90.0, "x": 45.0, "y": 30.0}},
+        {"line": {"m1": 0.0, "x": 180.0, "y": 90.0}},
+        {"move_by": {"x": -90.0, "y": -60.0}},
+    )
+    done = pair.ended("a")
+    assert done["state"] == "done", done["why"]
+    assert (pair.far_deg("d8"), pair.far_deg("d9")) == (
+        pytest.approx(90, abs=0.5),
+        pytest.approx(30, abs=0.5),
+    )
+    assert done["axes"]["x"]["commanded_deg"] == 90.0
+    assert done["axes"]["x"]["error_max_deg"] < 10
+    row = pair.near.status("x")
+    assert (row["hardware"], row["note"], row["drive"]["reconnects"]) == ("real", None, 0)
+    assert row["snapshot"]["age_ms"] < 5000
+    assert row["drive"]["identity"]["vendor"]
+    assert "x: there, read" in place.cli("status", "-b", "r")
+
+
+def test_a_run_fails_when_its_drive_is_lost_and_nothing_is_sent_afterwards(pair: CanPair) -> None:
+    pair.enabled()
+    pair.submit("a", {"move": {"m1": 7200.0, "x": 7200.0}}, axes=("m1", "x"))
+    until(lambda: pair.far_deg("d8") > 40, "some way")
+    pair.far.kill()
+    failed = pair.ended("a")
+    assert failed["state"] == "failed"
+    assert f"x stopped: the drive at {pair.where}, node 5 is lost: " in failed["why"]
+    assert failed["axes"]["m1"]["at_end"] == "stands"
+    assert any(problem["about"] == "x" for problem in pair.near.ask("health")["problems"])
+    pair.far = pair.serve_far()
+    until(lambda: pair.is_there("x"), "the drive")
+    assert pair.near.status("x")["drive"]["reconnects"] == 1
+    snapshot = pair.far.status("d8")["snapshot"]
+    assert (snapshot["loop_on"], snapshot["following"]) == (0, 0)
+
+
+def test_faults_and_stops_at_the_drive_fail_the_run_and_are_told(pair: CanPair) -> None:
+    pair.enabled()
+    pair.submit("a", {"move": {"m1": 3600.0, "x": 3600.0}}, axes=("m1", "x"))
+    until(lambda: pair.far_deg("d8") > 40, "some way")
+    pair.far.ask("set", device="d8", field="errfl", value=1)
+    failed = pair.ended("a")
+    assert failed["state"] == "failed"
+    assert "the drive has fault 7305h (encoder)" in failed["why"]
+    until(lambda: "7305h" in (pair.near.status("x")["note"] or ""), "the emergency")
+    pair.do("x", "clear_fault")
+    pair.do("x", "enable")
+    pair.submit("b", {"move_by": {"y": 3600.0}}, axes=("y",))
+    until(lambda: pair.far_deg("d9") > 40, "some way")
+    assert "a run has this drive" in pair.place.cli("axis", "y", "move-abs", "0", "-b", "r", code=1)
+    pair.do("y", "stop")
+    failed = pair.ended("b")
+    assert (failed["state"], "somebody gave it the verb stop" in failed["why"]) == ("failed", True)
+    assert pair.far.status("d9")["snapshot"]["loop_on"] == 1
+
+
+def test_a_reload_exchanges_the_drive_that_changed_and_not_the_other(pair: CanPair) -> None:
+    pair.enabled()
+    old = pair.near.status("y")["drive"]["polls"]
+    pair.devices["x"] |= {"poll_interval_ms": 40}
+    pair.configure()
+    done = pair.near.ask("reload")
+    assert (done["restarted"], done["kept"]) == (["x"], ["m1", "y"])
+    until(lambda: pair.is_there("x"), "the drive")
+    assert pair.near.status("y")["drive"]["polls"] >= old
+    with pytest.raises(ControlError, match="cannot be set"):
+        pair.near.ask("set", device="x", field="pKp", value=1.0)
+    del pair.devices["y"]
+    pair.configure()
+    assert pair.near.ask("reload")["removed"] == ["y"]
+
+
+def test_who_has_no_drive_does_not_import_python_can() -> None:
+    program = (
+        "import sys, hil.daemon, hil.live.drives.drive_axes, hil.operations.make_desk\n"
+        "print([name for name in sys.modules if name.partition('.')[0] in ('can', 'msgpack')])"
+    )
+    assert subprocess.check_output([sys.executable, "-c", program], text=True) == "[]\n"
