@@ -27,7 +27,7 @@ class CanPair:
         bus: dict[str, Any] = {"bit_rate": 1_000_000, "nodes": NODES}
         far: dict[str, Any] = {
             "bench": "far",
-            "devices": dict.fromkeys(NODES, {"profile": "canopen_drive"}),
+            "devices": {name: {"profile": "canopen_drive"} for name in NODES},
             "can": {"can0": bus},
         }
         self.at = f"can+slcan://127.0.0.1:{port}?bitrate=1000000"

@@ -23,7 +23,7 @@ EFFORT_COUNTS, CURRENT_A, NO_CURRENT_NS = 40.0, 0.02, 50 * NS_PER_MS
 POSITION, TORQUE = ord("x"), ord("t")
 
 
-class DriveFault(NamedTuple):
+class ServoFault(NamedTuple):
     """Fault of the drive, which takes the current off until it is cleared. Its number is that of the boards
     whose nodes know it; a following error is the node's own."""
 
@@ -31,8 +31,8 @@ class DriveFault(NamedTuple):
     about: str
 
 
-ENCODER = DriveFault(2, "the encoder reports an error")
-CURRENT = DriveFault(3, "no current in the motor: no supply, driver too hot, or both coils open")
+ENCODER = ServoFault(2, "the encoder reports an error")
+CURRENT = ServoFault(3, "no current in the motor: no supply, driver too hot, or both coils open")
 FAULTS = {fault.code: fault for fault in (ENCODER, CURRENT)}
 
 
@@ -159,7 +159,7 @@ class CanOpenServo:
             self._note("fault", f"fault {fault.code}: {fault.about}")
         self._tell_all()
 
-    def _fault(self) -> DriveFault | None:
+    def _fault(self) -> ServoFault | None:
         axis = self.axis
         if axis.spi(READ_ANGLE) & ERROR:
             return ENCODER

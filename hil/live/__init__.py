@@ -2,11 +2,9 @@
 
 Belongs here: how the bench becomes what the configuration says, at the start and at a reload (``apply``),
 where bytes enter and leave (``places.py``, ``port_joint.py``), and what needs the wall's time or the
-operating system while the boards run: memories (``store.py``), captures, ``runs``, real Modbus
-``drives``, the guard over firmware,
-the core's thread. ``live_bench.py`` composes it.
+operating system while the boards run: memories (``store.py``), captures, ``runs``, real ``drives``, the guard
+over firmware, the core's thread. ``live_bench.py`` composes it.
 
-May import: hil.canopen,
-hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.registers,
-hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, pymodbus.
+May import: hil.canopen, hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net,
+hil.registers, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, can, pymodbus.
 """

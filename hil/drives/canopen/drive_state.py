@@ -6,7 +6,7 @@ from hil.drives.canopen.drive_units import DriveUnits
 from hil.drives.canopen.statusword import (
     PROFILE_POSITION,
     TARGET_REACHED,
-    DriveState,
+    MachineState,
     has_fault,
     state_of,
 )
@@ -32,7 +32,7 @@ def reading_of(raw: Mapping[str, int], units: DriveUnits, at_ns: int) -> Reading
     if "error" in raw:
         values["fault_code"] = raw["error"]
     bits = {
-        "status.enabled": state_of(statusword) is DriveState.ENABLED,
+        "status.enabled": state_of(statusword) is MachineState.ENABLED,
         "status.fault": has_fault(statusword),
         "status.moving": _moves(statusword, mode, values.get("velocity_rpm")),
     }

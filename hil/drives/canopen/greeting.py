@@ -1,6 +1,6 @@
 """Greeting of a drive: all that has to be known of it, and how it is set up, before it is used.
 
-A generator: it yields what is to be done, and gets the bytes that were read, or ``SdoAborted`` raised in it.
+A generator: it yields what is to be done, and gets the bytes that were read, or ``TransferAborted`` raised in it.
 """
 
 from collections.abc import Generator, Mapping
@@ -17,12 +17,12 @@ from hil.drives.canopen.process_data import (
     TARGET,
     TOLD,
     TPDO_IDS,
-    MappedObject,
+    MappedValue,
     ObjectWrite,
     mapping_writes,
     parameter_index,
 )
-from hil.drives.canopen.sdo_transfer import SdoAborted, SdoTransfer
+from hil.drives.canopen.sdo_transfer import TransferAborted, SdoTransfer
 from hil.drives.canopen.statusword import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
 
 SETTLES_NS = 20_000_000
@@ -74,9 +74,9 @@ class DriveKnown:
     identity: Mapping[str, int] = field(default_factory=dict)
     name: str = ""
     """Its 1008h."""
-    told: tuple[tuple[MappedObject, ...], ...] = ()
+    told: tuple[tuple[MappedValue, ...], ...] = ()
     """Objects of its TPDOs from the first on; empty: it lets itself be mapped no PDOs, and is read by SDO."""
-    read: tuple[MappedObject, ...] = ()
+    read: tuple[MappedValue, ...] = ()
     """Objects of its state that it has."""
     has_target_pdo: bool = False
     """True if an RPDO carries the set-point, taken with SYNC."""
@@ -146,7 +146,7 @@ def _number(index: int, subindex: int) -> Generator[Step, bytes, int | None]:
     """Read a whole number; None: the drive does not have it."""
     try:
         data = yield SdoTransfer(index, subindex)
-    except SdoAborted:
+    except TransferAborted:
         return None
     return int.from_bytes(data, "little")
 
@@ -154,7 +154,7 @@ def _number(index: int, subindex: int) -> Generator[Step, bytes, int | None]:
 def _text(index: int) -> Generator[Step, bytes, str]:
     try:
         data = yield SdoTransfer(index)
-    except SdoAborted:
+    except TransferAborted:
         return ""
     return "".join(c for c in data.split(b"\0")[0].decode("latin-1") if c.isprintable())[:64]
 
@@ -169,7 +169,7 @@ def _try(*writes: ObjectWrite) -> Generator[Step, bytes, bool]:
     for what in writes:
         try:
             yield _write(what)
-        except SdoAborted:
+        except TransferAborted:
             return False
     return True
 
@@ -183,7 +183,7 @@ def _error_control() -> Generator[Step, bytes, str]:
     return ""
 
 
-def _state_objects(*, has_current: bool) -> Generator[Step, bytes, tuple[MappedObject, ...]]:
+def _state_objects(*, has_current: bool) -> Generator[Step, bytes, tuple[MappedValue, ...]]:
     """Objects of the drive's state that it has."""
     found = []
     for each in (each for objects in TOLD for each in objects):
@@ -197,8 +197,8 @@ def _state_objects(*, has_current: bool) -> Generator[Step, bytes, tuple[MappedO
 
 
 def _map_told(
-    spec: GreetSpec, read: tuple[MappedObject, ...]
-) -> Generator[Step, bytes, tuple[tuple[MappedObject, ...], ...]]:
+    spec: GreetSpec, read: tuple[MappedValue, ...]
+) -> Generator[Step, bytes, tuple[tuple[MappedValue, ...], ...]]:
     """Map TPDO 1 and 2, and switch off those behind them."""
     kind = min(max(spec.syncs, EVERY_SYNC), MOST_SYNCS)
     told = []
@@ -225,7 +225,7 @@ def _map_target(spec: GreetSpec) -> Generator[Step, bytes, bool]:
 
 
 def _map(
-    node: int, number: int, objects: tuple[MappedObject, ...], kind: int, *, is_rpdo: bool = False
+    node: int, number: int, objects: tuple[MappedValue, ...], kind: int, *, is_rpdo: bool = False
 ) -> Generator[Step, bytes, bool]:
     index = parameter_index(number, is_rpdo=is_rpdo)
     if (now := (yield from _number(index, 1))) is None:

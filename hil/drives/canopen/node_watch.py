@@ -9,7 +9,7 @@ MISSING = 3
 """Intervals without a heartbeat after which a node is lost."""
 
 
-class NmtState(IntEnum):
+class NodeLife(IntEnum):
     """State of a node, as its heartbeat says."""
 
     BOOT_UP = 0
@@ -57,7 +57,7 @@ class NodeWatch:
         if len(data) != 1:
             return False
         state = data[0] & 0x7F
-        if state == NmtState.BOOT_UP:
+        if state == NodeLife.BOOT_UP:
             if self.is_on:
                 self._why = "it was reset, or its power was off: it told its boot-up"
             return True
@@ -67,7 +67,7 @@ class NodeWatch:
             self._toggle = data[0] >> 7
             self._heard_ns = now_ns
             is_new = now_ns - self._begun_ns < MISSING * HEARTBEAT_NS + self.late_ns
-            if state != NmtState.OPERATIONAL and not is_new:  # one on its way from before its start
+            if state != NodeLife.OPERATIONAL and not is_new:  # one on its way from before its start
                 self._why = f"somebody took it out of operation: it is {_words(state)}"
         return False
 
@@ -84,6 +84,6 @@ class NodeWatch:
 
 def _words(state: int) -> str:
     try:
-        return NmtState(state).name.lower().replace("_", "-")
+        return NodeLife(state).name.lower().replace("_", "-")
     except ValueError:
         return f"in state {state}"

@@ -14,7 +14,7 @@ INVALID, NO_REMOTE = 1 << 31, 1 << 30
 
 
 @dataclass(frozen=True)
-class MappedObject:
+class MappedValue:
     """Object that a PDO carries. ``field``: name of its value here."""
 
     index: int
@@ -28,13 +28,13 @@ class MappedObject:
         return self.index << 16 | self.bits
 
 
-STATUSWORD = MappedObject(0x6041, 16, False, "statusword")
-POSITION = MappedObject(0x6064, 32, True, "position")
-MODE = MappedObject(0x6061, 8, True, "mode")
-VELOCITY = MappedObject(0x606C, 32, True, "velocity")
-CURRENT = MappedObject(0x6078, 16, True, "current")
-ERROR = MappedObject(0x603F, 16, False, "error")
-TARGET = MappedObject(0x607A, 32, True, "target")
+STATUSWORD = MappedValue(0x6041, 16, False, "statusword")
+POSITION = MappedValue(0x6064, 32, True, "position")
+MODE = MappedValue(0x6061, 8, True, "mode")
+VELOCITY = MappedValue(0x606C, 32, True, "velocity")
+CURRENT = MappedValue(0x6078, 16, True, "current")
+ERROR = MappedValue(0x603F, 16, False, "error")
+TARGET = MappedValue(0x607A, 32, True, "target")
 TOLD = ((STATUSWORD, POSITION, MODE), (VELOCITY, CURRENT, ERROR))
 """Objects of TPDO 1 and 2, 7 and 8 bytes; those behind the first two are left out where there are none."""
 NEEDED = (STATUSWORD, POSITION)
@@ -45,7 +45,7 @@ def packed_target(units: int) -> bytes:
     return units.to_bytes(4, "little", signed=True)
 
 
-def values_in(objects: Sequence[MappedObject], data: bytes) -> dict[str, int] | None:
+def values_in(objects: Sequence[MappedValue], data: bytes) -> dict[str, int] | None:
     """Values of a frame by the names of their fields; None: it is too short for them."""
     if len(data) * 8 < sum(each.bits for each in objects):
         return None
@@ -68,7 +68,7 @@ class ObjectWrite:
 
 
 def mapping_writes(
-    identifier: int, number: int, objects: Sequence[MappedObject], transmission: int, *, is_rpdo: bool = False
+    identifier: int, number: int, objects: Sequence[MappedValue], transmission: int, *, is_rpdo: bool = False
 ) -> Iterator[ObjectWrite]:
     """Writes that map a PDO anew: it is switched off, its map is emptied, filled and counted, and it is
     switched on. ``identifier``: with its bits; ``number``: 0 to 3; ``transmission``: type of transmission."""

@@ -16,7 +16,7 @@ MOST_BYTES = 4096
 """Maximum length of what is read: a drive that goes on and on is aborted."""
 
 
-class SdoAborted(Exception):
+class TransferAborted(Exception):
     """Abort by the drive; ``code`` is its abort code."""
 
     def __init__(self, code: int, what: str) -> None:
@@ -24,7 +24,7 @@ class SdoAborted(Exception):
         self.code = code
 
 
-class SdoGarbled(Exception):
+class TransferGarbled(Exception):
     """Answer that fits nothing. ``abort``: frame that ends the transfer at the drive's side."""
 
     def __init__(self, why: str, abort: bytes) -> None:
@@ -74,13 +74,13 @@ class SdoTransfer:
         """Take an answer; the next request, or None when all is done.
 
         Raises:
-            SdoAborted: the drive ends the transfer.
-            SdoGarbled: the answer does not fit.
+            TransferAborted: the drive ends the transfer.
+            TransferGarbled: the answer does not fit.
         """
         if len(answer) != 8:
             raise self._garbled(f"{self} was answered with {len(answer)} bytes, not 8", GENERAL)
         if answer[0] == _ABORT:
-            raise SdoAborted(int.from_bytes(answer[4:], "little"), str(self))
+            raise TransferAborted(int.from_bytes(answer[4:], "little"), str(self))
         if not self._is_begun:
             return self._hear_first(answer)
         return self._hear_segment(answer) if self._is_read else self._hear_confirmation(answer)
@@ -101,8 +101,8 @@ class SdoTransfer:
     def _named(self, command: int, data: bytes = b"") -> bytes:
         return bytes([command]) + self._name + data.ljust(4, b"\0")
 
-    def _garbled(self, why: str, code: int) -> SdoGarbled:
-        return SdoGarbled(why, self.abort(code))
+    def _garbled(self, why: str, code: int) -> TransferGarbled:
+        return TransferGarbled(why, self.abort(code))
 
     def _hear_first(self, answer: bytes) -> bytes | None:
         command, wanted = answer[0], 2 if self._is_read else 3

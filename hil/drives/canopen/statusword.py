@@ -19,7 +19,7 @@ def mode_bit(mode: int) -> int:
     return 1 << (mode - 1)
 
 
-class DriveState(StrEnum):
+class MachineState(StrEnum):
     """State of the drive's state machine."""
 
     NOT_READY = "not ready to switch on"
@@ -34,32 +34,32 @@ class DriveState(StrEnum):
 
 
 _PATTERNS = (
-    (0x4F, 0x00, DriveState.NOT_READY),
-    (0x4F, 0x40, DriveState.SWITCH_ON_DISABLED),
-    (0x6F, 0x21, DriveState.READY),
-    (0x6F, 0x23, DriveState.SWITCHED_ON),
-    (0x6F, 0x27, DriveState.ENABLED),
-    (0x6F, 0x07, DriveState.QUICK_STOP),
-    (0x4F, 0x0F, DriveState.FAULT_REACTION),
-    (0x4F, 0x08, DriveState.FAULT),
+    (0x4F, 0x00, MachineState.NOT_READY),
+    (0x4F, 0x40, MachineState.SWITCH_ON_DISABLED),
+    (0x6F, 0x21, MachineState.READY),
+    (0x6F, 0x23, MachineState.SWITCHED_ON),
+    (0x6F, 0x27, MachineState.ENABLED),
+    (0x6F, 0x07, MachineState.QUICK_STOP),
+    (0x4F, 0x0F, MachineState.FAULT_REACTION),
+    (0x4F, 0x08, MachineState.FAULT),
 )
 
 
-def state_of(statusword: int) -> DriveState:
+def state_of(statusword: int) -> MachineState:
     """State that a statusword tells."""
-    return next((state for mask, bits, state in _PATTERNS if statusword & mask == bits), DriveState.UNKNOWN)
+    return next((state for mask, bits, state in _PATTERNS if statusword & mask == bits), MachineState.UNKNOWN)
 
 
 _TOWARDS_ENABLED = {
-    DriveState.SWITCH_ON_DISABLED: SHUTDOWN,
-    DriveState.READY: SWITCH_ON,
-    DriveState.SWITCHED_ON: ENABLE_OPERATION,
-    DriveState.QUICK_STOP: ENABLE_OPERATION,
-    DriveState.ENABLED: ENABLE_OPERATION,
+    MachineState.SWITCH_ON_DISABLED: SHUTDOWN,
+    MachineState.READY: SWITCH_ON,
+    MachineState.SWITCHED_ON: ENABLE_OPERATION,
+    MachineState.QUICK_STOP: ENABLE_OPERATION,
+    MachineState.ENABLED: ENABLE_OPERATION,
 }
 
 
-def towards_enabled(state: DriveState) -> int | None:
+def towards_enabled(state: MachineState) -> int | None:
     """Controlword of the next step to ``ENABLED``; None: it goes on by itself, or has a fault, which is
     cleared on purpose only."""
     return _TOWARDS_ENABLED.get(state)
@@ -67,4 +67,4 @@ def towards_enabled(state: DriveState) -> int | None:
 
 def has_fault(statusword: int) -> bool:
     """True if the drive has a fault, or is on its way to that state."""
-    return state_of(statusword) in (DriveState.FAULT, DriveState.FAULT_REACTION)
+    return state_of(statusword) in (MachineState.FAULT, MachineState.FAULT_REACTION)

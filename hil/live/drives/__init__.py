@@ -1,8 +1,16 @@
-"""Real Modbus drives of a bench: their lines, their polls, what is written to them, and they as axes of runs.
+"""Real drives of a bench: their lines and buses, what is asked of them, and they as axes of runs.
 
-``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one client, which
-asks one thing after the other, ``drive_lines.py`` the lines that drives share; ``real_drive.py`` a drive,
-``drive_polls.py`` its polls, ``drive_motion.py`` what moves it, ``drive_control.py`` its verbs,
-``drive_axis.py`` the drive as an axis of runs; ``drive_axes.py`` all of a bench. What they decide is in
-``hil.drives``, which knows no clock and no socket.
+What all share: ``real_drive.py`` a drive, ``drive_motion.py`` what moves it, ``drive_control.py`` its verbs,
+``drive_axis.py`` the drive as an axis of runs, ``asking.py`` the errors; ``drive_axes.py`` has all of a bench.
+
+On Modbus: ``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one
+client, which asks one thing after the other, ``drive_lines.py`` the lines that drives share;
+``register_drive.py``, ``register_motion.py`` and ``register_control.py`` the drive, ``drive_polls.py`` its
+polls.
+
+On CAN: ``can_adapter.py`` is the one module that knows python-can; ``can_line.py`` a bus with its SYNC;
+``can_drive.py``, ``can_motion.py`` and ``can_control.py`` the drive, ``can_session.py`` how it is greeted and
+watched.
+
+What they decide is in ``hil.drives``, which knows no clock and no socket.
 """

@@ -18,8 +18,8 @@ from hil.drives.canopen.process_data import (
     packed_target,
     values_in,
 )
-from hil.drives.canopen.sdo_transfer import TIMED_OUT, SdoAborted, SdoGarbled, SdoTransfer
-from hil.drives.canopen.statusword import DriveState, has_fault, state_of
+from hil.drives.canopen.sdo_transfer import TIMED_OUT, TransferAborted, TransferGarbled, SdoTransfer
+from hil.drives.canopen.statusword import MachineState, has_fault, state_of
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
@@ -38,7 +38,7 @@ log = logging.getLogger("hil")
 class Aborted(Denied):
     """Abort of a transfer by the drive."""
 
-    def __init__(self, sdo: SdoAborted) -> None:
+    def __init__(self, sdo: TransferAborted) -> None:
         super().__init__(str(sdo))
         self.sdo = sdo
 
@@ -182,11 +182,11 @@ class CanDrive(RealDrive):
             counters.time_outs += 1
             self._abort(what.abort(TIMED_OUT))
             raise NoAnswer(f"no answer to {what} within {self.pace.timeout_s:g} s") from None
-        except SdoGarbled as error:
+        except TransferGarbled as error:
             counters.garbled += 1
             self._abort(error.abort)
             raise Garbled(str(error)) from None
-        except SdoAborted as error:
+        except TransferAborted as error:
             counters.exceptions += 1
             self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
             raise Aborted(error) from None
@@ -280,7 +280,7 @@ class CanDrive(RealDrive):
 
     @property
     def is_on(self) -> bool:
-        return self.is_stopping or state_of(self.statusword) is DriveState.ENABLED
+        return self.is_stopping or state_of(self.statusword) is MachineState.ENABLED
 
     @property
     def fault(self) -> str | None:

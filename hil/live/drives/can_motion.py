@@ -17,7 +17,7 @@ from hil.drives.canopen.statusword import (
     QUICK_STOP,
     SET_POINT_TAKEN,
     SHUTDOWN,
-    DriveState,
+    MachineState,
     has_fault,
     state_of,
     towards_enabled,
@@ -201,7 +201,7 @@ class CanMotion(DriveMotion):
             reading = drive.reading
             if reading and reading.at_ns > told_ns + 2 * drive.pace.interval_s * 1e9:
                 state = state_of(int(reading.values["statusword"]))
-                if not reading.bits["status.moving"] or state is DriveState.SWITCH_ON_DISABLED:
+                if not reading.bits["status.moving"] or state is MachineState.SWITCH_ON_DISABLED:
                     return
             if not drive.is_in(session):
                 raise Stale("the drive was lost as it stopped")
@@ -224,7 +224,7 @@ class CanMotion(DriveMotion):
         """Walk through the state machine until the loop is on. Raises ``ASKING``."""
         drive, loop = self._drive, asyncio.get_running_loop()
         until_s = loop.time() + TAKES_S
-        while (state := state_of(word := await drive.read(_STATUSWORD, session))) is not DriveState.ENABLED:
+        while (state := state_of(word := await drive.read(_STATUSWORD, session))) is not MachineState.ENABLED:
             if has_fault(word):
                 raise Denied(f"{drive.fault or 'the drive has a fault'}; clear it first")
             if loop.time() > until_s:
