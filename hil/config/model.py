@@ -85,7 +85,8 @@ class DeviceConfig(StrictModel):
         " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path. Of a"
         " CANopen drive, its node on a bus: `can+socketcan://can0?node=5`,"
         " `can+slcan:///dev/ttyACM0?bitrate=1000000&node=5` (or `//host:port`; `baud=115200` is the adapter's"
-        " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it.",
+        " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it. With `&master=127`"
+        " they watch a heartbeat of the daemon, and stop by themselves without it.",
     )
     port: PortConfig | None = Field(
         default=None,

@@ -19,7 +19,11 @@ EXAMPLES = {
 NODES = range(1, 128)
 BAUD, LEAST_BAUD, MOST_BAUD = 115_200, 300, 4_000_000
 MULTICAST_PORT, MOST_PORT = 43113, 65535
-_KEYS = {SOCKETCAN: ("node",), SLCAN: ("node", "bitrate", "baud"), MULTICAST: ("node",)}
+_KEYS = {
+    SOCKETCAN: ("node", "master"),
+    SLCAN: ("node", "master", "bitrate", "baud"),
+    MULTICAST: ("node", "master"),
+}
 _INTERFACE = re.compile(r"[^\s/:?]{1,15}/?")
 _GROUP = re.compile(
     r"(?:\[(?P<ipv6>[fF]{2}[0-9A-Fa-f:.]+)\]|(?P<ipv4>[0-9]+(?:\.[0-9]+){3}))(?::(?P<port>[0-9]+))?/?"
@@ -55,6 +59,8 @@ class CanDriveAddress:
 
     place: CanPlace
     node: int
+    master: int | None = None
+    """Node that hil is to the drive, which watches its heartbeat; None: it is none."""
 
     def __str__(self) -> str:
         return f"{self.place.where}, node {self.node}"
@@ -78,16 +84,23 @@ def can_drive_address(text: str) -> CanDriveAddress:
     keys = dict(query_keys(query, _KEYS[scheme], EXAMPLES[scheme]))
     if "node" not in keys:
         raise AddressRefused("no node is given", f"write {with_key(text, 'node', 1)}")
-    node = whole_number(keys["node"])
+    node = _node(keys["node"])
+    master = _node(keys["master"]) if "master" in keys else None
+    if node == master:
+        raise AddressRefused(f"node {node} is the drive, and cannot be the master", "write another master")
+    if scheme == SOCKETCAN:
+        return CanDriveAddress(_interface(body), node, master)
+    if scheme == MULTICAST:
+        return CanDriveAddress(_group(body), node, master)
+    return CanDriveAddress(_adapter(text, body, keys), node, master)
+
+
+def _node(text: str) -> int:
+    node = whole_number(text)
     if node is None or node not in NODES:
         what = "is for all nodes at once, and nobody answers" if node == 0 else "is no node"
-        remedy = f"write {NODES.start} to {NODES.stop - 1}"
-        raise AddressRefused(f"{keys['node'][:20]!r} {what}", remedy)
-    if scheme == SOCKETCAN:
-        return CanDriveAddress(_interface(body), node)
-    if scheme == MULTICAST:
-        return CanDriveAddress(_group(body), node)
-    return CanDriveAddress(_adapter(text, body, keys), node)
+        raise AddressRefused(f"{text[:20]!r} {what}", f"write {NODES.start} to {NODES.stop - 1}")
+    return node
 
 
 def _interface(body: str) -> CanPlace:

@@ -1,6 +1,7 @@
 """Greeting of a drive: all that has to be known of it, and how it is set up, before it is used.
 
-A generator: it yields what is to be done, and gets the bytes that were read, or ``TransferAborted`` raised in it.
+A generator: it yields what is to be done, and gets the bytes that were read, or ``TransferAborted`` raised
+in it.
 """
 
 from collections.abc import Generator, Mapping
@@ -22,13 +23,15 @@ from hil.drives.canopen.process_data import (
     mapping_writes,
     parameter_index,
 )
-from hil.drives.canopen.sdo_transfer import TransferAborted, SdoTransfer
+from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted
 from hil.drives.canopen.statusword import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
 
 SETTLES_NS = 20_000_000
 """Time for a node to change its state."""
 EVERY_SYNC, MOST_SYNCS = 1, 240
 """Transmission types: with each SYNC, with each 240th."""
+MASTER_LATE_NS = 5 * HEARTBEAT_NS
+"""Time without the master's heartbeat after which a drive stops by itself."""
 IDENTITY = ("vendor", "product", "revision", "serial")
 """Numbers of 1018h, sub-index 1 to 4."""
 
@@ -61,6 +64,8 @@ class GreetSpec:
     node: int
     sync_ns: int
     syncs: int = 1
+    master: int | None = None
+    """Node whose heartbeat it is to watch; None: nobody's."""
     given: GivenUnits = AS_IT_SAYS
 
 
@@ -82,6 +87,8 @@ class DriveKnown:
     """True if an RPDO carries the set-point, taken with SYNC."""
     error_control: str = ""
     """``heartbeat``, ``guarding``, or empty: it has neither."""
+    watches: bool = False
+    """True if it watches the master's heartbeat."""
 
     def has_mode(self, mode: int) -> bool:
         return bool(self.modes & mode_bit(mode))
@@ -118,6 +125,7 @@ def greet(spec: GreetSpec) -> Greeting:
     yield Nmt(NMT_PRE_OPERATIONAL)
     yield Pause(SETTLES_NS)
     error_control = yield from _error_control()
+    watches = yield from _watch_of_master(spec.master)
     read = yield from _state_objects(has_current=units.current_A is not None)
     told = yield from _map_told(spec, read)
     has_target = False
@@ -125,7 +133,7 @@ def greet(spec: GreetSpec) -> Greeting:
         has_target = yield from _map_target(spec)
     yield Nmt(NMT_START)
     yield Pause(SETTLES_NS)
-    return DriveKnown(units, modes, identity, title, told, read, has_target, error_control)
+    return DriveKnown(units, modes, identity, title, told, read, has_target, error_control, watches)
 
 
 def sync_period_ns(wanted_ns: int) -> int:
@@ -181,6 +189,14 @@ def _error_control() -> Generator[Step, bytes, str]:
     if (yield from _try(ObjectWrite(0x100C, 0, interval_ms, 2), ObjectWrite(0x100D, 0, MISSING, 1))):
         return "guarding"
     return ""
+
+
+def _watch_of_master(master: int | None) -> Generator[Step, bytes, bool]:
+    """Let the drive watch the master's heartbeat, and do as its 6007h says without it."""
+    if master is None:
+        return False
+    late_ms = MASTER_LATE_NS // 1_000_000
+    return (yield from _try(ObjectWrite(0x1016, 1, master << 16 | late_ms, 4)))
 
 
 def _state_objects(*, has_current: bool) -> Generator[Step, bytes, tuple[MappedValue, ...]]:

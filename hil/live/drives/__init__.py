@@ -1,7 +1,8 @@
 """Real drives of a bench: their lines and buses, what is asked of them, and they as axes of runs.
 
 What all share: ``real_drive.py`` a drive, ``drive_motion.py`` what moves it, ``drive_control.py`` its verbs,
-``drive_axis.py`` the drive as an axis of runs, ``asking.py`` the errors; ``drive_axes.py`` has all of a bench.
+``drive_axis.py`` the drive as an axis of runs, ``asking.py`` the errors; ``drive_axes.py`` has all of a
+bench.
 
 On Modbus: ``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one
 client, which asks one thing after the other, ``drive_lines.py`` the lines that drives share;

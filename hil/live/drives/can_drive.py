@@ -18,11 +18,11 @@ from hil.drives.canopen.process_data import (
     packed_target,
     values_in,
 )
-from hil.drives.canopen.sdo_transfer import TIMED_OUT, TransferAborted, TransferGarbled, SdoTransfer
+from hil.drives.canopen.sdo_transfer import TIMED_OUT, SdoTransfer, TransferAborted, TransferGarbled
 from hil.drives.canopen.statusword import MachineState, has_fault, state_of
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
-from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
+from hil.live.drives.asking import ASKING, Denied, Garbled, NoAnswer, PlaceLost, Stale
 from hil.live.drives.can_line import CanLine
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.wire.can_drive_address import CanDriveAddress
@@ -58,7 +58,7 @@ class CanDrive(RealDrive):
 
     def __init__(self, spec: CanSpec, now_ns: Callable[[], int]) -> None:
         super().__init__(spec.name, spec.address, spec.pace, now_ns)
-        self.spec, self.node = spec, spec.address.node
+        self.spec, self.node, self.master = spec, spec.address.node, spec.address.master
         self.fields, self.verbs = drive_fields(TOLD), can_verbs()
         self.known: DriveKnown | None = None
         """What its greeting found; also of a session that has ended."""
@@ -94,6 +94,9 @@ class CanDrive(RealDrive):
             self._task.cancel()
             with suppress(asyncio.CancelledError):
                 await self._task
+        if self.link.is_there and self.known and self.known.watches:
+            with suppress(*ASKING):  # what the daemon does not do any more is no fault of the drive's
+                await self.transfer(SdoTransfer(0x1016, 1, bytes(4)), None)
         line, self._line = self._line, None
         if line:
             await leave(self, line)
@@ -103,9 +106,8 @@ class CanDrive(RealDrive):
     def greet_spec(self) -> GreetSpec:
         """What it is greeted with."""
         sync_ns = self.line.sync_ns
-        return GreetSpec(
-            self.node, sync_ns, max(round(self.pace.interval_s * 1e9 / sync_ns), 1), self.spec.units
-        )
+        syncs = max(round(self.pace.interval_s * 1e9 / sync_ns), 1)
+        return GreetSpec(self.node, sync_ns, syncs, self.master, self.spec.units)
 
     @property
     def line(self) -> CanLine:
@@ -300,7 +302,10 @@ class CanDrive(RealDrive):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return (f"emergency {self.emergency}",) if self.emergency else ()
+        notes = [f"emergency {self.emergency}"] if self.emergency else []
+        if self.master is not None and self.known and not self.known.watches:
+            notes.append("it does not watch its master: it has no 1016h")
+        return tuple(notes)
 
     @property
     def identity(self) -> Mapping[str, str]:

@@ -6,6 +6,7 @@ import logging
 from contextlib import suppress
 from typing import Protocol
 
+from hil.drives.canopen.node_watch import HEARTBEAT_NS, NodeLife
 from hil.drives.canopen.process_data import (
     EMCY_ID,
     ERROR_CONTROL_ID,
@@ -29,6 +30,8 @@ class BusDrive(Protocol):
     """Drive on a bus."""
 
     node: int
+    master: int | None
+    """Node as which the daemon tells it its heartbeat."""
 
     @property
     def wants_sync(self) -> bool:
@@ -113,8 +116,11 @@ class CanLine:
         """Send SYNC at its period while somebody wants it, until the bus is gone."""
         loop = asyncio.get_running_loop()
         period_s = self.sync_ns / 1e9
-        due_s = loop.time()
+        due_s = heartbeat_s = loop.time()
         while not self._gone.is_set():
+            if loop.time() >= heartbeat_s:
+                heartbeat_s = loop.time() + HEARTBEAT_NS / 1e9
+                self._tell_life()
             members = [member for member in self.members.values() if member.wants_sync]
             if members:
                 self._waits.reset()
@@ -124,6 +130,12 @@ class CanLine:
             # None is sent twice to catch up.
             due_s = max(due_s + (period_s if members else _IDLE_S), loop.time())
             await asyncio.sleep(due_s - loop.time())
+
+    def _tell_life(self) -> None:
+        """Send the heartbeat of the master that drives watch."""
+        masters = {member.master for member in self.members.values() if member.master is not None}
+        for master in masters:
+            self.send(ERROR_CONTROL_ID + master, bytes([NodeLife.OPERATIONAL]))
 
     def _lost(self, why: str) -> None:
         self.is_open, self._why = False, why

@@ -40,8 +40,10 @@ class DriveWorld:
         self.drives.begin(name)
         return control
 
-    def add_can(self, name: str, place: CanPlace, node: int, timeout_s: float = 0.2) -> DriveControl:
-        spec = CanSpec(name, CanDriveAddress(place, node), DrivePace(0.01, timeout_s, 0.01))
+    def add_can(
+        self, name: str, place: CanPlace, node: int, master: int | None = None, timeout_s: float = 0.2
+    ) -> DriveControl:
+        spec = CanSpec(name, CanDriveAddress(place, node, master), DrivePace(0.01, timeout_s, 0.01))
         control = self.drives[name] = CanControl(CanDrive(spec, lambda: self.now_ns))
         self.drives.begin(name)
         return control

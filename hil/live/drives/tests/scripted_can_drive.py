@@ -17,6 +17,8 @@ NUMBERS = {
 RW, RO = "rw", "ro"
 OBJECTS: list[tuple[int, int, int, str, int]] = [
     (0x1000, 0, od.UNSIGNED32, RO, 0x0002_0192),
+    (0x1016, 0, od.UNSIGNED8, RO, 1),
+    (0x1016, 1, od.UNSIGNED32, RW, 0),
     (0x1017, 0, od.UNSIGNED16, RW, 0),
     *((0x1018, at, od.UNSIGNED32, RO, value) for at, value in enumerate((4, 0x1234, 7, 2, 99))),
     (0x6007, 0, od.INTEGER16, RW, 1),
@@ -122,6 +124,11 @@ class ScriptedDrive:
         self.fault, self.state = code, 0x08
         self._put(0x603F, code)
         self.node.emcy.send(code, 0x21, b"\x01\x02")
+
+    @property
+    def watched(self) -> int:
+        """Its 1016h: whose heartbeat it watches."""
+        return self._get(0x1016, 1)
 
     # ---- its objects ----
 

@@ -1,14 +1,18 @@
 """Real CANopen drives, here those of the library ``canopen``, on a bus within this process."""
 
 import asyncio
+import random
 import time
 from collections.abc import Awaitable, Callable
+from itertools import pairwise
 from typing import Any
 
+import can
 import pytest
 from drive_world import DriveWorld, in_drive_world
 from scripted_can_drive import UNITS_PER_TURN, ScriptedDrive, virtual_bus
 
+from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.drive_control import DriveControl
 from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused
@@ -16,14 +20,16 @@ from hil.wire.can_drive_address import CanPlace
 
 
 def with_drive(
-    doing: Callable[[DriveWorld, ScriptedDrive, DriveControl], Awaitable[None]], **options: Any
+    doing: Callable[[DriveWorld, ScriptedDrive, DriveControl], Awaitable[None]],
+    master: int | None = None,
+    **options: Any,
 ) -> None:
     """Run a test with one drive, and hil as its master."""
     bus = virtual_bus()
     drive = ScriptedDrive(5, bus, **options)
 
     async def run(world: DriveWorld) -> None:
-        control = world.add_can("x", CanPlace("virtual", bus["channel"]), 5)
+        control = world.add_can("x", CanPlace("virtual", bus["channel"]), 5, master)
         await doing(world, drive, control)
 
     try:
@@ -138,7 +144,7 @@ def test_a_drive_that_is_switched_off_is_lost_and_comes_back() -> None:
         far.writes.clear()
         await world.there(control)
         assert control.drive.link.counters.reconnects == 1
-        assert "is lost" in (control.axis.failure or "")
+        assert " lost" in (control.axis.failure or "")
         await asyncio.sleep(0.2)
         assert not [index for index, _ in far.writes if index in (0x6040, 0x6060, 0x607A)]
         await asyncio.to_thread(far.power_off)  # and at once on again: only its boot-up tells
@@ -227,3 +233,79 @@ def test_drives_of_one_bus_share_it_and_one_goes_without_the_other() -> None:
         in_drive_world(run)
     finally:
         drives[1].power_off()
+
+
+def test_a_drive_watches_its_master_while_it_is_asked() -> None:
+    async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
+        heard: list[float] = []
+        far.network.subscribe(0x77F, lambda *_: heard.append(time.monotonic()))
+        await world.there(control)
+        assert far.watched == 127 << 16 | 500
+        assert control.drive.notes == ()
+        await asyncio.sleep(1)
+        assert max(after - before for before, after in pairwise(heard)) < 0.3
+        await world.drives.end(world.drives.pop("x"))
+        assert far.watched == 0
+
+    with_drive(run, master=127)
+
+
+def test_a_drive_that_cannot_watch_its_master_says_so() -> None:
+    async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
+        await world.there(control)
+        assert control.drive.notes == ("it does not watch its master: it has no 1016h",)
+
+    with_drive(run, master=127, without=(0x1016,))
+
+
+def test_garbage_on_the_bus_and_wrong_answers_break_nothing() -> None:
+    bus = virtual_bus()
+    far, chance = ScriptedDrive(5, bus), random.Random(5)
+
+    async def run(world: DriveWorld) -> None:
+        control = world.add_can("x", CanPlace("virtual", bus["channel"]), 5)
+        await world.there(control)
+        await control.do("enable", {})
+        with can.Bus(ignore_config=True, **bus) as other:
+            for _ in range(2000):
+                identifier = chance.choice((0x185, 0x285, 0x585, 0x585, 0x85, chance.randrange(0x800)))
+                if identifier in (0, 0x205, 0x605, 0x705):
+                    continue  # those are orders to the drive, or its death
+                data = chance.randbytes(chance.randrange(9))
+                other.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+                if chance.random() < 0.1:
+                    await asyncio.sleep(0.002)
+        await world.there(control)
+        await control.do("disable", {})
+        await control.do("enable", {})
+        await control.do("move_abs", {"position_deg": far.position / UNITS_PER_TURN * 360 + 30})
+        await world.until(lambda: not control.motion.is_under_way, "the end")
+        assert control.motion.failure is None
+
+    try:
+        in_drive_world(run)
+    finally:
+        far.power_off()
+
+
+def test_an_adapter_that_is_gone_is_opened_again() -> None:
+    bus = virtual_bus()
+    far = ScriptedDrive(5, bus)
+
+    async def run(world: DriveWorld) -> None:
+        control = world.add_can("x", CanPlace("virtual", bus["channel"]), 5)
+        await world.there(control)
+        drive = control.drive
+        assert isinstance(drive, CanDrive)
+        drive.line._adapter._end("bus7: No such device")
+        assert (drive.link.state, drive.link.why) == ("away", "bus7: No such device")
+        with pytest.raises(VerbRefused, match="x is not there: bus7: No such device"):
+            await control.do("enable", {})
+        await world.there(control)
+        assert drive.link.counters.reconnects == 1
+        await control.do("enable", {})
+
+    try:
+        in_drive_world(run)
+    finally:
+        far.power_off()
