@@ -128,7 +128,7 @@ def test_what_is_no_drive_has_no_such_address_and_no_polls(folder: Path) -> None
     (said,) = problems(folder, f's1: {{profile: sac, at: "{TCP}"}}')
     assert said.startswith("b.yaml:3:26: devices.s1.at: a sac is no Modbus drive (")
     (said,) = problems(folder, "s1: {profile: sac, at: /dev/ttyUSB0, poll_interval_ms: 5}")
-    assert "devices.s1.poll_interval_ms: only a Modbus drive is polled" in said
+    assert "devices.s1.poll_interval_ms: only a drive on Modbus or CAN is polled" in said
     (said,) = problems(folder, "m1: {profile: mechaduino, poll_interval_ms: 5}")
     assert "devices.m1.poll_interval_ms: a twin tells its state without being asked" in said
 
