@@ -93,28 +93,10 @@ class _OnLines:
         elif drive.place != first.place:
             message = f"device {other} has this adapter: {first.place}"
             yield Finding(path, message, "an adapter has one bit rate and one speed; write the same for both")
-        elif (
-            isinstance(drive, CanDriveAddress)
-            and isinstance(first, CanDriveAddress)
-            and (finding := self._master(path, where, drive, other, first))
-        ):
-            yield finding
+        elif getattr(drive, "master", None) != getattr(first, "master", None):
+            message = f"device {other} is on this bus, with another master"
+            yield Finding(path, message, "a bus has one master; write the same for both")
         elif is_can and self._rates.setdefault(where, rate) != rate:
             message = f"device {other} is on this bus, with another setpoint_rate_Hz"
             remedy = "write the same for both: a bus has one SYNC"
             yield Finding((*path[:-1], "setpoint_rate_Hz"), message, remedy, at_key=True)
-
-    def _master(
-        self, path: KeyPath, where: str, drive: CanDriveAddress, other: str, first: CanDriveAddress
-    ) -> Finding | None:
-        """Finding about the master: all drives of a bus have one, and it is no drive."""
-        if drive.master != first.master:
-            message = f"device {other} is on this bus, with another master"
-            return Finding(path, message, "a bus has one master; write the same for both")
-        taken = self._taken.get((where, drive.master)) if drive.master is not None else None
-        if taken or drive.node == first.master:
-            message = (
-                f"device {taken or other} is on this bus, and its node is the master's, or the other way"
-            )
-            return Finding(path, message, "the master has a node of its own")
-        return None

