@@ -14,25 +14,33 @@ from hil.net.control_client import ControlError
 
 RULES = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 600.0, "jerk_rpm_per_s2": 1e5}
 M1 = {"profile": "mechaduino", "flash": {"table": "identity"}}
+DRIVE = {"profile": "canopen_drive"}
 NODES = {"d8": 5, "d9": 6}
 
 
 class CanPair:
     """A daemon with the twins d8 and d9 as nodes 5 and 6 of its bus, and one to which they are the real
-    drives x and y, beside its own twin m1. ``over``: slcan or udp_multicast."""
+    drives x and y, beside its own twin m1. ``over``: slcan, at TCP or at a pseudo-terminal, or
+    udp_multicast; ``master``: the drives watch the daemon; ``twins``: their devices."""
 
-    def __init__(self, place: Place, over: str) -> None:
-        self.place = place
+    def __init__(
+        self, place: Place, over: str, master: str = "", twins: tuple[dict[str, Any], ...] = (DRIVE, DRIVE)
+    ) -> None:
+        self.place, self.master = place, master
         port = free_port()
         bus: dict[str, Any] = {"bit_rate": 1_000_000, "nodes": NODES}
         far: dict[str, Any] = {
             "bench": "far",
-            "devices": {name: {"profile": "canopen_drive"} for name in NODES},
+            "devices": dict(zip(NODES, twins, strict=True)),
             "can": {"can0": bus},
         }
         self.at = f"can+slcan://127.0.0.1:{port}?bitrate=1000000"
         self.where = f"socket://127.0.0.1:{port}"
-        if over == "slcan":
+        if over == "slcan_pty":
+            bus["taps"] = {"adapter": {}}
+            path = str(place.runtime / "far" / "can0.adapter")
+            self.at, self.where = f"can+slcan://{path}?bitrate=1000000", path
+        elif over == "slcan":
             bus["taps"] = {"adapter": {"port": {"kind": "tcp", "port": port}}}
         else:
             group = f"239.74.{os.getpid() % 250}.{port % 250}"
@@ -55,7 +63,7 @@ class CanPair:
 
     def real(self, node: int) -> dict[str, Any]:
         query = "&" if "?" in self.at else "?"
-        return {"profile": "canopen_drive", "at": f"{self.at}{query}node={node}"}
+        return {"profile": "canopen_drive", "at": f"{self.at}{query}node={node}{self.master}"}
 
     def configure(self) -> str:
         """Write the near bench's configuration, and return it."""
@@ -92,7 +100,7 @@ class CanPair:
         return float(self.far.status(twin)["snapshot"]["yw"])
 
 
-@pytest.fixture(params=["slcan", "udp_multicast"])
+@pytest.fixture(params=["slcan", "slcan_pty", "udp_multicast"])
 def pair(place: Place, request: pytest.FixtureRequest) -> CanPair:
     return CanPair(place, request.param)
 
@@ -176,6 +184,38 @@ def test_a_reload_exchanges_the_drive_that_changed_and_not_the_other(pair: CanPa
     del pair.devices["y"]
     pair.configure()
     assert pair.near.ask("reload")["removed"] == ["y"]
+
+
+def test_a_stepper_makes_ramps_of_its_own_and_a_servo_keeps_to_the_path(place: Place) -> None:
+    pair = CanPair(place, "udp_multicast", twins=(M1, {"profile": "sac"})).enabled()
+    pair.submit("a", {"move": {"x": 90.0, "y": 30.0}}, {"move_by": {"x": -45.0, "y": 60.0}}, axes=("x", "y"))
+    done = pair.ended("a")
+    assert done["state"] == "done", done["why"]
+    assert pair.far_deg("d8") == pytest.approx(45, abs=0.5)
+    assert pair.far.status("d9")["snapshot"]["position_deg"] == pytest.approx(90, abs=2)
+    with pytest.raises(AssertionError, match="y makes ramps of its own, and keeps to no line"):
+        pair.submit("b", {"line": {"x": 0.0, "y": 0.0}}, axes=("x", "y"))
+
+
+def test_drives_stop_by_themselves_when_their_master_is_killed(place: Place) -> None:
+    pair = CanPair(place, "udp_multicast", master="&master=127").enabled()
+    pair.submit("a", {"move": {"x": 36000.0, "y": 36000.0}}, axes=("x", "y"))
+    until(lambda: pair.far_deg("d8") > 100, "some way")
+    pair.near.kill()
+    until(lambda: not pair.far.status("d8")["snapshot"]["loop_on"], "its stop")
+    here_deg = pair.far_deg("d8")
+    assert here_deg < 10_000
+    until(lambda: abs(pair.far.status("d8")["snapshot"]["velocity_rpm"]) < 1, "its stand")
+
+
+def test_a_node_that_is_bus_off_is_lost_and_comes_back(place: Place) -> None:
+    pair = CanPair(place, "udp_multicast").enabled()
+    pair.far.ask("inject", fault="bus_off", target="d8.canopen", parameters={})
+    until(lambda: not pair.is_there("x"), "its loss")
+    until(lambda: pair.is_there("x"), "its return")
+    pair.do("x", "enable")
+    pair.do("x", "move_abs", position_deg=20.0)
+    until(lambda: abs(pair.far_deg("d8") - 20) < 0.5, "20 deg")
 
 
 def test_who_has_no_drive_does_not_import_python_can() -> None:

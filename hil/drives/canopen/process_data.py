@@ -45,6 +45,13 @@ def packed_target(units: int) -> bytes:
     return units.to_bytes(4, "little", signed=True)
 
 
+def next_beat_ns(last_ns: int, now_ns: int, period_ns: int) -> int:
+    """Time that the SYNC of now counts as, after that of ``last_ns``: a period later, unless it is too late
+    or too early for that by half of one."""
+    due_ns = last_ns + period_ns
+    return due_ns if abs(due_ns - now_ns) <= period_ns // 2 else now_ns
+
+
 def values_in(objects: Sequence[MappedValue], data: bytes) -> dict[str, int] | None:
     """Values of a frame by the names of their fields; None: it is too short for them."""
     if len(data) * 8 < sum(each.bits for each in objects):

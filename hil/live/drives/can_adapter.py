@@ -1,7 +1,8 @@
-"""Bus of python-can at one place: frames in on the event loop, frames out by a thread.
+"""Bus of python-can at one place: frames in on the event loop, frames out and the beat of SYNC by a thread.
 
 python-can is imported with the first place that is opened: a bench without real CAN drives does without.
-Its serial adapters wait until each frame has left the computer, which nobody else should wait for.
+Its serial adapters wait until each frame has left the computer, which nobody else should wait for; and a SYNC
+should wait for nobody.
 """
 
 import asyncio
@@ -9,9 +10,11 @@ import errno
 import logging
 import os
 import select
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable
 from contextlib import suppress
-from queue import SimpleQueue
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
@@ -38,14 +41,22 @@ _S7 = {800_000: 750_000}
 log = logging.getLogger("hil")
 
 
+@dataclass(frozen=True)
+class Beat:
+    """What is sent again and again: ``frames`` makes those of one time, in the thread that sends them."""
+
+    period_s: float
+    frames: Callable[[], Iterable[CanFrame]]
+
+
 class CanAdapter:
     """Bus at one place. ``hear``: called with each frame; ``lost``: called once, with the reason, when the
     bus is gone. Both on the event loop."""
 
     def __init__(
-        self, place: CanPlace, hear: Callable[[CanFrame], None], lost: Callable[[str], None]
+        self, place: CanPlace, hear: Callable[[CanFrame], None], lost: Callable[[str], None], beat: Beat
     ) -> None:
-        self._place, self._hear, self._lost = place, hear, lost
+        self._place, self._hear, self._lost, self._beat = place, hear, lost, beat
         self._bus: BusABC | None = None
         self._loop = asyncio.get_running_loop()
         self._out: SimpleQueue[CanFrame | None] = SimpleQueue()
@@ -125,24 +136,40 @@ class CanAdapter:
     # ---- out ----
 
     def _write(self, bus: "BusABC", out: "SimpleQueue[CanFrame | None]") -> None:
+        try:
+            due_s = time.monotonic()
+            while not self._ending.is_set():
+                if (left_s := due_s - time.monotonic()) <= 0:
+                    for frame in self._beat.frames():
+                        self._put(bus, frame)
+                    # None is sent twice to catch up.
+                    due_s = max(due_s + self._beat.period_s, time.monotonic())
+                    continue
+                with suppress(Empty):
+                    if (waiting := out.get(timeout=left_s)) is None:
+                        return
+                    self._put(bus, waiting)
+        except Exception as error:
+            if not _is_of_the_system(error):
+                log.exception("the bus %s", self._place)
+            self._say_lost(f"{self._place}: {reason(error)}")
+
+    def _put(self, bus: "BusABC", frame: CanFrame) -> None:
         from can import Message
 
-        while (frame := out.get()) is not None and not self._ending.is_set():
-            message = Message(
-                arbitration_id=frame.id,
-                is_extended_id=frame.is_extended,
-                is_remote_frame=frame.is_remote,
-                dlc=frame.dlc,
-                data=None if frame.is_remote else frame.data,
-            )
-            try:
-                bus.send(message, timeout=SEND_S)
-            except Exception as error:
-                if _has_no_room(error):
-                    self.unsent += 1
-                    continue
-                self._say_lost(f"{self._place}: {reason(error)}")
-                return
+        message = Message(
+            arbitration_id=frame.id,
+            is_extended_id=frame.is_extended,
+            is_remote_frame=frame.is_remote,
+            dlc=frame.dlc,
+            data=None if frame.is_remote else frame.data,
+        )
+        try:
+            bus.send(message, timeout=SEND_S)
+        except Exception as error:
+            if not _has_no_room(error):
+                raise
+            self.unsent += 1
 
     # ---- in ----
 

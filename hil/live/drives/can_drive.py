@@ -15,6 +15,7 @@ from hil.drives.canopen.process_data import (
     ERROR_CONTROL_ID,
     RPDO_IDS,
     SDO_REQUEST_ID,
+    next_beat_ns,
     packed_target,
     values_in,
 )
@@ -25,6 +26,7 @@ from hil.drives.drive_verbs import can_verbs
 from hil.live.drives.asking import ASKING, Denied, Garbled, NoAnswer, PlaceLost, Stale
 from hil.live.drives.can_line import CanLine
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanDriveAddress
 from hil.wire.canopen.canopen_codes import emergency_words
 
@@ -79,7 +81,7 @@ class CanDrive(RealDrive):
         self._answer: asyncio.Future[bytes] | None = None
         self._raw: dict[str, int] = {}
         self._seen: set[int] = set()
-        self._synced_ns = 0
+        self._synced_ns = self._beat_ns = 0
 
     # ---- begin and end ----
 
@@ -218,14 +220,21 @@ class CanDrive(RealDrive):
     def wants_sync(self) -> bool:
         return self.watch.is_on and bool(self.known and self.known.told)
 
-    def before_sync(self) -> None:
-        now_ns = self._synced_ns = self.now_ns()
+    def before_sync(self) -> tuple[CanFrame, ...]:
+        line, known, set_points = self._line, self.known, self.set_points
+        if line is None:
+            return ()
+        now_ns = self.now_ns()
+        # Set-points are as far apart as the drive takes them to be, however the SYNCs come.
+        self._beat_ns = next_beat_ns(self._beat_ns, now_ns, line.sync_ns)
+        self._synced_ns = min(self._beat_ns, now_ns)
         self._seen.clear()
-        if self.set_points and self.known:
-            # The drive is there one period later: at the next SYNC.
-            units = self.known.units.position(self.set_points(now_ns + self.line.sync_ns))
-            self.line.send(RPDO_IDS[0] + self.node, packed_target(units))
-            self.sent = SentSetPoint(self.set_points(now_ns), now_ns)
+        if set_points is None or known is None:
+            return ()
+        # The drive is there one period later: at the next SYNC.
+        units = known.units.position(set_points(self._beat_ns + line.sync_ns))
+        self.sent = SentSetPoint(set_points(self._beat_ns), self._beat_ns)
+        return (CanFrame(RPDO_IDS[0] + self.node, packed_target(units)),)
 
     def hear_answer(self, data: bytes) -> None:
         if self._answer and not self._answer.done() and self._transfer and self._transfer.is_for_this(data):

@@ -3,6 +3,8 @@ their nodes, and a SYNC for those that want one."""
 
 import asyncio
 import logging
+import time
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import Protocol
 
@@ -16,11 +18,10 @@ from hil.drives.canopen.process_data import (
 )
 from hil.drives.drive_link import Waits
 from hil.live.drives.asking import PlaceLost
-from hil.live.drives.can_adapter import CanAdapter
+from hil.live.drives.can_adapter import Beat, CanAdapter
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanPlace
 
-_IDLE_S = 0.02
 _FUNCTION, _NODE = 0x780, 0x7F
 
 log = logging.getLogger("hil")
@@ -43,8 +44,8 @@ class BusDrive(Protocol):
     def place_lost(self, why: str) -> None:
         """Note that it cannot."""
 
-    def before_sync(self) -> None:
-        """Send what it takes with the SYNC that comes now."""
+    def before_sync(self) -> Iterable[CanFrame]:
+        """Frames that it takes with the SYNC that comes now; in the thread that sends them."""
 
     def hear_answer(self, data: bytes) -> None:
         """Take an answer of its SDO server."""
@@ -69,8 +70,10 @@ class CanLine:
         self._why = f"{place}: it is not open yet"
         self._waits = Waits()
         self._gone = asyncio.Event()
-        self._is_closed = False
-        self._adapter = CanAdapter(place, self._hear, self._lost)
+        self._is_closed = self._is_used = False
+        self._lives_s = 0.0
+        beat = Beat(sync_ns / 1e9, self._beat)
+        self._adapter = CanAdapter(place, self._hear, self._lost, beat)
         self._task = asyncio.get_running_loop().create_task(self._run())
 
     async def close(self) -> None:
@@ -103,39 +106,35 @@ class CanLine:
                 self.is_open = True
                 for member in list(self.members.values()):
                     member.place_found()
-                await self._beat()
+                await self._gone.wait()
             except PlaceLost as error:
                 self._lost(str(error))
             except Exception as error:  # hil's own error: this bus stands still for a while, others go on
                 self._lost(f"{self.place}: an error of hil, see its log: {error!r}")
                 log.exception("the bus %s", self.place)
             await self._adapter.close()
+            if self._is_used:
+                self._waits.reset()
+            self._is_used = False
             await asyncio.sleep(self._waits.take_ns() / 1e9)
 
-    async def _beat(self) -> None:
-        """Send SYNC at its period while somebody wants it, until the bus is gone."""
-        loop = asyncio.get_running_loop()
-        period_s = self.sync_ns / 1e9
-        due_s = heartbeat_s = loop.time()
-        while not self._gone.is_set():
-            if loop.time() >= heartbeat_s:
-                heartbeat_s = loop.time() + HEARTBEAT_NS / 1e9
-                self._tell_life()
-            members = [member for member in self.members.values() if member.wants_sync]
-            if members:
-                self._waits.reset()
-                for member in members:
-                    member.before_sync()
-                self.send(SYNC_ID)
-            # None is sent twice to catch up.
-            due_s = max(due_s + (period_s if members else _IDLE_S), loop.time())
-            await asyncio.sleep(due_s - loop.time())
+    def _beat(self) -> list[CanFrame]:
+        """Frames of one beat: set-points, and a SYNC while somebody wants one; the master's heartbeat."""
+        members = [member for member in list(self.members.values()) if member.wants_sync]
+        frames = [frame for member in members for frame in member.before_sync()]
+        if members:
+            self._is_used = True
+            frames.append(CanFrame(SYNC_ID))
+        return frames + self._life()
 
-    def _tell_life(self) -> None:
-        """Send the heartbeat of the master that drives watch."""
-        masters = {member.master for member in self.members.values() if member.master is not None}
-        for master in masters:
-            self.send(ERROR_CONTROL_ID + master, bytes([NodeLife.OPERATIONAL]))
+    def _life(self) -> list[CanFrame]:
+        """Heartbeat of the master that drives watch, if it is due."""
+        now_s = time.monotonic()
+        if now_s < self._lives_s:
+            return []
+        self._lives_s = now_s + HEARTBEAT_NS / 1e9
+        masters = {member.master for member in list(self.members.values()) if member.master is not None}
+        return [CanFrame(ERROR_CONTROL_ID + master, bytes([NodeLife.OPERATIONAL])) for master in masters]
 
     def _lost(self, why: str) -> None:
         self.is_open, self._why = False, why

@@ -275,6 +275,7 @@ def test_garbage_on_the_bus_and_wrong_answers_break_nothing() -> None:
                 other.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
                 if chance.random() < 0.1:
                     await asyncio.sleep(0.002)
+        await asyncio.sleep(0.5)  # until the last of it was heard
         await world.there(control)
         await control.do("disable", {})
         await control.do("enable", {})
