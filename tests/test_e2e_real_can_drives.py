@@ -136,6 +136,8 @@ def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: CanPair) -> None:
     assert (row["hardware"], row["note"], row["drive"]["reconnects"]) == ("real", None, 0)
     assert row["snapshot"]["age_ms"] < 5000
     assert row["drive"]["identity"]["vendor"]
+    rows = {each["name"] for each in pair.near.ask("registers", device="x")["rows"]}
+    assert {"position", "statusword", "emergencies", "move_abs.position_deg"} <= rows
     assert "x: there, read" in place.cli("status", "-b", "r")
 
 
