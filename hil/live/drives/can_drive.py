@@ -166,7 +166,7 @@ class CanDrive(RealDrive):
                     if not left:
                         raise
                 finally:
-                    if was_there:
+                    if was_there and self._line:
                         self.note(was_there)
         raise AssertionError("the last try answers or raises")
 
