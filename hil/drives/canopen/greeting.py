@@ -90,6 +90,12 @@ class DriveKnown:
     watches: bool = False
     """True if it watches the master's heartbeat."""
 
+    @property
+    def texts(self) -> dict[str, str]:
+        """Who it says that it is, by names."""
+        numbers = {name: f"{number:08X}h" for name, number in self.identity.items()}
+        return ({"name": self.name} if self.name else {}) | numbers
+
     def has_mode(self, mode: int) -> bool:
         return bool(self.modes & mode_bit(mode))
 

@@ -9,7 +9,8 @@ client, which asks one thing after the other, ``drive_lines.py`` the lines that 
 ``register_drive.py``, ``register_motion.py`` and ``register_control.py`` the drive, ``drive_polls.py`` its
 polls.
 
-On CAN: ``can_adapter.py`` is the one module that knows python-can; ``can_line.py`` a bus with its SYNC;
+On CAN: ``can_adapter.py`` is the one module that knows python-can; ``can_line.py`` a bus with its SYNC,
+``sdo_dialogue.py`` what is read and written;
 ``can_drive.py``, ``can_motion.py`` and ``can_control.py`` the drive, ``can_session.py`` how it is greeted and
 watched.
 

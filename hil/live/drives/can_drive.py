@@ -19,30 +19,21 @@ from hil.drives.canopen.process_data import (
     packed_target,
     values_in,
 )
-from hil.drives.canopen.sdo_transfer import TIMED_OUT, SdoTransfer, TransferAborted, TransferGarbled
+from hil.drives.canopen.sdo_transfer import SdoTransfer
 from hil.drives.canopen.statusword import MachineState, has_fault, state_of
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
-from hil.live.drives.asking import ASKING, Denied, Garbled, NoAnswer, PlaceLost, Stale
+from hil.live.drives.asking import ASKING, PlaceLost
 from hil.live.drives.can_line import CanLine
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.live.drives.sdo_dialogue import SdoDialogue
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanDriveAddress
 from hil.wire.canopen.canopen_codes import emergency_words
 
-TRIES = 2
-"""Number of times that a transfer is begun, if it is not answered."""
 TOLD = ("velocity_rpm", "current_A", "fault_code", "statusword", "mode", "emergencies")
 
 log = logging.getLogger("hil")
-
-
-class Aborted(Denied):
-    """Abort of a transfer by the drive."""
-
-    def __init__(self, sdo: TransferAborted) -> None:
-        super().__init__(str(sdo))
-        self.sdo = sdo
 
 
 @dataclass(frozen=True)
@@ -76,9 +67,7 @@ class CanDrive(RealDrive):
         self._emergencies = 0
         self._line: CanLine | None = None
         self._task: asyncio.Task[None] | None = None
-        self._lock = asyncio.Lock()
-        self._transfer: SdoTransfer | None = None
-        self._answer: asyncio.Future[bytes] | None = None
+        self._sdo = SdoDialogue(self._send_request, self._unanswered, self.link, spec.pace.timeout_s)
         self._raw: dict[str, int] = {}
         self._seen: set[int] = set()
         self._synced_ns = self._beat_ns = 0
@@ -135,8 +124,7 @@ class CanDrive(RealDrive):
     def place_lost(self, why: str) -> None:
         self.set_points = None
         self.watch.end()
-        if self._answer and not self._answer.done():
-            self._answer.set_exception(PlaceLost(why))
+        self._sdo.place_lost(why)
         super().place_lost(why)
 
     # ---- its objects ----
@@ -154,57 +142,15 @@ class CanDrive(RealDrive):
 
     async def transfer(self, what: SdoTransfer, session: int | None) -> bytes:
         """Carry out a transfer. ``session``: the one in which it is wanted; None: any. Raises ``ASKING``."""
-        async with self._lock:
-            for left in reversed(range(TRIES)):
-                if session is not None and not self.is_in(session):
-                    raise Stale("the drive was lost before it could be asked")
-                was_there = self.link.is_there
-                try:
-                    return await self._tried(what)
-                except (NoAnswer, Garbled) as error:
-                    self.link.unanswered(str(error))
-                    if not left:
-                        raise
-                finally:
-                    if was_there and self._line:
-                        self.note(was_there)
-        raise AssertionError("the last try answers or raises")
+        return await self._sdo.carry_out(what, lambda: session is None or self.is_in(session))
 
-    async def _tried(self, what: SdoTransfer) -> bytes:
-        loop, counters = asyncio.get_running_loop(), self.link.counters
-        self._transfer = what
-        request: bytes | None = what.first()
-        begun_s = loop.time()
-        try:
-            while request is not None:
-                answer = self._answer = loop.create_future()
-                self.line.send(SDO_REQUEST_ID + self.node, request)
-                async with asyncio.timeout(self.pace.timeout_s):
-                    data = await answer
-                request = what.hear(data)
-        except TimeoutError:
-            counters.time_outs += 1
-            self._abort(what.abort(TIMED_OUT))
-            raise NoAnswer(f"no answer to {what} within {self.pace.timeout_s:g} s") from None
-        except TransferGarbled as error:
-            counters.garbled += 1
-            self._abort(error.abort)
-            raise Garbled(str(error)) from None
-        except TransferAborted as error:
-            counters.exceptions += 1
-            self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
-            raise Aborted(error) from None
-        except asyncio.CancelledError:
-            self._abort(what.abort(TIMED_OUT))
-            raise
-        finally:
-            self._answer = self._transfer = None
-        self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
-        return what.result
+    def _send_request(self, data: bytes) -> None:
+        self.line.send(SDO_REQUEST_ID + self.node, data)
 
-    def _abort(self, frame: bytes) -> None:
-        with suppress(PlaceLost):
-            self.line.send(SDO_REQUEST_ID + self.node, frame)
+    def _unanswered(self, why: str) -> None:
+        was_there = self.link.is_there
+        self.link.unanswered(why)
+        self.note(was_there)
 
     def command(self, command: int) -> None:
         """Send a command of network management. Raises PlaceLost."""
@@ -237,8 +183,7 @@ class CanDrive(RealDrive):
         return (CanFrame(RPDO_IDS[0] + self.node, packed_target(units)),)
 
     def hear_answer(self, data: bytes) -> None:
-        if self._answer and not self._answer.done() and self._transfer and self._transfer.is_for_this(data):
-            self._answer.set_result(data)
+        self._sdo.hear(data)
 
     def hear_process_data(self, number: int, data: bytes) -> None:
         known = self.known
@@ -320,8 +265,7 @@ class CanDrive(RealDrive):
     def identity(self) -> Mapping[str, str]:
         if self.known is None:
             return {}
-        numbers = {name: f"{number:08X}h" for name, number in self.known.identity.items()}
-        return ({"name": self.known.name} if self.known.name else {}) | numbers
+        return self.known.texts
 
     def values(self) -> dict[str, float]:
         return super().values() | {"emergencies": self._emergencies}

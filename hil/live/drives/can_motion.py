@@ -24,9 +24,10 @@ from hil.drives.canopen.statusword import (
 )
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.live.drives.asking import ASKING, Denied, Stale
-from hil.live.drives.can_drive import Aborted, CanDrive
+from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.drive_motion import DriveMotion
 from hil.live.drives.real_drive import SentSetPoint
+from hil.live.drives.sdo_dialogue import Aborted
 from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused

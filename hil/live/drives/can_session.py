@@ -10,7 +10,8 @@ from hil.drives.canopen.greeting import DriveKnown, Nmt, Pause, Step, Unfit, gre
 from hil.drives.canopen.node_watch import HEARTBEAT_NS
 from hil.drives.canopen.sdo_transfer import SdoTransfer
 from hil.live.drives.asking import ASKING, NoAnswer
-from hil.live.drives.can_drive import Aborted, CanDrive
+from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.sdo_dialogue import Aborted
 
 _FOUND_S = 0.5
 _LOOK_S = 0.02
