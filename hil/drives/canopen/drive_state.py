@@ -1,6 +1,7 @@
 """State of a drive by the values of its objects, and its emergencies in words."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from hil.drives.canopen.drive_units import DriveUnits
 from hil.drives.canopen.statusword import (
@@ -56,3 +57,19 @@ def emergency_text(data: bytes) -> str | None:
         return ""
     own = f", maker's bytes {data[3:].hex(' ')}" if any(data[3:]) else ""
     return f"{code:04X}h ({emergency_words(code)}){own}"
+
+
+@dataclass
+class Emergencies:
+    """Emergency messages of a drive. ``text``: the last, in words, until it says that it is over."""
+
+    count: int = 0
+    text: str | None = None
+
+    def hear(self, data: bytes) -> str | None:
+        """Take a message; answers what to log: something is new."""
+        if (text := emergency_text(data)) is None:
+            return None
+        self.count += 1
+        is_new, self.text = (text or None) != self.text, text or None
+        return (f"emergency {text}" if text else "its emergency is over") if is_new else None

@@ -45,11 +45,20 @@ def packed_target(units: int) -> bytes:
     return units.to_bytes(4, "little", signed=True)
 
 
-def next_beat_ns(last_ns: int, now_ns: int, period_ns: int) -> int:
-    """Time that the SYNC of now counts as, after that of ``last_ns``: a period later, unless it is too late
-    or too early for that by half of one."""
-    due_ns = last_ns + period_ns
-    return due_ns if abs(due_ns - now_ns) <= period_ns // 2 else now_ns
+@dataclass
+class SyncBeat:
+    """Times of SYNCs. ``synced_ns``: of the last, never later than it was."""
+
+    synced_ns: int = 0
+    _counts_as_ns: int = 0
+
+    def next(self, now_ns: int, period_ns: int) -> int:
+        """Time that the SYNC of now counts as: a period after the one before, however both came, unless that
+        is too far from now by half of one. So set-points are as far apart as a drive takes them to be."""
+        due_ns = self._counts_as_ns + period_ns
+        self._counts_as_ns = due_ns if abs(due_ns - now_ns) <= period_ns // 2 else now_ns
+        self.synced_ns = min(self._counts_as_ns, now_ns)
+        return self._counts_as_ns
 
 
 def values_in(objects: Sequence[MappedValue], data: bytes) -> dict[str, int] | None:

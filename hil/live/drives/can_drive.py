@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from hil.drives.canopen.drive_state import emergency_text, reading_of
+from hil.drives.canopen.drive_state import Emergencies, reading_of
 from hil.drives.canopen.drive_units import GivenUnits
 from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
 from hil.drives.canopen.node_watch import NodeWatch
@@ -15,7 +15,7 @@ from hil.drives.canopen.process_data import (
     ERROR_CONTROL_ID,
     RPDO_IDS,
     SDO_REQUEST_ID,
-    next_beat_ns,
+    SyncBeat,
     packed_target,
     values_in,
 )
@@ -62,15 +62,13 @@ class CanDrive(RealDrive):
         """True while its loop is off for a stop alone, which ends with the loop on."""
         self.booted = asyncio.Event()
         """Set when it tells its boot-up."""
-        self.emergency: str | None = None
-        """Its last emergency, in words, until it says that it is over."""
-        self._emergencies = 0
+        self.emergencies = Emergencies()
         self._line: CanLine | None = None
         self._task: asyncio.Task[None] | None = None
         self._sdo = SdoDialogue(self._send_request, self._unanswered, self.link, spec.pace.timeout_s)
         self._raw: dict[str, int] = {}
         self._seen: set[int] = set()
-        self._synced_ns = self._beat_ns = 0
+        self._beat = SyncBeat()
 
     # ---- begin and end ----
 
@@ -170,16 +168,13 @@ class CanDrive(RealDrive):
         line, known, set_points = self._line, self.known, self.set_points
         if line is None:
             return ()
-        now_ns = self.now_ns()
-        # Set-points are as far apart as the drive takes them to be, however the SYNCs come.
-        self._beat_ns = next_beat_ns(self._beat_ns, now_ns, line.sync_ns)
-        self._synced_ns = min(self._beat_ns, now_ns)
+        beat_ns = self._beat.next(self.now_ns(), line.sync_ns)
         self._seen.clear()
         if set_points is None or known is None:
             return ()
         # The drive is there one period later: at the next SYNC.
-        units = known.units.position(set_points(self._beat_ns + line.sync_ns))
-        self.sent = SentSetPoint(set_points(self._beat_ns), self._beat_ns)
+        units = known.units.position(set_points(beat_ns + line.sync_ns))
+        self.sent = SentSetPoint(set_points(beat_ns), beat_ns)
         return (CanFrame(RPDO_IDS[0] + self.node, packed_target(units)),)
 
     def hear_answer(self, data: bytes) -> None:
@@ -198,8 +193,8 @@ class CanDrive(RealDrive):
         if len(self._seen) == len(known.told):
             self._seen.clear()
             now_s = asyncio.get_running_loop().time()
-            self.link.answered(round(now_s * 1e9), max(self.now_ns() - self._synced_ns, 0))
-            self.take_raw(self._raw, self._synced_ns)
+            self.link.answered(round(now_s * 1e9), max(self.now_ns() - self._beat.synced_ns, 0))
+            self.take_raw(self._raw, self._beat.synced_ns)
 
     def take_raw(self, raw: Mapping[str, int], at_ns: int) -> None:
         """Take over the values of its objects, by their names, as they were at a time."""
@@ -211,13 +206,8 @@ class CanDrive(RealDrive):
             self.booted.set()
 
     def hear_emergency(self, data: bytes) -> None:
-        text = emergency_text(data)
-        if text is None:
-            return
-        self._emergencies += 1
-        if text != (self.emergency or ""):
-            log.warning("%s: %s", self.name, f"emergency {text}" if text else "its emergency is over")
-        self.emergency = text or None
+        if said := self.emergencies.hear(data):
+            log.warning("%s: %s", self.name, said)
 
     # ---- what it tells ----
 
@@ -245,8 +235,8 @@ class CanDrive(RealDrive):
         if code := int(self.reading.values.get("fault_code", 0)):
             return f"the drive has fault {code:04X}h ({emergency_words(code)})"
         return (
-            f"the drive has a fault, emergency {self.emergency}"
-            if self.emergency
+            f"the drive has a fault, emergency {self.emergencies.text}"
+            if self.emergencies.text
             else "the drive has a fault"
         )
 
@@ -256,7 +246,7 @@ class CanDrive(RealDrive):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        notes = [f"emergency {self.emergency}"] if self.emergency else []
+        notes = [f"emergency {self.emergencies.text}"] if self.emergencies.text else []
         if self.master is not None and self.known and not self.known.watches:
             notes.append("it does not watch its master: it has no 1016h")
         return tuple(notes)
@@ -268,4 +258,4 @@ class CanDrive(RealDrive):
         return self.known.texts
 
     def values(self) -> dict[str, float]:
-        return super().values() | {"emergencies": self._emergencies}
+        return super().values() | {"emergencies": self.emergencies.count}

@@ -2,7 +2,6 @@
 (cyclic synchronous position)."""
 
 import asyncio
-from collections.abc import Callable
 from contextlib import suppress
 
 from hil.drives.canopen.statusword import (
@@ -18,13 +17,12 @@ from hil.drives.canopen.statusword import (
     SET_POINT_TAKEN,
     SHUTDOWN,
     MachineState,
-    has_fault,
     state_of,
-    towards_enabled,
 )
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.live.drives.asking import ASKING, Denied, Stale
 from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.can_steps import POLL_S, CanSteps
 from hil.live.drives.drive_motion import DriveMotion
 from hil.live.drives.real_drive import SentSetPoint
 from hil.live.drives.sdo_dialogue import Aborted
@@ -32,14 +30,11 @@ from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused
 
-TAKES_S = 1.0
-"""Time for a drive to take a mode, a set-point, or a step of its state machine."""
 STANDS_S = 20.0
 """Time for a drive to come to a stand by its quick stop."""
-_POLL_S = 0.003
 _BY_PROFILE, _BY_QUICK_STOP = 5, 6
 """Quick stop options (605Ah): by the ramp of the profile or of the quick stop, and the loop stays on."""
-_CONTROLWORD, _STATUSWORD, _QUICK_STOP_OPTION, _MODE, _MODE_DISPLAY = 0x6040, 0x6041, 0x605A, 0x6060, 0x6061
+_QUICK_STOP_OPTION = 0x605A
 _TARGET, _VELOCITY, _ACCELERATION, _DECELERATION = 0x607A, 0x6081, 0x6083, 0x6084
 
 
@@ -48,7 +43,7 @@ class CanMotion(DriveMotion):
 
     def __init__(self, drive: CanDrive) -> None:
         super().__init__(drive)
-        self._drive = drive
+        self._drive, self._steps = drive, CanSteps(drive)
 
     # ---- what it is given ----
 
@@ -114,12 +109,12 @@ class CanMotion(DriveMotion):
         self.abandon()
         session = self._drive.link.session
         await self._hold(session)
-        await self._walk(session)
+        await self._steps.walk(session)
 
     async def disable(self) -> None:
         """Switch the loop off. Raises ``ASKING``."""
         self.abandon()
-        await self._control(SHUTDOWN, self._drive.link.session)
+        await self._steps.control(SHUTDOWN, self._drive.link.session)
         self._drive.set_points = None
 
     async def clear_fault(self) -> None:
@@ -128,8 +123,8 @@ class CanMotion(DriveMotion):
         session = self._drive.link.session
         self._drive.set_points = None
         for word in (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE):  # the edge of its bit counts
-            await self._control(word, session)
-            await asyncio.sleep(_POLL_S)
+            await self._steps.control(word, session)
+            await asyncio.sleep(POLL_S)
 
     # ---- how ----
 
@@ -144,7 +139,7 @@ class CanMotion(DriveMotion):
         drive = self._drive
         assert drive.known is not None, "a drive that is there was greeted"
         units = drive.known.units
-        await self._set_mode(PROFILE_POSITION, session)
+        await self._steps.set_mode(PROFILE_POSITION, session)
         drive.set_points = None
         if velocity_rpm:
             await drive.write(_VELOCITY, units.velocity(velocity_rpm), 4, session)
@@ -152,11 +147,13 @@ class CanMotion(DriveMotion):
             for index in (_ACCELERATION, _DECELERATION):
                 await drive.write(index, units.acceleration(acceleration_rpm_per_s), 4, session)
         await drive.write(_TARGET, units.position(position_deg), 4, session)
-        await self._control(ENABLE_OPERATION, session)
+        await self._steps.control(ENABLE_OPERATION, session)
         await asyncio.sleep(max(start_ns - drive.now_ns(), 0) / 1e9)
-        await self._control(ENABLE_OPERATION | NEW_SET_POINT | CHANGE_AT_ONCE, session)
-        await self._until(lambda word: bool(word & SET_POINT_TAKEN), "it did not take the set-point", session)
-        await self._control(ENABLE_OPERATION, session)
+        await self._steps.control(ENABLE_OPERATION | NEW_SET_POINT | CHANGE_AT_ONCE, session)
+        await self._steps.until(
+            lambda word: bool(word & SET_POINT_TAKEN), "it did not take the set-point", session
+        )
+        await self._steps.control(ENABLE_OPERATION, session)
         drive.sent = SentSetPoint(position_deg, drive.now_ns())
         self._await_end(position_deg)
         self._begins_ns = None
@@ -169,12 +166,12 @@ class CanMotion(DriveMotion):
             assert drive.known is not None, "a drive that is there was greeted"
             first = drive.known.units.position(at(path, drive.now_ns() - start_ns)[0])
             await drive.write(_TARGET, first, 4, session)  # also before the first SYNC
-            await self._set_mode(CYCLIC_POSITION, session)
-        await self._control(ENABLE_OPERATION, session)
+            await self._steps.set_mode(CYCLIC_POSITION, session)
+        await self._steps.control(ENABLE_OPERATION, session)
         while drive.now_ns() <= end_ns + 2 * drive.line.sync_ns:
             if not drive.is_in(session):
                 raise Stale("the drive was lost")
-            await asyncio.sleep(min(max(end_ns - drive.now_ns(), 0) / 1e9 + _POLL_S, 0.1))
+            await asyncio.sleep(min(max(end_ns - drive.now_ns(), 0) / 1e9 + POLL_S, 0.1))
         self._await_end(path[-1].r)
         self._path = None
 
@@ -185,12 +182,12 @@ class CanMotion(DriveMotion):
         try:
             try:
                 await drive.write(_QUICK_STOP_OPTION, option, 2, session)
-                await self._control(QUICK_STOP, session)
+                await self._steps.control(QUICK_STOP, session)
             except Aborted:  # its quick stop is fixed, and may take the current off
-                await self._control(ENABLE_OPERATION | HALT, session)
+                await self._steps.control(ENABLE_OPERATION | HALT, session)
             await self._until_it_stands(session)
             await self._hold(session)
-            await self._walk(session)
+            await self._steps.walk(session)
         finally:
             drive.is_stopping = False
 
@@ -206,7 +203,7 @@ class CanMotion(DriveMotion):
                     return
             if not drive.is_in(session):
                 raise Stale("the drive was lost as it stopped")
-            await asyncio.sleep(_POLL_S)
+            await asyncio.sleep(POLL_S)
         raise Denied(f"it was told to stop, and after {STANDS_S:g} s it still moves")
 
     async def _hold(self, session: int) -> None:
@@ -214,43 +211,9 @@ class CanMotion(DriveMotion):
         drive = self._drive
         assert drive.known is not None, "a drive that is there was greeted"
         if drive.known.has_mode(PROFILE_POSITION):
-            await self._set_mode(PROFILE_POSITION, session)
+            await self._steps.set_mode(PROFILE_POSITION, session)
             drive.set_points = None
             return
         here_deg = drive.position_deg or 0.0
         drive.set_points = lambda at_ns: here_deg
-        await self._set_mode(CYCLIC_POSITION, session)
-
-    async def _walk(self, session: int) -> None:
-        """Walk through the state machine until the loop is on. Raises ``ASKING``."""
-        drive, loop = self._drive, asyncio.get_running_loop()
-        until_s = loop.time() + TAKES_S
-        while (state := state_of(word := await drive.read(_STATUSWORD, session))) is not MachineState.ENABLED:
-            if has_fault(word):
-                raise Denied(f"{drive.fault or 'the drive has a fault'}; clear it first")
-            if loop.time() > until_s:
-                raise Denied(f"it stays in the state {state}")
-            if (step := towards_enabled(state)) is not None:
-                await self._control(step, session)
-            await asyncio.sleep(_POLL_S)
-        await self._control(ENABLE_OPERATION, session)  # without a halt from before
-
-    async def _set_mode(self, mode: int, session: int) -> None:
-        drive, loop = self._drive, asyncio.get_running_loop()
-        await drive.write(_MODE, mode, 1, session)
-        until_s = loop.time() + TAKES_S
-        while await drive.read(_MODE_DISPLAY, session, is_signed=True) != mode:
-            if loop.time() > until_s:
-                raise Denied(f"it does not take the mode of operation {mode} (6060h)")
-            await asyncio.sleep(_POLL_S)
-
-    async def _control(self, word: int, session: int) -> None:
-        await self._drive.write(_CONTROLWORD, word, 2, session)
-
-    async def _until(self, is_so: Callable[[int], bool], else_why: str, session: int) -> None:
-        drive, loop = self._drive, asyncio.get_running_loop()
-        until_s = loop.time() + TAKES_S
-        while not is_so(await drive.read(_STATUSWORD, session)):
-            if loop.time() > until_s:
-                raise Denied(f"{else_why} within {TAKES_S:g} s")
-            await asyncio.sleep(_POLL_S)
+        await self._steps.set_mode(CYCLIC_POSITION, session)

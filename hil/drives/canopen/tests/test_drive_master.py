@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.drives.canopen.drive_state import emergency_text, reading_of
+from hil.drives.canopen.drive_state import Emergencies, emergency_text, reading_of
 from hil.drives.canopen.drive_units import DriveUnits, GivenUnits, UnitsUnknown, units_of
 from hil.drives.canopen.greeting import (
     DriveKnown,
@@ -15,7 +15,7 @@ from hil.drives.canopen.greeting import (
     sync_period_ns,
 )
 from hil.drives.canopen.node_watch import HEARTBEAT_NS, MISSING, NodeWatch
-from hil.drives.canopen.process_data import TOLD, mapping_writes, packed_target, values_in
+from hil.drives.canopen.process_data import TOLD, SyncBeat, mapping_writes, packed_target, values_in
 from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted
 from hil.drives.canopen.statusword import MachineState, has_fault, mode_bit, state_of, towards_enabled
 
@@ -114,6 +114,14 @@ def test_process_data_are_eight_bytes_at_most_and_read_as_they_are_mapped() -> N
     assert packed_target(-1) == b"\xff" * 4
 
 
+def test_set_points_are_evenly_spaced_unless_a_sync_is_much_too_late() -> None:
+    beat = SyncBeat()
+    times = [beat.next(now_ns * MS, 20 * MS) // MS for now_ns in (1000, 1021, 1039, 1065, 1080, 1140, 1160)]
+    assert times == [1000, 1020, 1040, 1060, 1080, 1140, 1160]
+    assert beat.next(1179 * MS, 20 * MS) == 1180 * MS
+    assert beat.synced_ns == 1179 * MS
+
+
 def test_a_pdo_is_switched_off_before_it_is_mapped() -> None:
     writes = [(each.index, each.subindex, each.value) for each in mapping_writes(0x185, 0, TOLD[0][:2], 1)]
     assert writes == [
@@ -146,6 +154,11 @@ def test_emergencies_are_said_in_words() -> None:
     )
     assert emergency_text(bytes(8)) == ""
     assert emergency_text(bytes(7)) is None
+    seen = Emergencies()
+    message = bytes.fromhex("1081110000000000")
+    said = [seen.hear(each) for each in (message, message, bytes(5), bytes(8))]
+    assert said == ["emergency 8110h (CAN overrun, frames were lost)", None, None, "its emergency is over"]
+    assert (seen.count, seen.text) == (3, None)
 
 
 # ---- life ----
