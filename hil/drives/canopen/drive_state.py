@@ -48,6 +48,15 @@ def _moves(statusword: int, mode: int, velocity_rpm: float | None) -> bool:
     return is_on_its_way if turns is None else turns
 
 
+def fault_text(reading: Reading, emergency: str | None) -> str | None:
+    """Say a drive's fault, with its error code or else its last emergency; None: it has none."""
+    if not reading.bits["status.fault"]:
+        return None
+    if code := int(reading.values.get("fault_code", 0)):
+        return f"the drive has fault {code:04X}h ({emergency_words(code)})"
+    return f"the drive has a fault, emergency {emergency}" if emergency else "the drive has a fault"
+
+
 def emergency_text(data: bytes) -> str | None:
     """Say an emergency message; empty: the errors are over; None: it is no such message. CiA 301, 7.2.7."""
     if len(data) != 8:

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from hil.drives.canopen.drive_state import Emergencies, reading_of
+from hil.drives.canopen.drive_state import Emergencies, fault_text, reading_of
 from hil.drives.canopen.drive_units import GivenUnits
 from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
 from hil.drives.canopen.node_watch import NodeWatch
@@ -20,7 +20,6 @@ from hil.drives.canopen.process_data import (
     values_in,
 )
 from hil.drives.canopen.sdo_transfer import SdoTransfer
-from hil.drives.canopen.statusword import MachineState, has_fault, state_of
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
 from hil.live.drives.asking import ASKING, PlaceLost
@@ -29,9 +28,9 @@ from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.live.drives.sdo_dialogue import SdoDialogue
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanDriveAddress
-from hil.wire.canopen.canopen_codes import emergency_words
 
 TOLD = ("velocity_rpm", "current_A", "fault_code", "statusword", "mode", "emergencies")
+NOT_WATCHED = "it does not watch its master: it has no 1016h"
 
 log = logging.getLogger("hil")
 
@@ -220,25 +219,12 @@ class CanDrive(RealDrive):
         return 1 / self.known.units.position_per_deg if self.known else 0.0
 
     @property
-    def statusword(self) -> int:
-        """Its statusword by the last reading."""
-        return int(self.reading.values["statusword"]) if self.reading else 0
-
-    @property
     def is_on(self) -> bool:
-        return self.is_stopping or state_of(self.statusword) is MachineState.ENABLED
+        return self.is_stopping or (self.reading is not None and self.reading.bits["status.enabled"])
 
     @property
     def fault(self) -> str | None:
-        if self.reading is None or not has_fault(self.statusword):
-            return None
-        if code := int(self.reading.values.get("fault_code", 0)):
-            return f"the drive has fault {code:04X}h ({emergency_words(code)})"
-        return (
-            f"the drive has a fault, emergency {self.emergencies.text}"
-            if self.emergencies.text
-            else "the drive has a fault"
-        )
+        return fault_text(self.reading, self.emergencies.text) if self.reading else None
 
     @property
     def commanded_deg(self) -> float | None:
@@ -246,10 +232,9 @@ class CanDrive(RealDrive):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        notes = [f"emergency {self.emergencies.text}"] if self.emergencies.text else []
-        if self.master is not None and self.known and not self.known.watches:
-            notes.append("it does not watch its master: it has no 1016h")
-        return tuple(notes)
+        found = [f"emergency {self.emergencies.text}"] if self.emergencies.text else []
+        is_unwatched = self.master is not None and self.known is not None and not self.known.watches
+        return (*found, *([NOT_WATCHED] if is_unwatched else []))
 
     @property
     def identity(self) -> Mapping[str, str]:
