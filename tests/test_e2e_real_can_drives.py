@@ -63,7 +63,9 @@ class CanPair:
 
     def real(self, node: int) -> dict[str, Any]:
         query = "&" if "?" in self.at else "?"
-        return {"profile": "canopen_drive", "at": f"{self.at}{query}node={node}{self.master}"}
+        at = f"{self.at}{query}node={node}{self.master}"
+        # The twin takes three periods without a SYNC for a loss, and its daemon has to hear them meanwhile.
+        return DRIVE | {"at": at, "setpoint_rate_Hz": 10}
 
     def configure(self) -> str:
         """Write the near bench's configuration, and return it."""
@@ -131,7 +133,7 @@ def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: CanPair) -> None:
         pytest.approx(30, abs=0.5),
     )
     assert done["axes"]["x"]["commanded_deg"] == 90.0
-    assert done["axes"]["x"]["error_max_deg"] < 10
+    assert done["axes"]["x"]["error_max_deg"] < 45
     row = pair.near.status("x")
     assert (row["hardware"], row["note"], row["drive"]["reconnects"]) == ("real", None, 0)
     assert row["snapshot"]["age_ms"] < 5000

@@ -69,7 +69,7 @@ def emergency_text(data: bytes) -> str | None:
 
 
 @dataclass
-class Emergencies:
+class EmergencyLog:
     """Emergency messages of a drive. ``text``: the last, in words, until it says that it is over."""
 
     count: int = 0

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from hil.drives.canopen.drive_state import Emergencies, fault_text, reading_of
+from hil.drives.canopen.drive_state import EmergencyLog, fault_text, reading_of
 from hil.drives.canopen.drive_units import GivenUnits
 from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
 from hil.drives.canopen.node_watch import NodeWatch
@@ -61,7 +61,7 @@ class CanDrive(RealDrive):
         """True while its loop is off for a stop alone, which ends with the loop on."""
         self.booted = asyncio.Event()
         """Set when it tells its boot-up."""
-        self.emergencies = Emergencies()
+        self.emergencies = EmergencyLog()
         self._line: CanLine | None = None
         self._task: asyncio.Task[None] | None = None
         self._sdo = SdoDialogue(self._send_request, self._unanswered, self.link, spec.pace.timeout_s)

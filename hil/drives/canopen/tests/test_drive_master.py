@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.drives.canopen.drive_state import Emergencies, emergency_text, reading_of
+from hil.drives.canopen.drive_state import EmergencyLog, emergency_text, reading_of
 from hil.drives.canopen.drive_units import DriveUnits, GivenUnits, UnitsUnknown, units_of
 from hil.drives.canopen.greeting import (
     DriveKnown,
@@ -154,7 +154,7 @@ def test_emergencies_are_said_in_words() -> None:
     )
     assert emergency_text(bytes(8)) == ""
     assert emergency_text(bytes(7)) is None
-    seen = Emergencies()
+    seen = EmergencyLog()
     message = bytes.fromhex("1081110000000000")
     said = [seen.hear(each) for each in (message, message, bytes(5), bytes(8))]
     assert said == ["emergency 8110h (CAN overrun, frames were lost)", None, None, "its emergency is over"]
