@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
 
+from hil.vocab.path import PathPiece
+
 
 @dataclass(frozen=True)
 class Write:
@@ -551,3 +553,17 @@ def test_a_target_is_reached_only_in_its_window() -> None:
     rig.axis.off_by_deg = 0.4
     rig.run(30)
     assert rig.status & REACHED
+
+
+def test_what_somebody_else_has_moved_goes_on_from_there() -> None:
+    rig = DriveRig()
+    rig.enable(1)
+    rig.run(5)
+    rig.axis.follow((PathPiece(0, 50.0),))  # as by a run
+    rig.run(30)
+    assert rig.emergencies == []
+    assert rig.read(0x6062) == 50_000
+    rig.receive({0x6040: 0x5F, 0x607A: 10_000})
+    rig.run(600)
+    assert rig.axis.paths[-1][1][0].r == 50.0
+    assert rig.read(0x6064) == 10_000
