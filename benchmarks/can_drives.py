@@ -9,7 +9,8 @@ with PDOs that are missing and how far firmware was behind the wall's time. The 
 each the same in virtual time: TPDOs that are not over when the next SYNC begins. ``can_drives_virtual``: CPU
 seconds for a simulated second of 100 drives, at most 0.5. ``can_slcan_rate``: 5000 frames of two bytes a
 second from each of two clients to the other, frames that are missing or refused. ``can_sdo_read``: p99 of an
-SDO read by a client at the pty, beyond what the bus takes; at most 1.5 ms.
+SDO read by a client at the pty, beyond what the bus takes; at most 1.5 ms. ``_fast``: with 4000 wakes of the
+core a second.
 """
 
 import json
@@ -44,6 +45,8 @@ RATE_HZ, RATE_S = 5000, 2 if is_quick() else 10
 CORE, SDO_LIMIT_S, VIRTUAL_LIMIT = 1.0, 1.5e-3, 0.5
 FRAME_NS = 135_000
 """Longest RPDO with the space behind it, in nanoseconds."""
+WAKES_HZ = (1000, 4000)
+"""Wakes of the core a second: the default, and what is advised for SDO."""
 START_WORDS = (0x80, 0x06, 0x07, 0x0F, 0x0F)
 """Controlwords of the first cycles: a fault's reset, and the way to "operation enabled"."""
 STEP = 40
@@ -51,7 +54,7 @@ STEP = 40
 UP_S = 4.3
 
 
-def config(drives: int) -> dict[str, object]:
+def config(drives: int, rate_hz: int = 1000) -> dict[str, object]:
     device = {"profile": "mechaduino", "port": "tcp", "flash": {"table": "identity"}}
     bus = {
         "bit_rate": BIT_RATE,
@@ -59,7 +62,7 @@ def config(drives: int) -> dict[str, object]:
         "taps": {"slcan0": {}, "slcan1": {}},
     }
     devices = dict.fromkeys(bus["nodes"], device)  # type: ignore[call-overload]
-    return {"bench": "bench", "devices": devices, "can": {"can0": bus}}
+    return {"bench": "bench", "rate_hz": rate_hz, "devices": devices, "can": {"can0": bus}}
 
 
 def set_up(sdo: SdoClient, node: int, period_ms: int) -> None:
@@ -280,9 +283,9 @@ def slcan_rate() -> None:
     report("can_slcan_rate", spent_s / took_s, "s/s", CORE, 1.0, extra)
 
 
-def sdo_read() -> None:
+def sdo_read(wakes_hz: int) -> None:
     request = CanFrame(0x601, bytes.fromhex("4041600000000000"))
-    with daemon(json.dumps(config(1))) as running:
+    with daemon(json.dumps(config(1, wakes_hz))) as running:
         wait_s(UP_S)
         line = Line(running.port("can0.slcan0"))
         sdo, times_s = line.sdo(1), []
@@ -296,16 +299,21 @@ def sdo_read() -> None:
     bus_s = (frame_bits(request) + frame_bits(answer)) / BIT_RATE
     times_s.sort()
     p50_s, p99_s = (times_s[int(part * READS)] - bus_s for part in (0.5, 0.99))
-    print(f"an SDO read: the bus takes {bus_s * 1e3:.3f} ms; beyond it p50 {p50_s * 1e3:.3f} ms", flush=True)
+    print(
+        f"an SDO read, {wakes_hz} wakes/s: the bus takes {bus_s * 1e3:.3f} ms; beyond p50 {p50_s * 1e3:.3f}",
+        flush=True,
+    )
     what = {"reference": "1.5 ms", "bus_ms": bus_s * 1e3, "p50_ms": p50_s * 1e3}
-    report("can_sdo_read", p99_s * 1e3, "ms", SDO_LIMIT_S * 1e3, 1.0, what)
+    name = "can_sdo_read" if wakes_hz == WAKES_HZ[0] else "can_sdo_read_fast"
+    report(name, p99_s * 1e3, "ms", SDO_LIMIT_S * 1e3, 1.0, what)
 
 
 def main() -> None:
     for drives, rate_hz in SCENARIOS:
         real_time(drives, rate_hz)
     slcan_rate()
-    sdo_read()
+    for wakes_hz in WAKES_HZ:
+        sdo_read(wakes_hz)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,11 @@ import time
 
 import canopen
 
-HOMING, CYCLIC_POSITION = 6, 8
 network = canopen.Network()
 network.connect(interface="slcan", channel=sys.argv[1], bitrate=1_000_000)
 axes = [network.add_node(number, sys.argv[2]) for number in (1, 2, 3, 4)]
 for axis in axes:
-    axis.sdo[0x6060].raw, axis.sdo[0x6098].raw = HOMING, 24  # to the home switch's lower edge
+    axis.sdo[0x6060].raw, axis.sdo[0x6098].raw = 6, 24  # homing, to the lower edge of the cam
     axis.sdo[0x6099][1].raw, axis.sdo[0x6099][2].raw = 180_000, 18_000  # 0.001 deg/s
     for word in (0x06, 0x07, 0x0F, 0x1F):  # shutdown, switch on, enable, start
         axis.sdo[0x6040].raw = word
@@ -24,7 +23,7 @@ for axis in axes:
         pdo.trans_type, pdo.enabled = 1, True
         pdo.save()
     axis.sdo[0x60C2][1].raw, axis.sdo[0x60C2][2].raw = 100, -3  # a target each 100 ms
-    axis.sdo[0x6060].raw, axis.rpdo[1][0x6040].raw = CYCLIC_POSITION, 0x0F
+    axis.sdo[0x6060].raw, axis.rpdo[1][0x6040].raw = 8, 0x0F  # cyclic position
 network.nmt.state = "OPERATIONAL"
 apart = []
 for target in [*range(0, 90_001, 3000), *[90_000] * 5]:
@@ -33,8 +32,8 @@ for target in [*range(0, 90_001, 3000), *[90_000] * 5]:
         axis.rpdo[1].transmit()
     network.sync.transmit()
     time.sleep(0.1)
-    positions = [axis.tpdo[1][0x6064].raw / 1000 for axis in axes]
-    apart.append(max(positions) - min(positions))
-print("they stand at", *(f"{position:.1f}" for position in positions))
-print(f"{len(apart)} SYNCs, never more than {max(apart):.1f} deg apart")
+    at = [axis.tpdo[1][0x6064].raw / 1000 for axis in axes]
+    apart.append(max(at) - min(at))
+print("they stand at", *(f"{position:.1f}" for position in at))
+print(f"{len(apart)} SYNCs, never more than {max(apart):.2f} deg apart")
 network.disconnect()

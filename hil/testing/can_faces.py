@@ -16,7 +16,6 @@ from hil.wire.can.can_frame import CanFrame
 
 if TYPE_CHECKING:
     from hil.sim.can.canopen_card import CanOpenCard
-    from hil.testing.bench import Bench
 
 SERVO = "mechaduino"
 """Profile that needs a table to move."""
@@ -56,8 +55,9 @@ class HeardFrame(NamedTuple):
 class CanBusFace:
     """A bus, with a node of the test's own on it, ``can0.tester``, that hears all frames of others."""
 
-    def __init__(self, bench: "Bench", runtime: BenchRuntime, of: BenchBus) -> None:
+    def __init__(self, bench: Any, runtime: BenchRuntime, of: BenchBus) -> None:
         self.bench = bench
+        """The bench that it is of, a ``hil.testing.Bench``."""
         self.name = of.name
         self.bus = of.bus
         self.heard: list[HeardFrame] = []

@@ -1,12 +1,13 @@
 """A tap of a CAN bus: an slcan adapter, at whose serial line a program outside is.
 
 What the client sends takes effect at once, as at an adapter on USB, and answers and frames are there at once,
-a frame at the end of its last bit. The adapter is no part of the bus until the client opens it, and stays
-open when the client goes, as real ones do.
+a frame at the end of its last bit. The adapter sends in the client's order, whatever is more urgent. It is no
+part of the bus until the client opens it, and stays open when the client goes, as real ones do.
 """
 
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 from hil.sim.inputs import Bytes, Input, Play
@@ -16,6 +17,8 @@ from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.slcan import LINE_MAX
 from hil.wire.can.slcan_adapter import SlcanAdapter, SlcanStatus
 
+QUEUE_FRAMES = 64
+"""Frames of the client that may wait. Decision: the queue of a larger adapter."""
 SHORTEST_FRAME = 6
 """Characters of the shortest command that is a frame, with its end."""
 CLOSED_ROOM = 256
@@ -38,6 +41,10 @@ class CanTap:
         self._adapter = SlcanAdapter(self)
         self._said: deque[tuple[int, bytes]] = deque()
         """What is for the client, with its times."""
+        self._queue: deque[CanFrame] = deque()
+        """Frames that are not sent yet, the oldest first."""
+        self._is_given = False
+        """True if the controller has the first of them."""
         self._moved_ns = 0
         """Time at which its frames last went forward: one was sent, or the first came."""
         self._is_short = False
@@ -62,7 +69,7 @@ class CanTap:
     def room(self, now_ns: SimTimeNs) -> int:
         if not self._adapter.is_open:
             return CLOSED_ROOM
-        if free := self._bus.free_mailboxes(self.name):
+        if free := QUEUE_FRAMES - len(self._queue):
             return free * SHORTEST_FRAME
         if now_ns >= self._moved_ns + STUCK_NS:
             return LINE_MAX
@@ -71,8 +78,7 @@ class CanTap:
 
     @property
     def room_ns(self) -> SimTimeNs:
-        is_full = self._adapter.is_open and not self._bus.free_mailboxes(self.name)
-        return SimTimeNs(self._moved_ns + STUCK_NS if is_full else 0)
+        return SimTimeNs(self._moved_ns + STUCK_NS if len(self._queue) == QUEUE_FRAMES else 0)
 
     def take(self, until_ns: int) -> bytes:
         out = bytearray()
@@ -118,23 +124,32 @@ class CanTap:
 
     def close(self) -> None:
         self._bus.switch_off(self.name)
+        self._queue.clear()
+        self._is_given = False
         self.notes.clear()
 
     def send(self, frame: CanFrame) -> bool:
-        if not self._bus.waiting(self.name):
-            self._moved_ns = self._clock.now_ns
-        try:
-            self._bus.send(self.name, frame)
-        except MailboxesFull:
+        if len(self._queue) == QUEUE_FRAMES:
             return False
+        if not self._queue:
+            self._moved_ns = self._clock.now_ns
+        self._queue.append(frame)
+        self._give()
         return True
+
+    def _give(self) -> None:
+        """Give the controller the first frame, if it has not got it."""
+        if self._queue and not self._is_given:
+            with suppress(MailboxesFull):  # a fault that babbles has all of them
+                self._bus.send(self.name, self._queue[0])
+                self._is_given = True
 
     def status(self) -> SlcanStatus:
         bus, name = self._bus, self.name
         state, counters = bus.state(name), bus.error_counters(name)
         seen, self._seen = self._seen, bus.tally(name)
         flags = {
-            SlcanStatus.SEND_FULL: not bus.free_mailboxes(name),
+            SlcanStatus.SEND_FULL: len(self._queue) == QUEUE_FRAMES,
             SlcanStatus.ERROR_WARNING: max(counters) >= _WARNING_FROM or state is NodeState.BUS_OFF,
             SlcanStatus.ERROR_PASSIVE: state in (NodeState.PASSIVE, NodeState.BUS_OFF),
             SlcanStatus.ARBITRATION_LOST: self._seen[1] > seen[1],
@@ -149,6 +164,10 @@ class CanTap:
 
     def sent(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         self._moved_ns = end_ns
+        if self._is_given and self._queue[0] is frame:
+            self._queue.popleft()
+            self._is_given = False
+        self._give()
         if self._is_short:
             self._is_short = False
             self._tell()

@@ -134,6 +134,25 @@ def test_a_client_is_held_up_while_frames_go_and_told_when_they_do_not(bench: Be
     assert tap.room(bench.now_ns) > 0
 
 
+def test_frames_of_a_client_go_in_its_order_whatever_their_urgency(bench: Bench) -> None:
+    a, canbus = opened(bench), bench.canbus()
+    bench.run(ms=1)
+    a.write(b"t3000\rt2000\rt0800\r")
+    bench.run(ms=2)
+    assert [each.frame.id for each in canbus.read()] == [0x300, 0x200, 0x080]
+
+
+def test_a_tap_that_babbles_still_sends_what_its_client_has(bench: Bench) -> None:
+    a, canbus = opened(bench), bench.canbus()
+    bench.run(ms=1)
+    with bench.fault("node_babble", TAP, every_ms=0.1):
+        a.write(b"t3000\r" * 3)
+        bench.run(ms=20)
+    assert canbus.expect(0x300, within_ms=50)
+    bench.run(ms=50)
+    assert sum(each.frame.id == 0x300 for each in canbus.heard) == 3
+
+
 def test_bursts_are_sent_at_their_times(bench: Bench) -> None:
     from hil.sim.inputs import Play
 
