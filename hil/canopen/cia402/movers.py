@@ -37,7 +37,7 @@ class Mover(Protocol):
         """Begin at what the axis does now; ``rate``: its speed in deg/s, if it has one that is to count."""
 
     def check(self, look: MotorLook) -> None:
-        """Begin anew if somebody else has moved the axis meanwhile, such as a run."""
+        """Begin anew if somebody else has moved or stopped the axis meanwhile, such as a run."""
 
     def where(self, now_ns: int) -> SetPointNow:
         """Set-point now."""
@@ -76,10 +76,15 @@ class PathMover:
         self._end_rate, self.due_ns = rate, FOREVER
 
     def check(self, look: MotorLook) -> None:
-        is_deg = look.commanded_deg
-        if is_deg is None or look.at_ns < self._end_ns + _SHOWS_NS:
+        is_deg, now_ns = look.commanded_deg, look.at_ns
+        if is_deg is None:
             return
-        if abs(is_deg - self._path[-1].r) > max(_OTHER_DEG, abs(is_deg) * 1e-6):
+        if now_ns < self._end_ns:  # the path may be broken off
+            is_other = not look.is_moving and now_ns >= self._from_ns + _SHOWS_NS
+        else:
+            off_deg = abs(is_deg - self._path[-1].r)
+            is_other = now_ns >= self._end_ns + _SHOWS_NS and off_deg > max(_OTHER_DEG, abs(is_deg) * 1e-6)
+        if is_other:
             self.begin(look)
 
     def where(self, now_ns: int) -> SetPointNow:

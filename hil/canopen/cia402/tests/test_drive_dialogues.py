@@ -567,3 +567,18 @@ def test_what_somebody_else_has_moved_goes_on_from_there() -> None:
     rig.run(600)
     assert rig.axis.paths[-1][1][0].r == 50.0
     assert rig.read(0x6064) == 10_000
+
+
+def test_what_somebody_else_has_stopped_goes_on_from_there() -> None:
+    rig = DriveRig()
+    rig.enable(3)
+    rig.write(0x60FF, 360_000)
+    rig.run(1000)
+    rig.axis.stop("prejudice", 1.0)
+    rig.run(500)
+    stopped_deg = rig.axis.look().position_deg
+    assert rig.status & REACHED == 0
+    rig.write(0x60FF, 180_000)
+    assert rig.axis.paths[-1][1][0].r == stopped_deg
+    rig.run(200)
+    assert rig.read(0x606C) == 180_000
