@@ -6,7 +6,7 @@ from device_profiles.sac.packet import Malformed, PacketDecoder, encode
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
-from hil.vocab.faults import FAULT_KINDS, MODBUS_NODE, FaultRefused
+from hil.vocab.faults import CAN_NODE, FAULT_KINDS, MODBUS_NODE, FaultRefused
 
 CONFIG = {
     "bench": "f",
@@ -172,8 +172,9 @@ SEEN = {
 
 
 def test_each_kind_of_the_table_has_its_test():
-    # Those of Modbus nodes are seen in test_kit_modbus_faults.py.
-    assert set(SEEN) == {kind.name for kind in FAULT_KINDS.values() if kind.target != MODBUS_NODE}
+    # Those of Modbus nodes are seen in test_kit_modbus_faults.py, those of CAN nodes in test_kit_canbus.py.
+    others = (MODBUS_NODE, CAN_NODE)
+    assert set(SEEN) == {kind.name for kind in FAULT_KINDS.values() if kind.target not in others}
 
 
 @pytest.mark.parametrize("kind", SEEN)
@@ -236,7 +237,7 @@ def test_a_hung_board_goes_on_where_it_was(rig):
             {},
             "packet_nak is on a twin's port on a segment, a Modbus node, or a tap, as s1.network",
         ),
-        ("wire_noise", "s1", {"rate": 0.1}, "wire_noise is on a segment, as bus0; not on s1"),
+        ("wire_noise", "s1", {"rate": 0.1}, "wire_noise is on a segment or a CAN bus, as bus0; not on s1"),
         ("byte_flip", "s1", {}, "rate: this one is missing"),
         ("byte_flip", "s1", {"rate": "much"}, "rate: write a number"),
         ("byte_flip", "s1", {"rate": 1, "rte": 1}, "rte: parameters of byte_flip are rate, towards, seed"),
