@@ -3,13 +3,15 @@ reload, replay."""
 
 import re
 import subprocess
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import can
 import pytest
-from e2e_support import HIL, Client, Place, Server, config, refused, until
+from e2e_support import HIL, PATIENCE_S, Client, Place, Server, config, refused, until
+from prometheus_client.parser import text_string_to_metric_families
 
 DEVICES = {"m1": {}, "m2": {}}
 BUS: dict[str, Any] = {
@@ -17,6 +19,7 @@ BUS: dict[str, Any] = {
     "nodes": {"m1": 5, "m2": 6},
     "taps": {"a": {}, "b": {"port": "tcp"}},
 }
+BRIDGES = {"metrics": {"listen": "127.0.0.1:0"}}
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def place() -> Iterator[Place]:
 
 @pytest.fixture(scope="module")
 def server(place: Place) -> Server:
-    bench = config(speed=1, devices=DEVICES, can={"can0": BUS})
+    bench = config(speed=1, devices=DEVICES, can={"can0": BUS}, bridges=BRIDGES)
     return place.serve(bench, "--log", str(place.folder / "inputs.log"))
 
 
@@ -124,6 +127,18 @@ def test_list_and_status_know_the_bus(place: Place, server: Server, pty: can.Bus
     assert '"load_percent"' in place.hil("status", "--json")
 
 
+def test_metrics_have_what_the_bus_counts(server: Server) -> None:
+    root = server.ask("status")["bridges"]["metrics"]["root"]
+    with urllib.request.urlopen(root, timeout=PATIENCE_S) as answer:
+        families = list(text_string_to_metric_families(answer.read().decode()))
+    now = {(s.name, *s.labels.values()): s.value for f in families for s in f.samples}
+    (row,) = server.ask("buses")
+    assert 0 < now["hil_can_frames_total", "can0"] <= row["frames"]
+    assert 0 < now["hil_can_load_ratio", "can0"] < 1
+    assert now["hil_can_node_bus_off", "m1.canopen"] == 0
+    assert now["hil_can_node_sent_total", "m1.canopen"] >= 1
+
+
 def test_a_node_that_is_bus_off_comes_back(place: Place, server: Server, pty: can.BusABC) -> None:
     where = ("--runtime-dir", str(place.runtime))
     number = server.ask("inject", fault="driver_stuck", target="m1.canopen", parameters={})
@@ -150,7 +165,7 @@ def test_completion_knows_buses_and_nodes(place: Place, server: Server) -> None:
 
 
 def test_a_reload_keeps_a_bus_as_it_is(place: Place, server: Server) -> None:
-    why = refused(place, server, DEVICES, speed=1, can={"can0": BUS | {"bit_rate": 250_000}})
+    why = refused(place, server, DEVICES, speed=1, can={"can0": BUS | {"bit_rate": 250_000}}, bridges=BRIDGES)
     assert why == "can.can0.bit_rate: 500000 -> 250000: only a restart of the daemon does this"
 
 

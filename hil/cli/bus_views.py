@@ -16,8 +16,8 @@ def bus_tables(rows: list[dict[str, Any]]) -> Iterator[RenderableType]:
     for column in ("bus", "bit/s", "load", "frames", "errors"):
         buses.add_column(column, justify="left" if column in ("bus", "errors") else "right")
     for column in ("node", *_OF_NODES):
-        is_text = column in ("node", "state", "errors", "drive")
-        nodes.add_column(column, justify="left" if is_text else "right")
+        is_text = column in ("node", "state", "drive")
+        nodes.add_column(column, justify="left" if is_text else "right", no_wrap=True)
     for row in rows:
         load = f"{row['load_percent']:.1f}%"
         buses.add_row(row["bus"], str(row["bit_rate"]), load, str(row["frames"]), _errors(row["errors"]))
@@ -25,7 +25,7 @@ def bus_tables(rows: list[dict[str, Any]]) -> Iterator[RenderableType]:
             drive = row["drives"].get(name, {})
             counts = [str(node[key]) for key in ("sent", "heard", "transmit_errors", "receive_errors")]
             nodes.add_row(
-                name, str(drive.get("id", "")), node["state"], *counts, _errors(node["errors"]),
+                name, str(drive.get("id", "")), node["state"], *counts, str(sum(node["errors"].values())),
                 Text(str(drive.get("state", ""))),
             )  # fmt: skip
     yield buses

@@ -2,7 +2,8 @@
 the operating system.
 
 ``bench.py`` composes it and gives each input its one time; ``group.py`` advances what shares a time;
-``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap, ``modbus`` a node.
+``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap, ``modbus`` a node;
+``can`` has buses with their nodes and taps.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
 May import: hil.canopen, hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire,

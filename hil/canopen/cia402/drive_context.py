@@ -105,8 +105,11 @@ class DriveContext:
         return bool(self.look(now_ns).inputs.get(POSITIVE if direction > 0 else NEGATIVE))
 
     def following_error_deg(self, now_ns: int) -> float:
-        """Set-point minus position."""
-        return self.mover.where(now_ns).deg - self.look(now_ns).position_deg
+        """Set-point minus position: both the board's own, of one moment."""
+        look = self.look(now_ns)
+        if look.commanded_deg is None:
+            return self.mover.where(now_ns).deg - look.position_deg
+        return look.commanded_deg - look.position_deg
 
     def window_deg(self, index: int) -> float:
         """Position window of an object in degrees."""

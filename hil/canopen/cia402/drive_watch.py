@@ -40,7 +40,8 @@ class DriveWatch:
         if not look.is_on:
             return FoundFault(DriveError.LOOP_OFF, "the board's loop is off")
         if mode.checks_position:
-            off_deg = abs(context.mover.where(now_ns).deg - look.position_deg)
+            context.mover.check(look)
+            off_deg = abs(context.following_error_deg(now_ns))
             is_off = off_deg > context.following_deg
             if self._following.holds(is_off, context.following_ns, now_ns):
                 return FoundFault(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")

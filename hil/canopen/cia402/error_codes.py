@@ -3,30 +3,34 @@
 Source: IEC 61800-7-201:2015, table of error codes; CiA 301, 7.2.7.1. From FF00h on they are hil's own.
 """
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 _GENERIC, _COMMUNICATION, _PROFILE, _OWN = 0x01, 0x10, 0x20, 0x80
 
 
 class DriveError(IntEnum):
-    """Error code."""
+    """Error code; ``ABOUT`` says what each means."""
 
     COMMUNICATION = 0x8100
-    """The node was stopped while operation was enabled."""
     HEARTBEAT = 0x8130
-    """The master's heartbeat or its guarding stayed away."""
     BUS_OFF = 0x8140
-    """The node was bus-off."""
     FOLLOWING = 0x8611
-    """The shaft was too far from the set-point for too long."""
     SYNC = 0x8700
-    """No SYNC came in a cyclic mode."""
     LOOP_OFF = 0xFF01
-    """The board switched its loop off by itself."""
     REFUSED = 0xFF02
-    """The board refused what the drive told it."""
 
 
+ABOUT: Mapping[DriveError, str] = {
+    DriveError.COMMUNICATION: "the node was stopped while operation was enabled",
+    DriveError.HEARTBEAT: "the master's heartbeat or guarding stayed away; the node itself sends it",
+    DriveError.BUS_OFF: "the node was bus-off; the node itself sends it",
+    DriveError.FOLLOWING: "the shaft was too far from the set-point for too long (6065h, 6066h)",
+    DriveError.SYNC: "no SYNC came for three periods of 60C2h, at least 50 ms, in a cyclic mode",
+    DriveError.LOOP_OFF: "the board switched its loop off by itself",
+    DriveError.REFUSED: "the board refused what the drive told it",
+}
+"""What an error code says, in words."""
 _BITS = {
     DriveError.COMMUNICATION: _GENERIC | _COMMUNICATION,
     DriveError.FOLLOWING: _GENERIC | _PROFILE,

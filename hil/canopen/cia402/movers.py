@@ -22,6 +22,8 @@ LOOK_NS = NS_PER_MS
 
 
 _LONGEST_NS = 2**61
+_SHOWS_NS, _OTHER_DEG = NS_PER_MS, 0.01
+"""Time after a path's end by which a control step has taken it, and a distance beyond rounding."""
 Planned = TypeVar("Planned")
 
 
@@ -33,6 +35,9 @@ class Mover(Protocol):
 
     def begin(self, look: MotorLook, rate: float = 0.0) -> None:
         """Begin at what the axis does now; ``rate``: its speed in deg/s, if it has one that is to count."""
+
+    def check(self, look: MotorLook) -> None:
+        """Begin anew if somebody else has moved or stopped the axis meanwhile, such as a run."""
 
     def where(self, now_ns: int) -> SetPointNow:
         """Set-point now."""
@@ -69,6 +74,18 @@ class PathMover:
         assert here_deg is not None
         self._path, self._from_ns, self._end_ns = (PathPiece(0, here_deg),), 0, look.at_ns
         self._end_rate, self.due_ns = rate, FOREVER
+
+    def check(self, look: MotorLook) -> None:
+        is_deg, now_ns = look.commanded_deg, look.at_ns
+        if is_deg is None:
+            return
+        if now_ns < self._end_ns:  # the path may be broken off
+            is_other = not look.is_moving and now_ns >= self._from_ns + _SHOWS_NS
+        else:
+            off_deg = abs(is_deg - self._path[-1].r)
+            is_other = now_ns >= self._end_ns + _SHOWS_NS and off_deg > max(_OTHER_DEG, abs(is_deg) * 1e-6)
+        if is_other:
+            self.begin(look)
 
     def where(self, now_ns: int) -> SetPointNow:
         if now_ns >= self._end_ns:
@@ -160,6 +177,9 @@ class RampMover:
     def begin(self, look: MotorLook, rate: float = 0.0) -> None:
         self._next, self._is_endless = None, False
         self.due_ns = look.at_ns if look.is_moving else FOREVER
+
+    def check(self, look: MotorLook) -> None:
+        """Do nothing: where it is is asked each time."""
 
     def where(self, now_ns: int) -> SetPointNow:
         look = self._axis.look()

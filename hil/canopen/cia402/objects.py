@@ -19,6 +19,15 @@ LIMITED_JERK = 3
 """Motion profile type (6086h)."""
 PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = 1, 3, 4, 6
 CYCLIC_POSITION, CYCLIC_VELOCITY = 8, 9
+MODES: Mapping[int, str] = {
+    PROFILE_POSITION: "profile position: set-points by handshake, with ramps",
+    PROFILE_VELOCITY: "profile velocity: a speed, with ramps",
+    PROFILE_TORQUE: "profile torque: a torque, with a slope",
+    HOMING: "homing: the search for the position from which the drive counts",
+    CYCLIC_POSITION: "cyclic synchronous position: a target with each SYNC",
+    CYCLIC_VELOCITY: "cyclic synchronous velocity: a speed with each SYNC",
+}
+"""Modes of operation (6060h), those of a board with paths and torque."""
 SERVO_DRIVE, STEPPER_DRIVE = 0x0002_0192, 0x0004_0192
 """Object 1000h: profile 402, servo drive or stepper motor."""
 PATHS, TORQUE = "paths", "torque"
@@ -220,9 +229,7 @@ _JERK = (
 _FACTORS = (
     *array_of(
         0x608F,
-        Entry(
-            0x608F, 1, "Encoder increments", U32, CONST, 1, about="Counts of the encoder in that many turns."
-        ),
+        Entry(0x608F, 1, "Encoder increments", U32, CONST, about="Counts of the encoder in that many turns."),
         Entry(0x608F, 2, "Motor revolutions", U32, CONST, 1, about="Turns of the motor."),
     ),
     *_ratio(0x6091, "Motor revolutions", "Shaft revolutions", 1, "Turns of the motor for those of the shaft"),

@@ -91,7 +91,7 @@ class ProfileDrive:
         self._end(now_ns)
 
     def lost(self, what: str, now_ns: int) -> None:
-        self._automaton.lose(LOST[what], now_ns)
+        self._automaton.lose(LOST.get(what, DriveError.COMMUNICATION), now_ns)
         self._end(now_ns)
 
     @property

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
 
+from hil.vocab.path import PathPiece
+
 
 @dataclass(frozen=True)
 class Write:
@@ -551,3 +553,32 @@ def test_a_target_is_reached_only_in_its_window() -> None:
     rig.axis.off_by_deg = 0.4
     rig.run(30)
     assert rig.status & REACHED
+
+
+def test_what_somebody_else_has_moved_goes_on_from_there() -> None:
+    rig = DriveRig()
+    rig.enable(1)
+    rig.run(5)
+    rig.axis.follow((PathPiece(0, 50.0),))  # as by a run
+    rig.run(30)
+    assert rig.emergencies == []
+    assert rig.read(0x6062) == 50_000
+    rig.receive({0x6040: 0x5F, 0x607A: 10_000})
+    rig.run(600)
+    assert rig.axis.paths[-1][1][0].r == 50.0
+    assert rig.read(0x6064) == 10_000
+
+
+def test_what_somebody_else_has_stopped_goes_on_from_there() -> None:
+    rig = DriveRig()
+    rig.enable(3)
+    rig.write(0x60FF, 360_000)
+    rig.run(1000)
+    rig.axis.stop("prejudice", 1.0)
+    rig.run(500)
+    stopped_deg = rig.axis.look().position_deg
+    assert rig.status & REACHED == 0
+    rig.write(0x60FF, 180_000)
+    assert rig.axis.paths[-1][1][0].r == stopped_deg
+    rig.run(200)
+    assert rig.read(0x606C) == 180_000
