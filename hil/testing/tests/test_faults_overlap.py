@@ -20,9 +20,12 @@ from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import (
+    CAN_NODE,
     DEVICE,
     FAULT_KINDS,
+    LINE,
     MODBUS_NODE,
+    ON_LINE,
     PORT,
     SEGMENT,
     SERVO,
@@ -43,6 +46,7 @@ CONFIG: dict[str, Any] = {
         "bus0": {"stations": ["s1"], "taps": {"master": {"port": "memory"}}},
         "bus1": {"modbus": {"units": {"m1": 1}}},
     },
+    "can": {"can0": {"nodes": {"m2": 5}, "taps": {"lab": {"port": "memory"}}}},
 }
 PLACES = {
     PORT: ["s1", "s1.network", "m1", "m2"],
@@ -54,7 +58,10 @@ PLACES = {
     SERVO: ["m1", "m2"],
     SUPPLIED: ["m2"],
     MODBUS_NODE: ["m1.modbus"],
+    CAN_NODE: ["m2.canopen", "can0.lab"],
 }
+PLACES[LINE] = [*PLACES[SEGMENT], "can0"]
+PLACES[ON_LINE] = [*PLACES[STATION], *PLACES[CAN_NODE]]
 MODEST = {
     "rate": st.sampled_from([0.0, 0.01, 0.5, 1.0]),
     "delay_ms": st.sampled_from([0.0, 5.0]),
@@ -70,6 +77,7 @@ MODEST = {
     "late_ms": st.sampled_from([0.0, 9.0]),
     "unit": st.sampled_from([0.0, 247.0]),
     "counts": st.integers(0, 300).map(float),
+    "bit_rate": st.sampled_from([10_000.0, 500_000.0, 1_000_000.0]),
 }
 """Values of parameters that are numbers; words are drawn from the table."""
 MS = 1_000_000
@@ -283,6 +291,13 @@ class Overlaps(RuleBasedStateMachine):
         kinds = [kind.name for kind in FAULT_KINDS.values() if kind.target == MODBUS_NODE]
         active = self.rig.runtime.nodes["m1.modbus"].faults.numbers
         assert active == [each.number for each in self.on("m1.modbus", *kinds)]
+
+    @invariant()
+    def bus(self) -> None:
+        bus = self.rig.runtime.buses["can0"].bus
+        kinds = "wire_cut", "driver_stuck", "packet_no_ack", "bit_rate_wrong"
+        for target in PLACES[CAN_NODE]:
+            assert list(bus.nodes[target].wire_faults) == [each.number for each in self.on(target, *kinds)]
 
     @invariant()
     def shafts(self) -> None:
