@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from hil.core import CoreAxis
 from hil.sim.firmware_guard import Guard
@@ -29,7 +28,7 @@ from hil.sim.verb_calls import Answer, VerbCalls, axis_arguments
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Commit, CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.vocab.verbs import Verb, VerbRefused
+from hil.vocab.verbs import VerbRefused
 
 
 @dataclass(frozen=True)
@@ -167,9 +166,14 @@ class Device:
         self._interfaces.set_time(now_ns)
         match given:
             case Follow(start_ns, path):
-                return self._do(self._calls.follow(), {"path": path, "start_ns": start_ns}, now_ns, part)
+                self._check_takes()
+                self._calls.follow(path, start_ns, now_ns, part)
+                self._end_of_verb()
             case Do(verb, parameters):
-                return self._do(self.verbs[verb], dict(parameters), now_ns, part)
+                self._check_takes()
+                answer = self._calls.carry_out(self.verbs[verb], dict(parameters), now_ns, part)
+                self._end_of_verb()
+                return answer
             case Bytes(data, client_baud, port):
                 self.uarts[port].arrive(data, client_baud)
             case Pin() | SetField() | ScriptEncoder() | Drive():
@@ -180,17 +184,19 @@ class Device:
                 self.power.reset()
         return {}
 
-    def _do(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs, part: str) -> Answer:
-        if self.failed:
-            raise VerbRefused("failed", self.failed)
+    def _check_takes(self) -> None:
+        """Check that the main program can be told something. Raises VerbRefused."""
+        if failed := self.power.failed:
+            raise VerbRefused("failed", failed)
         if self.is_hung or not self._sketch.is_on:
             why = "its main program hangs" if self.is_hung else "it has just got its power"
             raise VerbRefused("not_now", why)
-        answer = self._calls.carry_out(verb, parameters, now_ns, part)
+
+    def _end_of_verb(self) -> None:
+        """Send what it has said to a verb. Raises VerbRefused: it has stopped."""
         self._interfaces.end()
-        if self.failed:
-            raise VerbRefused("failed", self.failed)
-        return answer
+        if failed := self.power.failed:
+            raise VerbRefused("failed", failed)
 
     @property
     def follows_paths(self) -> bool:

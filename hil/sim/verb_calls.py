@@ -9,9 +9,11 @@ from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
 from hil.vocab.address import DeviceParts, no_part
+from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
+_REFUSED = (VerbRefused,)
 Answer = Mapping[str, float | str | int]
 """Answer of a verb, by names."""
 
@@ -44,19 +46,26 @@ class VerbCalls:
         self._device, self._profile = spec.name, spec.profile
         self._hardware, self._sketch, self._setpoints = hardware, sketch, setpoints
         self._named = axis_arguments(hardware.axes)
-        self._follow = (
-            Verb("follow", "", run=spec.follow, effect=Effect.ENDS, is_of_axis=True) if spec.follow else None
-        )
+        self._follow = spec.follow
 
     @property
     def follows_paths(self) -> bool:
         return self._follow is not None
 
-    def follow(self) -> Verb:
-        """Path of set-points as a verb. Raises VerbRefused: the board follows none."""
-        if self._follow is None:
+    def follow(self, path: Path, start_ns: int, now_ns: SimTimeNs, part: str) -> None:
+        """Let an axis follow a path; shorter than a verb, as drives do it at each SYNC.
+
+        Raises:
+            VerbRefused: the board follows none, or the firmware refuses it.
+        """
+        follow, axis = self._follow, part or self._hardware.axes.first
+        if follow is None:
             raise VerbRefused("cannot", f"a {self._profile} follows no paths")
-        return self._follow
+        if (named := self._named.get(axis)) is None:
+            raise VerbRefused("no_verb", no_part(self._device, "axis", part, self._hardware.axes))
+        sketch = self._sketch
+        sketch.turn(lambda: follow(sketch.firmware, path=path, start_ns=start_ns, **named), passes=_REFUSED)
+        self._setpoints.note(axis, Effect.ENDS, now_ns, self._hardware.note)
 
     def carry_out(self, verb: Verb, parameters: Mapping[str, Any], now_ns: SimTimeNs, part: str) -> Answer:
         """Carry out a verb of the device or one of its axes; answers what it answers.
@@ -68,7 +77,7 @@ class VerbCalls:
         if why := verb_problem(self._device, axes, verb, part):
             raise VerbRefused("no_verb", why)
         work = self._call(verb, part or axes.first, parameters)
-        answer = self._sketch.turn(work, passes=(VerbRefused,))
+        answer = self._sketch.turn(work, passes=_REFUSED)
         if verb.types:
             self._hardware.interfaces.by_name[""].arrive(verb.types, None)
         for axis in axes_of(axes, verb, part):
