@@ -10,12 +10,15 @@ from hil.drives.canopen.statusword import (
     DISABLE_VOLTAGE,
     ENABLE_OPERATION,
     FAULT_RESET,
+    FOLLOWING_ERROR,
     HALT,
+    HOMING,
     NEW_SET_POINT,
     PROFILE_POSITION,
     QUICK_STOP,
     SET_POINT_TAKEN,
     SHUTDOWN,
+    TARGET_REACHED,
     MachineState,
     state_of,
 )
@@ -30,11 +33,14 @@ from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused
 
+HOMING_POLL_S, SHOWS_S = 0.05, 0.2
+HOMING_DONE, HOMING_ERROR = TARGET_REACHED | SET_POINT_TAKEN, FOLLOWING_ERROR
+"""Bits of the statusword in homing: it was attained and the drive stands; it failed. CiA 402-2, 9.3."""
 STANDS_S = 20.0
 """Time for a drive to come to a stand by its quick stop."""
 _BY_PROFILE, _BY_QUICK_STOP = 5, 6
 """Quick stop options (605Ah): by the ramp of the profile or of the quick stop, and the loop stays on."""
-_QUICK_STOP_OPTION = 0x605A
+_QUICK_STOP_OPTION, _HOMING_METHOD = 0x605A, 0x6098
 _TARGET, _VELOCITY, _ACCELERATION, _DECELERATION = 0x607A, 0x6081, 0x6083, 0x6084
 
 
@@ -101,6 +107,19 @@ class CanMotion(DriveMotion):
             return
         with suppress(*ASKING):
             await self._hold(drive.link.session)
+
+    async def home(self, method: int | None) -> None:
+        """Begin to find the origin, which is a motion without a target. Raises ``ASKING``."""
+        self.abandon()
+        drive, session = self._drive, self._drive.link.session
+        await self._steps.control(ENABLE_OPERATION, session)
+        await self._steps.set_mode(HOMING, session)
+        drive.set_points = drive.sent = None
+        if method is not None:
+            await drive.write(_HOMING_METHOD, method, 1, session)
+        await self._steps.control(ENABLE_OPERATION | NEW_SET_POINT, session)
+        self._begin(self._until_home(session))
+        self._begins_ns = drive.now_ns()
 
     # ---- verbs that are no motions ----
 
@@ -174,6 +193,21 @@ class CanMotion(DriveMotion):
             await asyncio.sleep(min(max(end_ns - drive.now_ns(), 0) / 1e9 + POLL_S, 0.1))
         self._await_end(path[-1].r)
         self._path = None
+
+    async def _until_home(self, session: int) -> None:
+        """Wait for the end of homing: bits 10 and 12 say that it is done, bit 13 that it failed."""
+        await asyncio.sleep(SHOWS_S)  # what it tells at first may be of the last time
+        while True:
+            word = await self._steps.statusword(session)
+            if word & HOMING_ERROR:
+                raise Denied(f"its homing failed (statusword {word:04X}h)")
+            if state_of(word) is not MachineState.ENABLED:
+                raise Denied("its loop was switched off as it looked for its origin")
+            if word & HOMING_DONE == HOMING_DONE:
+                break
+            await asyncio.sleep(HOMING_POLL_S)
+        await self._hold(session)
+        self._begins_ns = None
 
     async def _quick_stop(self, option: int, session: int) -> None:
         """Stop, and hold the shaft there with the loop on."""

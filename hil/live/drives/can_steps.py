@@ -61,3 +61,7 @@ class CanSteps:
             if loop.time() > until_s:
                 raise Denied(f"{else_why} within {TAKES_S:g} s")
             await asyncio.sleep(POLL_S)
+
+    async def statusword(self, session: int) -> int:
+        """Read the statusword."""
+        return await self._drive.read(_STATUSWORD, session)
