@@ -7,11 +7,8 @@ from contextlib import suppress
 from hil.drives.canopen.statusword import (
     CHANGE_AT_ONCE,
     CYCLIC_POSITION,
-    DISABLE_VOLTAGE,
     ENABLE_OPERATION,
-    FAULT_RESET,
     FOLLOWING_ERROR,
-    HALT,
     HOMING,
     NEW_SET_POINT,
     PROFILE_POSITION,
@@ -36,8 +33,6 @@ from hil.vocab.verbs import VerbRefused
 HOMING_POLL_S, SHOWS_S = 0.05, 0.2
 HOMING_DONE, HOMING_ERROR = TARGET_REACHED | SET_POINT_TAKEN, FOLLOWING_ERROR
 """Bits of the statusword in homing: it was attained and the drive stands; it failed. CiA 402-2, 9.3."""
-STANDS_S = 20.0
-"""Time for a drive to come to a stand by its quick stop."""
 _BY_PROFILE, _BY_QUICK_STOP = 5, 6
 """Quick stop options (605Ah): by the ramp of the profile or of the quick stop, and the loop stays on."""
 _QUICK_STOP_OPTION, _HOMING_METHOD = 0x605A, 0x6098
@@ -141,9 +136,7 @@ class CanMotion(DriveMotion):
         self.abandon()
         session = self._drive.link.session
         self._drive.set_points = None
-        for word in (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE):  # the edge of its bit counts
-            await self._steps.control(word, session)
-            await asyncio.sleep(POLL_S)
+        await self._steps.reset_fault(session)
 
     # ---- how ----
 
@@ -217,28 +210,13 @@ class CanMotion(DriveMotion):
             try:
                 await drive.write(_QUICK_STOP_OPTION, option, 2, session)
                 await self._steps.control(QUICK_STOP, session)
+                await self._steps.until_it_stands(session)
             except Aborted:  # its quick stop is fixed, and may take the current off
-                await self._steps.control(ENABLE_OPERATION | HALT, session)
-            await self._until_it_stands(session)
+                await self._steps.halt(session)
             await self._hold(session)
             await self._steps.walk(session)
         finally:
             drive.is_stopping = False
-
-    async def _until_it_stands(self, session: int) -> None:
-        drive = self._drive
-        loop = asyncio.get_running_loop()
-        told_ns, until_s = drive.now_ns(), loop.time() + STANDS_S
-        while loop.time() < until_s:
-            reading = drive.reading
-            if reading and reading.at_ns > told_ns + 2 * drive.pace.interval_s * 1e9:
-                state = state_of(int(reading.values["statusword"]))
-                if not reading.bits["status.moving"] or state is MachineState.SWITCH_ON_DISABLED:
-                    return
-            if not drive.is_in(session):
-                raise Stale("the drive was lost as it stopped")
-            await asyncio.sleep(POLL_S)
-        raise Denied(f"it was told to stop, and after {STANDS_S:g} s it still moves")
 
     async def _hold(self, session: int) -> None:
         """Let the drive hold its shaft by itself; one that only follows is given where it is."""

@@ -109,6 +109,24 @@ def test_stop_is_the_quick_stop_and_the_loop_stays_on() -> None:
     with_drive(run)
 
 
+def test_a_drive_whose_quick_stop_is_fixed_is_halted_and_does_not_go_on() -> None:
+    async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
+        await world.there(control)
+        await control.do("enable", {})
+        await control.do("move_abs", {"position_deg": 7200.0, "velocity_rpm": 60.0})
+        await world.until(lambda: far.position > 500, "some way")
+        await control.do("stop", {})
+        here = far.position
+        await asyncio.sleep(0.2)
+        assert far.position == pytest.approx(here, abs=5)
+        assert (far.state, far.writes[-1]) == (0x27, (0x6040, 0x0F))
+        await control.do("move_rel", {"angle_deg": 5.0})
+        await world.until(lambda: not control.motion.is_under_way, "the end")
+        assert control.motion.failure is None
+
+    with_drive(run, read_only=(0x605A,))
+
+
 def test_a_fault_is_told_in_words_and_cleared() -> None:
     async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
         await world.there(control)
