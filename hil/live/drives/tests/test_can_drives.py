@@ -308,7 +308,8 @@ def test_garbage_on_the_bus_and_wrong_answers_break_nothing() -> None:
         far.power_off()
 
 
-def test_an_adapter_that_is_gone_is_opened_again() -> None:
+@pytest.mark.parametrize("is_bus_off", [False, True])
+def test_an_adapter_that_is_gone_or_bus_off_is_opened_again(is_bus_off: bool) -> None:
     bus = virtual_bus()
     far = ScriptedDrive(5, bus)
 
@@ -317,9 +318,14 @@ def test_an_adapter_that_is_gone_is_opened_again() -> None:
         await world.there(control)
         drive = control.drive
         assert isinstance(drive, CanDrive)
-        drive.line._adapter._end("bus7: No such device")
-        assert (drive.link.state, drive.link.why) == ("away", "bus7: No such device")
-        with pytest.raises(VerbRefused, match="x is not there: bus7: No such device"):
+        adapter, why = drive.line._adapter, "No such device"
+        if is_bus_off:  # as SocketCAN tells it
+            adapter._heard(can.Message(arbitration_id=0x40, is_error_frame=True, is_extended_id=False))
+            why = "the adapter is bus-off"
+        else:
+            adapter._end(f"{bus['channel']}: {why}")
+        assert (drive.link.state, drive.link.why) == ("away", f"{bus['channel']}: {why}")
+        with pytest.raises(VerbRefused, match=f"x is not there: {bus['channel']}: {why}"):
             await control.do("enable", {})
         await world.there(control)
         assert drive.link.counters.reconnects == 1
