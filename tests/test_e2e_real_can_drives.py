@@ -199,6 +199,19 @@ def test_a_reload_exchanges_the_drive_that_changed_and_not_the_other(pair: CanPa
     assert pair.near.ask("reload")["removed"] == ["y"]
 
 
+def test_a_drive_finds_its_origin_by_itself(place: Place) -> None:
+    pair = CanPair(place, "udp_multicast").enabled()
+    pair.do("x", "move_abs", position_deg=45.0)
+    until(lambda: abs(pair.far_deg("d8") - 45) < 0.5, "45 deg")
+    pair.place.cli("axis", "x", "home", "method=37", "-b", "r")
+    until(lambda: abs(pair.near.status("x")["snapshot"]["position_deg"]) < 0.5, "the origin")
+    until(lambda: pair.near.status("x")["snapshot"]["mode"] == 1, "its own hold")
+    pair.do("x", "move_abs", position_deg=10.0)
+    until(lambda: abs(pair.far_deg("d8") - 55) < 0.5, "10 deg from there")
+    with pytest.raises(ControlError, match=r"home: it answered a write to 6098h:00 with abort"):
+        pair.do("x", "home", method=17)
+
+
 def test_a_stepper_makes_ramps_of_its_own_and_a_servo_keeps_to_the_path(place: Place) -> None:
     pair = CanPair(place, "udp_multicast", twins=(M1, {"profile": "sac"})).enabled()
     pair.submit("a", {"move": {"x": 90.0, "y": 30.0}}, {"move_by": {"x": -45.0, "y": 60.0}}, axes=("x", "y"))

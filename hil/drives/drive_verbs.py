@@ -35,6 +35,10 @@ def can_verbs() -> dict[str, Verb]:
         ),
     )
     verbs = _verbs(ramps, "end all motion by the drive's quick stop, and hold the shaft there")
+    method = Parameter(
+        "method", f"number of CiA 402 (6098h); {kept}", "", -128, 127, is_whole=True, is_optional=True
+    )
+    verbs.append(_verb("home", "find the origin by the drive's homing", method))
     verbs.append(_verb("clear_fault", "clear the drive's fault"))
     verbs.append(_verb("reset", "let the drive start anew, as after power-up (NMT reset node)"))
     return {verb.name: verb for verb in verbs}

@@ -17,7 +17,7 @@ log = logging.getLogger("hil")
 
 class Places:
     """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
-    board). In order: UARTs, taps, real boards, each as they came. Beside them ``drives``: real Modbus drives,
+    board). In order: UARTs, taps, real boards, each as they came. Beside them ``drives``: real drives,
     which have no port. Only ``hil.live.apply`` changes them."""
 
     def __init__(self) -> None:

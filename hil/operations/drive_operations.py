@@ -1,4 +1,4 @@
-"""Operations on one real Modbus drive, in the words of those on a twin."""
+"""Operations on one real drive, in the words of those on a twin."""
 
 import asyncio
 from collections.abc import Coroutine, Mapping
@@ -42,9 +42,7 @@ class DriveOperations:
         known = [each for each, told in control.drive.fields.items() if told.is_settable]
         if field not in known:
             there = (
-                f"that can be set are {', '.join(known)}"
-                if known
-                else "cannot be set: its map has no parameters"
+                f"that can be set are {', '.join(known)}" if known else "cannot be set: it has no parameters"
             )
             raise VerbRefused("no_parameter", f"fields of {name} {there}")
         return self._set(control, field, value)

@@ -45,6 +45,13 @@ _BACK = {
     os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
 }
 """Remedies by the system's words, which pyserial puts into longer sentences."""
+_DRIVE_BACK = {
+    os.strerror(errno.EAFNOSUPPORT): "let the kernel have CAN: `modprobe can_raw`, and the adapter's driver",
+    os.strerror(errno.ENODEV): "plug the adapter in; `ip link` shows what its interface is called",
+    os.strerror(errno.ENETDOWN): "bring the interface up: `ip link set can0 up type can bitrate 1000000`",
+    "bus-off": "mend the bus: bit rate, wires, terminators; with `restart-ms` it comes back by itself",
+}
+"""Remedies of real drives that are not there, likewise."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,11 @@ class Health:
                 yield HealthProblem("port", name, board.failure, "restart the bench")
         for name, control in self.places.drives.items():
             if not (link := control.drive.link).is_there:
-                back = "see that it has power, its address and its unit; it is tried again"
+                back = next(
+                    (remedy for said, remedy in _DRIVE_BACK.items() if said in link.why),
+                    "see that it has power, its address and its unit or node",
+                )
+                back = f"{back}; it is tried again"
                 yield HealthProblem("port", name, f"{control.drive.address}: {link.why}", back)
 
     def _of_segments(self) -> Iterator[HealthProblem]:

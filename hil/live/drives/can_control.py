@@ -3,7 +3,7 @@
 import asyncio
 
 from hil.drives.canopen.node_watch import NMT_RESET
-from hil.drives.canopen.statusword import PROFILE_POSITION
+from hil.drives.canopen.statusword import HOMING, PROFILE_POSITION
 from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.can_motion import CanMotion
 from hil.live.drives.drive_axis import DriveAxis
@@ -41,6 +41,17 @@ class CanControl(DriveControl):
     async def _disable(self) -> dict[str, float]:
         await self._motion_of.disable()
         await self._until(lambda: not self.drive.is_on, "disabled")
+        return {}
+
+    async def _home(self, method: float | None = None) -> dict[str, float]:
+        drive = self._can
+        if drive.fault:
+            raise VerbRefused("not_now", f"{drive.fault}; clear it first")
+        if not drive.is_on:
+            raise VerbRefused("not_now", "its loop is off; enable it first")
+        if drive.known and not drive.known.has_mode(HOMING):
+            raise VerbRefused("cannot", "the drive has no homing (6502h)")
+        await self._motion_of.home(None if method is None else int(method))
         return {}
 
     async def _clear_fault(self) -> dict[str, float]:

@@ -7,15 +7,15 @@ from contextlib import suppress
 from hil.drives.canopen.statusword import (
     CHANGE_AT_ONCE,
     CYCLIC_POSITION,
-    DISABLE_VOLTAGE,
     ENABLE_OPERATION,
-    FAULT_RESET,
-    HALT,
+    FOLLOWING_ERROR,
+    HOMING,
     NEW_SET_POINT,
     PROFILE_POSITION,
     QUICK_STOP,
     SET_POINT_TAKEN,
     SHUTDOWN,
+    TARGET_REACHED,
     MachineState,
     state_of,
 )
@@ -30,11 +30,12 @@ from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused
 
-STANDS_S = 20.0
-"""Time for a drive to come to a stand by its quick stop."""
+HOMING_POLL_S, SHOWS_S = 0.05, 0.2
+HOMING_DONE, HOMING_ERROR = TARGET_REACHED | SET_POINT_TAKEN, FOLLOWING_ERROR
+"""Bits of the statusword in homing: it was attained and the drive stands; it failed. CiA 402-2, 9.3."""
 _BY_PROFILE, _BY_QUICK_STOP = 5, 6
 """Quick stop options (605Ah): by the ramp of the profile or of the quick stop, and the loop stays on."""
-_QUICK_STOP_OPTION = 0x605A
+_QUICK_STOP_OPTION, _HOMING_METHOD = 0x605A, 0x6098
 _TARGET, _VELOCITY, _ACCELERATION, _DECELERATION = 0x607A, 0x6081, 0x6083, 0x6084
 
 
@@ -102,6 +103,19 @@ class CanMotion(DriveMotion):
         with suppress(*ASKING):
             await self._hold(drive.link.session)
 
+    async def home(self, method: int | None) -> None:
+        """Begin to find the origin, which is a motion without a target. Raises ``ASKING``."""
+        self.abandon()
+        drive, session = self._drive, self._drive.link.session
+        await self._steps.control(ENABLE_OPERATION, session)
+        await self._steps.set_mode(HOMING, session)
+        drive.set_points = drive.sent = None
+        if method is not None:
+            await drive.write(_HOMING_METHOD, method, 1, session)
+        await self._steps.control(ENABLE_OPERATION | NEW_SET_POINT, session)
+        self._begin(self._until_home(session))
+        self._begins_ns = drive.now_ns()
+
     # ---- verbs that are no motions ----
 
     async def enable(self) -> None:
@@ -122,9 +136,7 @@ class CanMotion(DriveMotion):
         self.abandon()
         session = self._drive.link.session
         self._drive.set_points = None
-        for word in (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE):  # the edge of its bit counts
-            await self._steps.control(word, session)
-            await asyncio.sleep(POLL_S)
+        await self._steps.reset_fault(session)
 
     # ---- how ----
 
@@ -175,6 +187,21 @@ class CanMotion(DriveMotion):
         self._await_end(path[-1].r)
         self._path = None
 
+    async def _until_home(self, session: int) -> None:
+        """Wait for the end of homing: bits 10 and 12 say that it is done, bit 13 that it failed."""
+        await asyncio.sleep(SHOWS_S)  # what it tells at first may be of the last time
+        while True:
+            word = await self._steps.statusword(session)
+            if word & HOMING_ERROR:
+                raise Denied(f"its homing failed (statusword {word:04X}h)")
+            if state_of(word) is not MachineState.ENABLED:
+                raise Denied("its loop was switched off as it looked for its origin")
+            if word & HOMING_DONE == HOMING_DONE:
+                break
+            await asyncio.sleep(HOMING_POLL_S)
+        await self._hold(session)
+        self._begins_ns = None
+
     async def _quick_stop(self, option: int, session: int) -> None:
         """Stop, and hold the shaft there with the loop on."""
         drive = self._drive
@@ -183,28 +210,13 @@ class CanMotion(DriveMotion):
             try:
                 await drive.write(_QUICK_STOP_OPTION, option, 2, session)
                 await self._steps.control(QUICK_STOP, session)
+                await self._steps.until_it_stands(session)
             except Aborted:  # its quick stop is fixed, and may take the current off
-                await self._steps.control(ENABLE_OPERATION | HALT, session)
-            await self._until_it_stands(session)
+                await self._steps.halt(session)
             await self._hold(session)
             await self._steps.walk(session)
         finally:
             drive.is_stopping = False
-
-    async def _until_it_stands(self, session: int) -> None:
-        drive = self._drive
-        loop = asyncio.get_running_loop()
-        told_ns, until_s = drive.now_ns(), loop.time() + STANDS_S
-        while loop.time() < until_s:
-            reading = drive.reading
-            if reading and reading.at_ns > told_ns + 2 * drive.pace.interval_s * 1e9:
-                state = state_of(int(reading.values["statusword"]))
-                if not reading.bits["status.moving"] or state is MachineState.SWITCH_ON_DISABLED:
-                    return
-            if not drive.is_in(session):
-                raise Stale("the drive was lost as it stopped")
-            await asyncio.sleep(POLL_S)
-        raise Denied(f"it was told to stop, and after {STANDS_S:g} s it still moves")
 
     async def _hold(self, session: int) -> None:
         """Let the drive hold its shaft by itself; one that only follows is given where it is."""

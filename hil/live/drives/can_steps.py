@@ -4,19 +4,26 @@ import asyncio
 from collections.abc import Callable
 
 from hil.drives.canopen.statusword import (
+    CHANGE_AT_ONCE,
+    DISABLE_VOLTAGE,
     ENABLE_OPERATION,
+    FAULT_RESET,
+    HALT,
+    NEW_SET_POINT,
     MachineState,
     has_fault,
     state_of,
     towards_enabled,
 )
-from hil.live.drives.asking import Denied
+from hil.live.drives.asking import Denied, Stale
 from hil.live.drives.can_drive import CanDrive
 
+STANDS_S = 20.0
+"""Time for a drive to come to a stand."""
 TAKES_S = 1.0
 """Time for a drive to take a mode, a set-point, or a step of its state machine."""
 POLL_S = 0.003
-_CONTROLWORD, _STATUSWORD, _MODE, _MODE_DISPLAY = 0x6040, 0x6041, 0x6060, 0x6061
+_CONTROLWORD, _STATUSWORD, _MODE, _MODE_DISPLAY, _TARGET = 0x6040, 0x6041, 0x6060, 0x6061, 0x607A
 
 
 class CanSteps:
@@ -61,3 +68,40 @@ class CanSteps:
             if loop.time() > until_s:
                 raise Denied(f"{else_why} within {TAKES_S:g} s")
             await asyncio.sleep(POLL_S)
+
+    async def statusword(self, session: int) -> int:
+        """Read the statusword."""
+        return await self._drive.read(_STATUSWORD, session)
+
+    async def reset_fault(self, session: int) -> None:
+        """Clear a fault: the edge of its bit counts."""
+        for word in (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE):
+            await self.control(word, session)
+            await asyncio.sleep(POLL_S)
+
+    async def halt(self, session: int) -> None:
+        """Halt, and take the rest of the motion away: a halt that ends goes on with it."""
+        drive, halted = self._drive, ENABLE_OPERATION | HALT
+        await self.control(halted, session)
+        await self.until_it_stands(session)
+        if drive.known is not None:
+            await drive.write(_TARGET, drive.known.units.position(drive.position_deg or 0.0), 4, session)
+        await self.control(halted | NEW_SET_POINT | CHANGE_AT_ONCE, session)
+        await asyncio.sleep(drive.pace.interval_s)
+        await self.control(halted, session)
+
+    async def until_it_stands(self, session: int) -> None:
+        """Wait until the shaft stands."""
+        drive = self._drive
+        loop = asyncio.get_running_loop()
+        told_ns, until_s = drive.now_ns(), loop.time() + STANDS_S
+        while loop.time() < until_s:
+            reading = drive.reading
+            if reading and reading.at_ns > told_ns + 2 * drive.pace.interval_s * 1e9:
+                state = state_of(int(reading.values["statusword"]))
+                if not reading.bits["status.moving"] or state is MachineState.SWITCH_ON_DISABLED:
+                    return
+            if not drive.is_in(session):
+                raise Stale("the drive was lost as it stopped")
+            await asyncio.sleep(POLL_S)
+        raise Denied(f"it was told to stop, and after {STANDS_S:g} s it still moves")

@@ -199,7 +199,8 @@ class ScriptedDrive:
                     if self.node.rpdo[number].enabled:
                         self.node.rpdo[number].add_callback(self._buffer)
             before = self.position
-            if self.state == 0x27 and not self.is_blocked and self._goal is not None:
+            is_halted = self._word & 0x100 or self.is_blocked
+            if self.state == 0x27 and not is_halted and self._goal is not None:
                 speed = self._get(0x6081) if self._get(0x6061) == 1 else 10**9
                 step = speed * seconds
                 self.position += max(-step, min(step, self._goal - self.position))

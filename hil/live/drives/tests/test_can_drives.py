@@ -109,6 +109,24 @@ def test_stop_is_the_quick_stop_and_the_loop_stays_on() -> None:
     with_drive(run)
 
 
+def test_a_drive_whose_quick_stop_is_fixed_is_halted_and_does_not_go_on() -> None:
+    async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
+        await world.there(control)
+        await control.do("enable", {})
+        await control.do("move_abs", {"position_deg": 7200.0, "velocity_rpm": 60.0})
+        await world.until(lambda: far.position > 500, "some way")
+        await control.do("stop", {})
+        here = far.position
+        await asyncio.sleep(0.2)
+        assert far.position == pytest.approx(here, abs=5)
+        assert (far.state, far.writes[-1]) == (0x27, (0x6040, 0x0F))
+        await control.do("move_rel", {"angle_deg": 5.0})
+        await world.until(lambda: not control.motion.is_under_way, "the end")
+        assert control.motion.failure is None
+
+    with_drive(run, read_only=(0x605A,))
+
+
 def test_a_fault_is_told_in_words_and_cleared() -> None:
     async def run(world: DriveWorld, far: ScriptedDrive, control: DriveControl) -> None:
         await world.there(control)
@@ -290,7 +308,8 @@ def test_garbage_on_the_bus_and_wrong_answers_break_nothing() -> None:
         far.power_off()
 
 
-def test_an_adapter_that_is_gone_is_opened_again() -> None:
+@pytest.mark.parametrize("is_bus_off", [False, True])
+def test_an_adapter_that_is_gone_or_bus_off_is_opened_again(is_bus_off: bool) -> None:
     bus = virtual_bus()
     far = ScriptedDrive(5, bus)
 
@@ -299,9 +318,14 @@ def test_an_adapter_that_is_gone_is_opened_again() -> None:
         await world.there(control)
         drive = control.drive
         assert isinstance(drive, CanDrive)
-        drive.line._adapter._end("bus7: No such device")
-        assert (drive.link.state, drive.link.why) == ("away", "bus7: No such device")
-        with pytest.raises(VerbRefused, match="x is not there: bus7: No such device"):
+        adapter, why = drive.line._adapter, "No such device"
+        if is_bus_off:  # as SocketCAN tells it
+            adapter._heard(can.Message(arbitration_id=0x40, is_error_frame=True, is_extended_id=False))
+            why = "the adapter is bus-off"
+        else:
+            adapter._end(f"{bus['channel']}: {why}")
+        assert (drive.link.state, drive.link.why) == ("away", f"{bus['channel']}: {why}")
+        with pytest.raises(VerbRefused, match=f"x is not there: {bus['channel']}: {why}"):
             await control.do("enable", {})
         await world.there(control)
         assert drive.link.counters.reconnects == 1
