@@ -79,6 +79,8 @@ def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, A
     answer: dict[str, Any] = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
     if problems := answer.get("problems"):
         raise fail(problems, BAD_DOCUMENT)
+    if not request["check"] and "state" not in answer:
+        raise fail("hil: the bench does not say how the run does; is it another version of hil?")
     return answer
 
 

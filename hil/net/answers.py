@@ -98,6 +98,8 @@ _STATUS: dict[str, Any] = (
     }
     | dict.fromkeys(("rate_hz", "sim_ns", "elapsed_ns", "ticks", "missed", "overruns"), int)
 )
+_ABSENT = object()
+"""Form of a key that is not there."""
 _AT: dict[str, Any] = {"effective_at_ns": int}
 _RUN: dict[str, Any] = {
     "run": str,
@@ -140,7 +142,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "faults": [_FAULT],
     "do": {str: (str, float, True, False, None, list, dict)},
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
-    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int}),
+    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": _ABSENT}),
     "runs": [_RUN],
     "cancel_run": _RUN,
     "benches": [
@@ -192,6 +194,10 @@ def _misfit_object(form: dict[Any, Any], value: Any, where: str) -> str:
             "",
         )
     for key, each in form.items():
+        if each is _ABSENT:
+            if key in value:
+                return f"{where} has {key}"
+            continue
         if key not in value:
             return f"{where} has no {key}"
         if why := _misfit(each, value[key], f"{where}.{key}"):
