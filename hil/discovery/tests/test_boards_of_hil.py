@@ -9,7 +9,11 @@ from hil.vocab.profile import Profile
 
 def test_each_profile_has_a_board_with_the_same_uarts() -> None:
     catalogue = find_catalogue()
-    assert list(catalogue.boards) == list(catalogue.profiles) == ["canopen_drive", "mechaduino", "modbus_drive", "sac"]
+    assert (
+        list(catalogue.boards)
+        == list(catalogue.profiles)
+        == ["canopen_drive", "mechaduino", "modbus_drive", "sac"]
+    )
     for name, info in catalogue.profiles.items():
         assert isinstance(catalogue.boards[name], Profile)
         assert list(info.uarts) == list(catalogue.boards[name].uarts)

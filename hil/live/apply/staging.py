@@ -8,15 +8,10 @@ from typing import Any
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
 from hil.config import DeviceConfig, PortConfig
-from hil.drives.canopen.drive_units import GivenUnits
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.configured import Configured
-from hil.live.drives.can_control import CanControl
-from hil.live.drives.can_drive import CanDrive, CanSpec
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.real_drive import DrivePace
-from hil.live.drives.register_control import RegisterControl
-from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
@@ -111,11 +106,18 @@ class Stage:
         """Make a real drive; None: the device is another real board."""
         pace = _pace_of(device)
         if node := device.can_address:
+            from hil.drives.canopen.drive_units import GivenUnits  # most benches have no such drive
+            from hil.live.drives.can_control import CanControl
+            from hil.live.drives.can_drive import CanDrive, CanSpec
+
             given = device.units.model_dump() if device.units else {}
             spec = CanSpec(name, node, pace, GivenUnits(**given))
             return CanControl(CanDrive(spec, lambda: self.bench.now_ns))
         if (address := device.drive_address) is None:
             return None
+        from hil.live.drives.register_control import RegisterControl
+        from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
+
         drive_map = device.drive_map(self.configured.catalogue.profiles[device.profile])
         assert drive_map is not None, f"{name}: the configuration's check wants a map"
         registers = RegisterSpec(name, address, drive_map, pace)

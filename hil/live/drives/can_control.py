@@ -2,12 +2,16 @@
 
 import asyncio
 
+from hil.drives.canopen.greeting import sync_period_ns
 from hil.drives.canopen.node_watch import NMT_RESET
 from hil.drives.canopen.statusword import HOMING, PROFILE_POSITION
 from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.can_line import CanLines
 from hil.live.drives.can_motion import CanMotion
+from hil.live.drives.can_session import CanSession
 from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
+from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.verbs import VerbRefused
 
 STARTS_S = 10.0
@@ -21,6 +25,16 @@ class CanControl(DriveControl):
     def __init__(self, drive: CanDrive) -> None:
         self._can, self._motion_of = drive, CanMotion(drive)
         super().__init__(DriveAxis(drive, self._motion_of))
+
+    def begin(self, lines: SharedLines) -> None:
+        drive, of_bench = self._can, lines.of(CanLines)
+        sync_ns = sync_period_ns(round(drive.pace.setpoint_s * 1e9))
+        drive.start(
+            lambda member: of_bench.join(member, drive.spec.address.place, sync_ns), CanSession(drive).run()
+        )
+
+    async def end(self, lines: SharedLines) -> None:
+        await self._can.close(lines.of(CanLines).leave)
 
     @property
     def has_own_ramps(self) -> bool:

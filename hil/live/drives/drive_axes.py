@@ -3,15 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from hil.drives.canopen.greeting import sync_period_ns
 from hil.live.configured import Configured
-from hil.live.drives.can_drive import CanDrive
-from hil.live.drives.can_line import CanLines
-from hil.live.drives.can_session import CanSession
 from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.drive_lines import DriveLines
-from hil.live.drives.drive_polls import DrivePolls
-from hil.live.drives.register_drive import RegisterDrive
+from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.axis import Axis, AxisNow
 
 
@@ -20,25 +14,16 @@ class Drives(dict[str, DriveControl]):
 
     def __init__(self) -> None:
         super().__init__()
-        self._lines, self._buses = DriveLines(), CanLines()
+        self._lines = SharedLines()
 
     def begin(self, name: str) -> None:
         """Begin to ask a drive."""
-        drive = self[name].drive
-        if isinstance(drive, RegisterDrive):
-            place, timeout_s = drive.place, drive.pace.timeout_s
-            drive.start(lambda member: self._lines.join(member, place, timeout_s), DrivePolls(drive).run())
-        elif isinstance(drive, CanDrive):
-            bus, sync_ns = drive.spec.address.place, sync_period_ns(round(drive.pace.setpoint_s * 1e9))
-            drive.start(lambda member: self._buses.join(member, bus, sync_ns), CanSession(drive).run())
+        self[name].begin(self._lines)
 
     async def end(self, control: DriveControl) -> None:
         """Stop a drive that moves, and ask it no more."""
         await control.axis.end()
-        if isinstance(control.drive, RegisterDrive):
-            await control.drive.close(self._lines.leave)
-        elif isinstance(control.drive, CanDrive):
-            await control.drive.close(self._buses.leave)
+        await control.end(self._lines)
 
     async def close(self) -> None:
         """Stop all that move, and ask nobody any more."""

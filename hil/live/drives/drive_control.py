@@ -11,6 +11,7 @@ from hil.drives.drive_verbs import FOLLOW_RPM, FOLLOW_RPM_PER_S
 from hil.firmware.set_point_paths import length_ns, trapezoid
 from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_axis import DriveAxis
+from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.verbs import VerbRefused
 
@@ -31,6 +32,14 @@ class DriveControl(ABC):
         self.axis = axis
         self.drive, self.motion = axis.drive, axis.motion
         self._lock = asyncio.Lock()
+
+    @abstractmethod
+    def begin(self, lines: SharedLines) -> None:
+        """Begin to ask the drive, on a line that it may share."""
+
+    @abstractmethod
+    async def end(self, lines: SharedLines) -> None:
+        """Ask it no more, and leave the line."""
 
     async def do(self, verb: str, given: Mapping[str, Any]) -> dict[str, float]:
         """Carry out a verb. Raises VerbRefused: it was not done, or nobody knows."""

@@ -3,8 +3,11 @@
 from hil.live.drives.asking import URGENT
 from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
+from hil.live.drives.drive_lines import DriveLines
+from hil.live.drives.drive_polls import DrivePolls
 from hil.live.drives.register_drive import RegisterDrive
 from hil.live.drives.register_motion import RegisterMotion
+from hil.live.drives.shared_lines import SharedLines
 
 
 class RegisterControl(DriveControl):
@@ -13,6 +16,15 @@ class RegisterControl(DriveControl):
     def __init__(self, drive: RegisterDrive) -> None:
         self._registers, self._motion_of = drive, RegisterMotion(drive)
         super().__init__(DriveAxis(drive, self._motion_of))
+
+    def begin(self, lines: SharedLines) -> None:
+        drive, of_bench = self._registers, lines.of(DriveLines)
+        drive.start(
+            lambda member: of_bench.join(member, drive.place, drive.pace.timeout_s), DrivePolls(drive).run()
+        )
+
+    async def end(self, lines: SharedLines) -> None:
+        await self._registers.close(lines.of(DriveLines).leave)
 
     @property
     def has_own_ramps(self) -> bool:
