@@ -10,6 +10,8 @@ from hil.config.document import Finding, KeyPath
 from hil.wire.drive_address import AddressRefused, DriveAddress, RtuPlace, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
+FORMS = f"{SERIAL_FORMS}; of a Modbus drive modbus+tcp://host:port?unit=1 or modbus+rtu:///dev/ttyUSB0?unit=1"
+
 
 def real_address(value: Any) -> Any:
     """Check that a text is the address of a serial port or of a drive; other types are left to the model."""
@@ -20,7 +22,7 @@ def real_address(value: Any) -> Any:
             said = {"what": str(error), "remedy": error.remedy}
             raise PydanticCustomError("drive_address", "{what}", said) from None
     elif isinstance(value, str) and not is_serial_address(value):
-        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
+        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": FORMS})
     return value
 
 
