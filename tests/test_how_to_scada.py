@@ -12,8 +12,8 @@ from markdown_blocks import ROOT, block, fits
 
 from hil.compose.find import find_catalogue
 from hil.core.kinds import KINDS
-from hil.operations.devices import twin_info
 from hil.registers.register_map import RegisterMap, register_map
+from hil.sim.twin_info import twin_info
 from hil.wire.modbus.pdu import Table
 
 PAGE = "docs/how-to/scada.md"

@@ -6,8 +6,9 @@ from typing import Protocol
 
 IN_A_PASS = 4
 """Requests of all clients between two looks at what else has come, as for serial ports: some 0.2 ms."""
-SHARE = 0.4
-"""Largest part of the time for several clients: most of what comes at a port finds the loop free."""
+SHARE = 0.15
+"""Largest part of the time for several clients: what comes at a serial port is answered as soon as on a bench
+without them (docs/benchmarks.md; with 0.4 it took up to twice as long)."""
 BURST_S = 0.001
 """Time of turns that may be over the share, for clients that happen to ask at once."""
 

@@ -12,6 +12,11 @@ from hil.wire.can_drive_address import CanDriveAddress, can_drive_address, is_ca
 from hil.wire.drive_address import DriveAddress, RtuPlace, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
+FORMS = (
+    f"{SERIAL_FORMS}; of a Modbus drive modbus+tcp://host:port?unit=1 or modbus+rtu:///dev/ttyUSB0?unit=1,"
+    " of a CANopen drive can+socketcan://can0?node=5"
+)
+
 
 def real_address(value: Any) -> Any:
     """Check that a text is the address of a serial port or of a drive; other types are left to the model."""
@@ -22,7 +27,7 @@ def real_address(value: Any) -> Any:
             said = {"what": str(error), "remedy": error.remedy}
             raise PydanticCustomError("drive_address", "{what}", said) from None
     elif isinstance(value, str) and not is_serial_address(value):
-        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": SERIAL_FORMS})
+        raise PydanticCustomError("serial_url", "this is no serial port", {"remedy": FORMS})
     return value
 
 

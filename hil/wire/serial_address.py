@@ -1,11 +1,7 @@
 """Names of real serial ports: a device node, or a URL as pyserial has them."""
 
 SERIAL_URLS = ("socket://", "rfc2217://")
-SERIAL_FORMS = (
-    "write a path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port; of a Modbus drive"
-    " modbus+tcp://host:port?unit=1 or modbus+rtu:///dev/ttyUSB0?unit=1, of a CANopen drive"
-    " can+socketcan://can0?node=5"
-)
+SERIAL_FORMS = "write a path as in /dev/ttyUSB0, socket://host:port or rfc2217://host:port"
 
 
 def is_serial_address(text: str) -> bool:

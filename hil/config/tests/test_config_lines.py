@@ -42,7 +42,11 @@ faults:
     ("device", "problem"),
     [
         ({"at": "ttyUSB0"}, "this is no serial port (write a path as in /dev/ttyUSB0, socket://host:port or"),
-        ({"at": "http://x:1"}, "this is no serial port"),
+        (
+            {"at": "http://x:1"},
+            "this is no serial port (write a path as in /dev/ttyUSB0, socket://host:port or"
+            " rfc2217://host:port; of a Modbus drive modbus+tcp://host:port?unit=1 or",
+        ),
         ({"at": "socket://x"}, "this is no serial port"),
         ({"at": ""}, "this is no serial port"),
         ({"at": 5}, "YAML takes this for the number 5"),
