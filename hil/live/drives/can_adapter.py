@@ -25,8 +25,9 @@ from hil.wire.can_drive_address import CanPlace
 if TYPE_CHECKING:
     from can import BusABC, Message
 
-SEND_S = 0.2
-"""Time for an adapter to take a frame."""
+SEND_S = 1.0
+"""Time for an adapter to take a frame. On a busy computer a program behind a pseudo-terminal may read nothing
+for longer than 0.2 s."""
 MOST_WAITING = 2000
 """Frames that wait for an adapter at most: one that takes none for so long is not there."""
 STARTS_S = 2.0
