@@ -1,6 +1,7 @@
 """Parts of commands that ask a running bench."""
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,15 +33,17 @@ DeviceName = Annotated[
 ]
 
 
-def fail(message: str, code: int = 1) -> typer.Exit:
-    """Print why a command fails, and answer the exception for it to raise."""
+def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) -> typer.Exit:
+    """Print why a command fails, and answer the exception for it to raise. ``sources``: texts of files whose
+    problems the message lists, if they cannot be read again."""
     import logging
     import os
 
+    from hil.cli.problem_lines import problems_shown
     from hil.host.journal import is_journal, prefixed, say
 
     in_journal = is_journal(sys.stderr, os.environ)
-    say(prefixed(message, logging.ERROR) if in_journal else message, sys.stderr)
+    say(prefixed(message, logging.ERROR) if in_journal else problems_shown(message, sources), sys.stderr)
     return typer.Exit(code)
 
 

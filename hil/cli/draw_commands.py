@@ -11,6 +11,7 @@ import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
 from hil.cli.interrupts import noted
+from hil.cli.problem_lines import has_colours
 
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
@@ -282,6 +283,6 @@ def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> N
             raise fail(f"hil: {output}: {error.strerror}") from None
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 160)
-        typer.echo(text_plot.draw({"": recording}, width, colour=sys.stdout.isatty(), title=title))
+        typer.echo(text_plot.draw({"": recording}, width, colour=has_colours(sys.stdout), title=title))
     if notes:
         typer.echo(notes)

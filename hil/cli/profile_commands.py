@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli.ask import fail
+from hil.cli.problem_lines import problems_shown
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig
@@ -36,7 +37,7 @@ def list_profiles(
     for name in sorted({*found.places, *catalogue.refused}):
         problems = catalogue.problems(name)
         for problem in problems:
-            typer.echo(problem, err=True)
+            typer.echo(problems_shown(str(problem)), err=True)
         title = "cannot be used" if problems else catalogue.profiles[name].title
         origin = found.places[name].origin if name in found.places else "an entry point"
         typer.echo(f"{name}: {title} ({origin})")
@@ -101,5 +102,5 @@ def say_what_is_spoilt(bench: "BenchConfig") -> str:
     others = {*catalogue.profiles, *catalogue.refused} - {each.profile for each in bench.devices.values()}
     spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
     for problem in (each for problems in spoilt.values() for each in problems):
-        typer.echo(problem, err=True)
+        typer.echo(problems_shown(str(problem)), err=True)
     return f"; not used and not usable: {', '.join(spoilt)}" if spoilt else ""

@@ -98,11 +98,12 @@ def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
     from hil.compose import find_catalogue
     from hil.config import ConfigError, parse
 
+    text = ""
     try:
-        # Also from a shell's `<(...)`, which is a pipe.
-        return parse(path.read_text(), str(path), find_catalogue(), opens_bridges=opens_bridges)
+        text = path.read_text()  # also from a shell's `<(...)`, which is a pipe
+        return parse(text, str(path), find_catalogue(), opens_bridges=opens_bridges)
     except ConfigError as error:
-        raise fail(str(error), 2) from None
+        raise fail(str(error), 2, {str(path): text}) from None
     except UnicodeDecodeError as error:
         raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
     except OSError as error:

@@ -24,6 +24,8 @@ ENVIRONMENT = {
     "WATCHDOG_USEC": "of a service: how often systemd wants to hear of it.",
     "WATCHDOG_PID": "of a service: which process that is meant for.",
     "JOURNAL_STREAM": "of a service: whether its messages go to the journal, with priorities.",
+    "NO_COLOR": "if it is set, no colours on terminals (https://no-color.org).",
+    "TERM": "`dumb`: no colours either.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook for `hil arduino`, unless --sketchbook says another.",
 }
 FILES = {

@@ -168,5 +168,5 @@ def _line(text: str) -> str:
 
 
 def _where(path: KeyPath) -> str:
-    parts = [str(part) if re.fullmatch(r"[\w-]{1,64}", str(part)) else ascii(part)[:60] for part in path]
+    parts = [str(part) if re.fullmatch(r"[\w-]{1,64}", str(part)) else repr(part)[:60] for part in path]
     return ".".join(parts) + ": " if parts else ""

@@ -9,8 +9,10 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
+from pydantic_core.core_schema import ErrorType
 
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 
 
@@ -30,11 +32,16 @@ _NUMBERS = {
     "int_type": "a whole number",
     "int_parsing": "a whole number",
     "int_from_float": "a whole number",
+    "int_parsing_size": "a whole number",
+    "finite_number": "a finite number",
     "float_type": "a number",
     "float_parsing": "a number",
 }
 _MAPPINGS = {"model_type", "model_attributes_type", "dict_type", "mapping_type"}
 _TEXTS = {"string_type", "path_type"}
+_LISTS = {"list_type", "tuple_type", "set_type", "frozen_set_type", "iterable_type"}
+_OF_PYDANTIC = frozenset(get_args(ErrorType))
+"""Kinds of errors with a text of pydantic's; other kinds come with a text of a model's own."""
 
 
 def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -> Finding:
@@ -42,6 +49,8 @@ def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -
     known = list(known)
     free = [key for key in known if key not in present]
     remedy = suggestion(str(path[-1]), free or known) if known else "remove it"
+    if written := missing_space(str(path[-1])):
+        remedy = f'write a space after the colon: "{written}"'
     return Finding(path, "unknown key", remedy, at_key=True)
 
 
@@ -87,15 +96,21 @@ def findings_of(
             findings.append(_explain(detail, document.known(path), document))
     # A mistyped key is also a missing one: the first is enough to say.
     meant = {(f.path[:-1], f.remedy) for f in findings}
-    return findings + [f for f in missing if (f.path[:-1], f'did you mean "{f.path[-1]}"?') not in meant]
+    unspaced = {(*f.path[:-1], str(f.path[-1]).partition(":")[0]) for f in findings if f.path}
+    return findings + [
+        f
+        for f in missing
+        if (f.path[:-1], f'did you mean "{f.path[-1]}"?') not in meant and f.path not in unspaced
+    ]
 
 
 def _explain(detail: ErrorDetails, path: KeyPath, document: Document, at_key: bool = False) -> Finding:
-    message, remedy = _words(detail, document.raw.get(path))
+    message, remedy = words_of(detail, document.raw.get(path))
     return Finding(path, message, remedy, at_key)
 
 
-def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
+def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
+    """Message and remedy for an error of pydantic; ``raw``: the value as it was written."""
     kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
     if "remedy" in context:
         return detail["msg"], str(context["remedy"])
@@ -115,8 +130,10 @@ def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         remedy = "write it without quotes" if quoted else f"write {_NUMBERS[kind]}"
         return f"{_NUMBERS[kind]} is wanted here, not {shown(value)}", remedy
     if kind in _MAPPINGS:
+        if isinstance(value, str) and (written := missing_space(value)):
+            return "there is no space after the colon", f'write "{written}"'
         return f"keys are wanted here, not {shown(value)}", 'write "key: value" lines, indented below'
-    if kind == "bool_type":
+    if kind in ("bool_type", "bool_parsing"):
         return f"true or false is wanted here, not {shown(value)}", "write true or false"
     if kind in ("literal_error", "enum"):
         return f"{shown(value)} is none of the choices", f"write {context.get('expected', 'one of them')}"
@@ -125,14 +142,20 @@ def _words(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         return f"{shown(value)} is not a name", remedy
     if kind == "string_pattern_mismatch":
         return f"{shown(value)} has the wrong form", f"the form is {context.get('pattern')}"
-    if kind == "list_type":
+    if kind in _LISTS:
         return f"a list is wanted here, not {shown(value)}", "write [] for none, or leave the key out"
     if kind in ("too_short", "string_too_short"):
         return "there is nothing in it", "add one at least" if kind == "too_short" else "write what it is"
     if kind == "too_long":
         many = f"{context.get('actual_length')}, and at most {context.get('max_length')} can be"
         return f"there are {many}", "take some out"
-    return detail["msg"], "see the key in the configuration reference"
+    if kind == "string_too_long":
+        return f"{shown(value)} is too long", f"write at most {context.get('max_length')} characters"
+    if kind in ("value_error", "assertion_error"):  # a check of a model of ours, or of a plug-in's
+        return detail["msg"].partition(", ")[2] or detail["msg"], "see the key in the configuration reference"
+    if isinstance(kind, str) and kind not in _OF_PYDANTIC:
+        return detail["msg"], "see the key in the configuration reference"
+    return f"{shown(value)} does not fit here", "see the key in the configuration reference"
 
 
 def shown(value: object) -> str:
@@ -145,7 +168,7 @@ def shown(value: object) -> str:
         return "a list"
     if isinstance(value, int) and not isinstance(value, bool):
         return f"the number {value}"
-    text = json.dumps(value, default=ascii)
+    text = json.dumps(value, default=ascii, ensure_ascii=not str(value).isprintable())
     return text if len(text) <= 60 else text[:56] + "..."
 
 

@@ -12,6 +12,7 @@ from yaml.composer import Composer
 from yaml.resolver import Resolver
 
 from hil.config.document import MAX_DEPTH, Document, Finding, KeyPath, Spot, is_unicode
+from hil.config.yaml_words import syntax_problem, unreadable_character
 from hil.vocab.problem import ConfigError, Problem
 
 _TAG = "tag:yaml.org,2002:"
@@ -92,12 +93,9 @@ def _compose_slowly(text: str, file: str) -> yaml.Node | None:
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
         spot = Spot(before.count("\n") + 1, len(before) - before.rfind("\n"))
-        message = f"the character {text[error.position]!a} is not allowed"
-        remedy = "remove it; in double quotes it can be written as an escape"
+        message, remedy = unreadable_character(text[error.position])
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        spot = Spot(mark.line + 1, mark.column + 1) if mark else Spot(1, 1)
-        message, remedy = _syntax(error.problem or "this is not YAML")
+        raise ConfigError([syntax_problem(error, text, file)]) from None
     except (ValueError, OverflowError):
         # PyYAML lets these through from escapes and directives whose number is out of range.
         spot = Spot(loader.line + 1, loader.column + 1) if loader else Spot(1, 1)
@@ -106,21 +104,6 @@ def _compose_slowly(text: str, file: str) -> yaml.Node | None:
         if loader is not None:
             loader.dispose()
     raise ConfigError([Problem(file, spot.line, spot.column, message, remedy)])
-
-
-def _syntax(problem: str) -> tuple[str, str]:
-    remedies = {
-        r"'\t'": "indent with spaces, not with tabs",
-        "mapping values": "check the indentation; text with a colon in it wants quotes",
-        "expected ':'": "write a colon and a space after the key",
-        "alias": "an alias (*name) wants its anchor (&name) further up",
-        "but found another document": "keep one bench in a file: remove the line ---",
-        "nested": "no key is nested so deep",
-        "found character": "put the text in quotes",
-    }
-    default = "check the indentation, brackets and quotes here"
-    remedy = next((remedy for part, remedy in remedies.items() if part in problem), default)
-    return " ".join(problem.split()), remedy
 
 
 def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
@@ -134,7 +117,7 @@ def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
         case yaml.ScalarNode():
             document.raw[path] = node.value
             return _scalar(document, path, node)
-    document.find(path, f"the tag {node.tag} is not used here", "remove the tag")
+    document.find(path, f"the tag {_tag(node)} is not used here", "remove the tag")
     return None
 
 
@@ -188,7 +171,7 @@ def _scalar(document: Document, path: KeyPath, node: yaml.ScalarNode) -> object:
         return text.lower() in _TRUE
     if kind in ("int", "float"):
         return _number(document, path, text, kind)
-    document.find(path, f"the tag {node.tag} does not fit here", "remove the tag")
+    document.find(path, f"the tag {_tag(node)} does not fit here", "remove the tag")
     return None
 
 
@@ -207,10 +190,16 @@ def _number(document: Document, path: KeyPath, text: str, kind: str) -> object:
             int(plain, 0) if kind == "int" else float(plain.replace(".inf", "inf").replace(".nan", "nan"))
         )
     except ValueError:
-        document.find(path, f"{text!a} is not a number", "write a number")
+        document.find(path, f"{text!r} is not a number", "write a number")
         return None
     return document.scalar(path, number)
 
 
 def _spot(node: yaml.Node) -> Spot:
     return Spot(node.start_mark.line + 1, node.start_mark.column + 1)
+
+
+def _tag(node: yaml.Node) -> str:
+    """Tag of a node as an author writes it."""
+    tag: str = node.tag
+    return "!!" + tag.removeprefix(_TAG) if tag.startswith(_TAG) else tag

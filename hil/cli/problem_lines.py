@@ -1,0 +1,64 @@
+"""Lines of files under the problems that were found in them, with a caret at the place."""
+
+import os
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TextIO
+
+_PROBLEM = re.compile(r"(?P<file>[^\n:]+):(?P<line>[1-9]\d{0,6}):(?P<column>[1-9]\d{0,6}): (?P<message>.*)")
+_MOST_BYTES = 1 << 20
+_WIDTH = 100
+"""Characters of a line that are shown."""
+_BOLD, _RED, _DIM, _PLAIN = "\x1b[1m", "\x1b[1;31m", "\x1b[2m", "\x1b[0m"
+
+
+def has_colours(stream: TextIO) -> bool:
+    """True on a terminal that shows colours, unless NO_COLOR is set (https://no-color.org)."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    return stream.isatty()
+
+
+def with_lines(message: str, sources: Mapping[str, str], colours: bool) -> str:
+    """Add to each line ``file:line:column: problem`` of a message the file's line and a caret. ``sources``:
+    texts of files that cannot be read again, as a pipe's, by their names."""
+    texts = dict(sources)
+    return "\n".join(part for line in message.split("\n") for part in _shown(line, texts, colours))
+
+
+def problems_shown(message: str, sources: Mapping[str, str] | None = None) -> str:
+    """The same for standard error."""
+    return with_lines(message, sources or {}, has_colours(sys.stderr))
+
+
+def _shown(said: str, texts: dict[str, str], colours: bool) -> Iterator[str]:
+    if not (found := _PROBLEM.fullmatch(said)):
+        yield said
+        return
+    file, line, column = found["file"], int(found["line"]), int(found["column"])
+    place = said[: found.start("message") - 2]
+    yield f"{_BOLD}{place}:{_PLAIN} {found['message']}" if colours else said
+    lines = texts.setdefault(file, _content(file)).split("\n")
+    if line > len(lines) or column > len(lines[line - 1]) + 1 or not "".join(lines[line - 1 :]).strip():
+        return
+    text = "".join(each if each.isprintable() else " " for each in lines[line - 1].rstrip("\r"))
+    first = 0 if column <= _WIDTH else column - _WIDTH // 2
+    number, caret = f"{line:5} | ", " " * (column - 1 - first) + "^"
+    gap = " " * (len(number) - 2) + "| "
+    if colours:
+        number, gap, caret = f"{_DIM}{number}{_PLAIN}", f"{_DIM}{gap}{_PLAIN}", f"{_RED}{caret}{_PLAIN}"
+    yield number + text[first : first + _WIDTH].rstrip()
+    yield gap + caret
+
+
+def _content(file: str) -> str:
+    """Text of a regular file; nothing if there is none, or it is no text."""
+    path = Path(file)
+    try:
+        if path.is_file() and path.stat().st_size <= _MOST_BYTES:
+            return path.read_text()
+    except (OSError, ValueError):
+        pass
+    return ""
