@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import fail
+from hil.cli.command_group import Below
 
 ABOUT = """\
 The Arduino IDE 2 and arduino-cli ask helper programs where boards are, and how to talk to them.
@@ -41,7 +42,7 @@ RuntimeDir = Annotated[
     ),
 ]
 
-app = typer.Typer(help="Show the devices to the Arduino IDE 2 and arduino-cli.")
+app = typer.Typer(cls=Below, help="Show the devices to the Arduino IDE 2 and arduino-cli.")
 
 
 @app.callback(invoke_without_command=True)
@@ -56,6 +57,8 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
     """Tell the IDE of hil, by a folder in the sketchbook.
 
     With --runtime-dir the IDE looks for benches there.
+
+    Example: hil arduino install
     """
     from hil.arduino.install import InstallError, boards_txt, platform_txt
     from hil.arduino.install import install as write
@@ -78,7 +81,10 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
 
 @app.command()
 def uninstall(sketchbook: Sketchbook = None) -> None:
-    """Remove what `hil arduino install` wrote."""
+    """Remove what `hil arduino install` wrote.
+
+    Example: hil arduino uninstall
+    """
     from hil.arduino.install import InstallError
     from hil.arduino.install import uninstall as remove
 

@@ -40,7 +40,12 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     import os
 
     from hil.cli.problem_lines import problems_shown
+    from hil.cli.told import error_line, wants_json
     from hil.host.journal import is_journal, prefixed, say
+
+    if wants_json():
+        typer.echo(error_line(message, code))
+        return typer.Exit(code)
 
     in_journal = is_journal(sys.stderr, os.environ)
     say(prefixed(message, logging.ERROR) if in_journal else problems_shown(message, sources), sys.stderr)

@@ -1,13 +1,20 @@
 """``hil axis``: verbs of a device, from the shell."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.told import Told
+from hil.vocab.near_words import meant, nearest
 
 TIMEOUT_S = 30
 """Maximum wait for an answer: a real board's terminal takes its time."""
+MOTION_S = 3700.0
+"""Maximum wait for a motion's end: the bench's own limit, and a little more."""
+_OF_MOTION = ("effective_at_ns", "ends_after_ns", "set_point")
+"""What a verb's answer says of its motion, and the operation `wait` asks for."""
 
 
 def axis(
@@ -19,31 +26,47 @@ def axis(
         list[str] | None,
         typer.Argument(help="In the order of the list, or as in velocity_rpm=120.", show_default=False),
     ] = None,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="Wait until the motion that it begins has ended.")
+    ] = False,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
-    """Ask something of a device: hil axis m1 move-abs 90."""
+) -> Told:
+    """Ask something of a device, or list what can be asked of it.
+
+    With --wait it exits with 1 if something else ended the motion.
+
+    Example: hil axis m1 move-abs 90 --wait
+    """
     table = {row["verb"]: row for row in ask_bench(bench, runtime_dir, "verbs", device=device)}
     if verb is None:
-        _list(table)
-        return
+        return Told(list(table.values()), "\n".join(_listed(table)))
     name = verb.replace("-", "_")
     if name not in table:
-        known = ", ".join(each.replace("_", "-") for each in table)
-        raise fail(f"hil: {device} has no {verb!r}; it has {known}", 2)
+        known = [each.replace("_", "-") for each in table]
+        raise fail(f"hil: {device} has no {verb!r}; {meant(verb, known)}", 2)
     given = _given(list(table[name]["parameters"]), table[name]["texts"], values or [])
     answer = ask_bench(
         bench, runtime_dir, "do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given
     )
-    for key, value in answer.items():
-        typer.echo(f"{key}: {value:.10g}" if isinstance(value, float) else f"{key}: {value}")
+    if wait:
+        begun = {name: answer[name] for name in _OF_MOTION if name in answer}
+        ended = ask_bench(bench, runtime_dir, "wait", timeout_s=MOTION_S, device=device, **begun)
+        answer |= {"done": not ended["interrupted"], **ended}
+    lines = [
+        f"{key}: {value:.10g}" if isinstance(value, float) else f"{key}: {value}"
+        for key, value in answer.items()
+    ]
+    if answer.get("interrupted"):
+        lines.append("something else ended the motion")
+    return Told(answer, "\n".join(lines), 1 if answer.get("interrupted") else 0)
 
 
-def _list(table: dict[str, dict[str, Any]]) -> None:
+def _listed(table: dict[str, dict[str, Any]]) -> Iterator[str]:
     for name, row in table.items():
-        typer.echo(f"{name.replace('_', '-')}: {row['about']}")
+        yield f"{name.replace('_', '-')}: {row['about']}"
         for parameter, described in row["parameters"].items():
-            typer.echo(f"  {parameter}: {described}")
+            yield f"  {parameter}: {described}"
 
 
 def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, Any]:
@@ -56,7 +79,8 @@ def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, A
             wrong, name, text = name if equals else "", next(left, ""), value
             takes = f"it takes {', '.join(names) or 'nothing'}"
             if wrong and name not in texts:
-                raise fail(f"hil: there is no parameter {wrong!r}; {takes}", 2)
+                near = f"did you mean {found}? " if (found := nearest(wrong, names)) else ""
+                raise fail(f"hil: there is no parameter {wrong!r}; {near}{takes}", 2)
             if not name:
                 raise fail(f"hil: {value!r} is too much; {takes}", 2)
         if name in given:

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.command_group import Below
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
@@ -39,19 +39,8 @@ GONE = "it was disconnected"
 _TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
 
 
-class WithOthers(TyperGroup):
-    """Group with the commands of boards and bridges, which are loaded when one is named that is not its own,
-    or all are listed: other commands start sooner without."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        return [*super().list_commands(ctx), *_others()]
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        return super().get_command(ctx, cmd_name) or _others().get(cmd_name)
-
-
 @cache
-def _others() -> Mapping[str, Any]:
+def others() -> Mapping[str, Any]:
     """Commands of boards, and of bridges: ``app`` of their ``cli.py``."""
     from hil.discovery.board_loading import Boards
     from hil.discovery.board_places import find_places
@@ -62,7 +51,7 @@ def _others() -> Mapping[str, Any]:
         if name not in found.refused:
             _mount_profile(app, name, boards)
     for name in _with_commands(BRIDGES):
-        app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app)
+        app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app, cls=Below)
     return typer.main.get_group(app).commands
 
 
@@ -78,7 +67,7 @@ def _mount_profile(app: typer.Typer, name: str, boards: Mapping[str, Profile]) -
         if (load := boards[name].commands) is None:
             return
         commands = load()
-        group = typer.Typer(help=commands.about, no_args_is_help=True, rich_markup_mode=None)
+        group = typer.Typer(cls=Below, help=commands.about, no_args_is_help=True, rich_markup_mode=None)
         for function in commands.functions:
             group.command()(_command(name, function, commands.baud))
     except Exception as error:  # a profile is a plug-in: the other commands live on

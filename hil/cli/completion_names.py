@@ -34,9 +34,10 @@ class TypedLine:
         Raises:
             ControlError: there is none, or it refuses.
         """
-        meant = self.found().meant(self.bench)
+        wanted = self.bench or os.environ.get("HIL_BENCH") or None
+        meant = self.found().meant(wanted)
         if len(meant) > 1:
-            meant = self.found().running().meant(self.bench)
+            meant = self.found().running().meant(wanted)
         if len(meant) != 1:
             raise ControlError("no bench, or several")
         return ask(meant[0].socket, verb, timeout_s=_TIMEOUT_S, **arguments)

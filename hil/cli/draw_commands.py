@@ -54,6 +54,8 @@ def plot(
     """Draw what an axis does from now on.
 
     One panel for each unit. Ctrl-C draws what came until then.
+
+    Example: hil plot m1 --seconds 5
     """
     _check_output(output)
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
@@ -85,7 +87,10 @@ def step(
 ) -> None:
     """Make a Mechaduino step, draw its response, and give overshoot and settling time.
 
-    Types x, y and r at the board, which has to be calibrated and at its main menu.
+    Types x, y and r at the board, which has to be calibrated and at its main menu. Exits with 1 if the shaft
+    does not follow.
+
+    Example: hil step m1 10
     """
     from hil.telemetry import other_motion, step_response
 
@@ -147,6 +152,8 @@ def drive(
     """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
 
     The board has to be in x mode with its loop on to follow.
+
+    Example: hil drive m1 --steps 3200 --rate 1000
     """
     _check_output(output)
     if (steps is not None) + (file is not None) + stop != 1:

@@ -4,6 +4,7 @@ import gc
 import os
 import signal
 import sys
+from typing import Any
 
 INTERRUPTED = 130
 
@@ -28,10 +29,28 @@ def main() -> None:
 
         end_by_signals()
     try:
-        if is_serving:
-            from hil.cli.serve_command import app
-        else:
-            from hil.cli.cli import app
+        from hil.cli.cli import app
+        from hil.cli.told import wants_json
+
+        if wants_json():
+            _answer_in_json(app)
         app()
     except KeyboardInterrupt:  # outside of any command
         sys.exit(INTERRUPTED)
+
+
+def _answer_in_json(app: Any) -> None:
+    """Run a command whose errors are told in JSON, too, and exit."""
+    import typer
+
+    from hil.cli.told import error_line
+
+    usage_error: type[Any] = typer.BadParameter.__mro__[1]
+    try:
+        code = app(standalone_mode=False)
+    except usage_error as error:
+        print(error_line(error.format_message(), error.exit_code))
+        code = error.exit_code
+    except typer.Abort:
+        code = INTERRUPTED
+    sys.exit(code if isinstance(code, int) else 0)

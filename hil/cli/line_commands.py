@@ -9,24 +9,37 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
+from hil.cli.command_group import Below
 from hil.cli.interrupts import ended_by
+from hil.cli.told import Told
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
-    help="Make things go wrong, and well again.", no_args_is_help=True, rich_markup_mode=None
+    cls=Below, help="Inject, list and clear faults.", no_args_is_help=True, rich_markup_mode=None
 )
 
 
 @fault_app.command()
-def kinds() -> None:
-    """List what can go wrong, with the parameters."""
+def kinds() -> Told:
+    """List what can go wrong, with the parameters.
+
+    Example: hil fault kinds
+    """
+    rows = [
+        {
+            "kind": kind.name,
+            "about": kind.about,
+            "on": TARGETS[kind.target],
+            "parameters": {each.name: each.described() for each in (*kind.parameters, *TIMING)},
+        }
+        for kind in FAULT_KINDS.values()
+    ]
+    lines = []
     for kind in FAULT_KINDS.values():
-        typer.echo(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
-        for parameter in kind.parameters:
-            typer.echo(f"  {parameter.name}: {parameter.described()}")
-    typer.echo("every kind:")
-    for parameter in TIMING:
-        typer.echo(f"  {parameter.name}: {parameter.described()}")
+        lines.append(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
+        lines += [f"  {each.name}: {each.described()}" for each in kind.parameters]
+    lines += ["every kind:", *(f"  {each.name}: {each.described()}" for each in TIMING)]
+    return Told(rows, "\n".join(lines))
 
 
 @fault_app.command()
@@ -36,15 +49,18 @@ def inject(
     parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
-    """Make something go wrong, until it is cleared."""
+) -> Told:
+    """Inject a fault, which lasts until it is cleared.
+
+    Example: hil fault inject byte_drop m1 rate=0.01
+    """
     given: dict[str, Any] = {}
     for name, value in map(_parameter, parameters or []):
         if name in given:
             raise fail(f"hil: {name} is given twice", 2)
         given[name] = value
     answer = ask_bench(bench, runtime_dir, "inject", fault=fault, target=target, parameters=given)
-    typer.echo(f"fault {answer['number']}")
+    return Told(answer, f"fault {answer['number']}")
 
 
 def _parameter(text: str) -> tuple[str, Any]:
@@ -64,23 +80,31 @@ def clear(
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
-    """Take a fault away, or all."""
+) -> Told:
+    """Clear a fault, or all.
+
+    Example: hil fault clear 1
+    """
     active = ask_bench(bench, runtime_dir, "faults")
-    for each in [number] if number is not None else [row["number"] for row in active]:
+    numbers = [number] if number is not None else [row["number"] for row in active]
+    for each in numbers:
         ask_bench(bench, runtime_dir, "clear", number=each)
+    return Told({"cleared": numbers})
 
 
 @fault_app.command("list")
-def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
-    """List the faults that are active."""
+def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+    """List the faults that are active.
+
+    Example: hil fault list
+    """
     rows = ask_bench(bench, runtime_dir, "faults")
+    lines = []
     for row in rows:
         parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
         changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
-        typer.echo(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
-    if not rows:
-        typer.echo("no fault is active")
+        lines.append(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
+    return Told(rows, "\n".join(lines) or "no fault is active")
 
 
 def capture(
@@ -98,6 +122,8 @@ def capture(
     """Capture what passes on segments, CAN buses and at ports, as pcapng, until Ctrl-C.
 
     Live in Wireshark: hil capture bus0 -w - | wireshark -k -i -
+
+    Example: hil capture bus0 -w bus0.pcapng
 
     A file of CAN buses named .log is as candump writes it, .asc and .blf as Vector's tools do.
     """
@@ -157,6 +183,8 @@ def decode(
     Live: hil capture can0 -w - | hil decode -
 
     Exits with 1 if the file ends in the middle of a record; what is whole is printed.
+
+    Example: hil decode bus0.pcapng
     """
     import os
 
@@ -207,13 +235,17 @@ def play(
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
-    """Send what a capture has, at its own times, on a segment."""
+) -> Told:
+    """Send what a capture has, at its own times, on a segment.
+
+    Example: hil play bus0.pcapng bus0.master
+    """
     from hil.wire.pcapng import CaptureError, bursts
 
     try:
         rows = bursts(_content(file), source)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
-    ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
-    typer.echo(f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s")
+    answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
+    text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
+    return Told({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli.ask import fail
+from hil.cli.told import Told
+from hil.cli.command_group import Below
 from hil.cli.problem_lines import problems_shown
 
 if TYPE_CHECKING:
@@ -15,7 +17,10 @@ if TYPE_CHECKING:
 NAME = "[a-z][a-z0-9_]{0,31}"
 
 profile_app = typer.Typer(
-    help="Kinds of boards: list them, begin one, check one.", no_args_is_help=True, rich_markup_mode=None
+    cls=Below,
+    help="Kinds of boards: list them, begin one, check one.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
 )
 
 
@@ -25,8 +30,11 @@ def list_profiles(
         list[Path] | None,
         typer.Option("--folder", help="A folder with boards of your own, as in profile_path."),
     ] = None,
-) -> None:
-    """List the boards that a configuration can name, and where each is."""
+) -> Told:
+    """List the boards that a configuration can name, and where each is.
+
+    Example: hil profile list
+    """
     from hil.compose import find_catalogue
     from hil.discovery.board_places import find_places
 
@@ -34,13 +42,16 @@ def list_profiles(
     found, catalogue = find_places(path), find_catalogue(path=path)
     for message, remedy in found.wrong_paths.values():
         typer.echo(f"hil: {message} ({remedy})", err=True)
+    rows = []
     for name in sorted({*found.places, *catalogue.refused}):
         problems = catalogue.problems(name)
         for problem in problems:
             typer.echo(problems_shown(str(problem)), err=True)
         title = "cannot be used" if problems else catalogue.profiles[name].title
         origin = found.places[name].origin if name in found.places else "an entry point"
-        typer.echo(f"{name}: {title} ({origin})")
+        rows.append({"profile": name, "title": title, "origin": origin, "usable": not problems})
+    lines = [f"{row['profile']}: {row['title']} ({row['origin']})" for row in rows]
+    return Told(rows, "\n".join(lines))
 
 
 @profile_app.command()
@@ -49,8 +60,11 @@ def new(
     folder: Annotated[
         Path, typer.Option("--folder", help="The folder in which to make the board's.")
     ] = Path(),
-) -> None:
-    """Write a new board: a folder that runs, and passes its tests, as it is."""
+) -> Told:
+    """Write a new board: a folder that runs, and passes its tests, as it is.
+
+    Example: hil profile new pinger --folder boards
+    """
     from hil.cli.new_board import files_of
     from hil.discovery.board_places import find_places
     from hil.host.new_file import write_file
@@ -70,19 +84,24 @@ def new(
             write_file(board / file, text.encode())
     except OSError as error:
         raise fail(f"hil: {error.filename or board}: {error.strerror}", 2) from None
-    typer.echo(f"{board}: {', '.join(files)}")
-    typer.echo(f"Try it: hil profile check {board}, and python -m pytest {board}")
-    typer.echo(f"Use it: profile_path: [{folder}] in a configuration beside it, and profile: {name}")
+    lines = [
+        f"{board}: {', '.join(files)}",
+        f"Try it: hil profile check {board}, and python -m pytest {board}",
+        f"Use it: profile_path: [{folder}] in a configuration beside it, and profile: {name}",
+    ]
+    return Told({"folder": str(board), "files": list(files)}, "\n".join(lines))
 
 
 @profile_app.command()
 def check(
     folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
-) -> None:
+) -> Told:
     """Carry out the checks that every board has to pass.
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
     starts anew after a reset, and its log replays identically. Exits with 1 if one fails.
+
+    Example: hil profile check boards/pinger
     """
     from hil.testing.check_profile import profile_failures
 
@@ -91,7 +110,7 @@ def check(
     failures = list(profile_failures(folder))
     if failures:
         raise fail("\n".join(failures))
-    typer.echo(f"{folder}: passes all checks")
+    return Told({"folder": str(folder), "passes": True}, f"{folder}: passes all checks")
 
 
 def say_what_is_spoilt(bench: "BenchConfig") -> str:

@@ -19,6 +19,8 @@ def reload(
 
     Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
     with 1 if it cannot be had without a restart; then nothing has changed.
+
+    Example: hil reload
     """
     done = ask_bench(bench, runtime_dir, "reload", timeout_s=RELOAD_S)
     if "problems" in done:

@@ -38,6 +38,8 @@ def run(
 
     Its problems are listed before anything moves. Ctrl-C and SIGTERM end it with grace. Exits with 1 if it
     fails. A run that has ended is carried out again.
+
+    Example: hil run square.yaml
     """
     from hil.runs.run_document import DOCUMENT_BYTES
 
@@ -89,7 +91,10 @@ def benches(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """List the benches that are joined to this one, and how their clocks stand to its own."""
+    """List the benches that are joined to this one, and how their clocks stand to its own.
+
+    Example: hil benches
+    """
     rows = ask_bench(bench, runtime_dir, "benches")
     if as_json:
         typer.echo(json.dumps(rows))

@@ -1,14 +1,11 @@
-"""``hil serve``. It has a command line of its own too (``app``), so that a daemon starts without what the
-other commands import."""
+"""``hil serve``, and the reader of configurations."""
 
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
-from hil import __version__
 from hil.cli.ask import RuntimeDir, fail
 
 Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
@@ -16,20 +13,6 @@ StateDir = Annotated[
     Path | None,
     typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
 ]
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"hil {__version__}")
-        raise typer.Exit
-
-
-def _options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
-    ] = False,
-) -> None:
-    pass
 
 
 def serve(
@@ -51,7 +34,10 @@ def serve(
         typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
     ] = None,
 ) -> None:
-    """Run a bench until Ctrl-C or SIGTERM."""
+    """Run a bench until Ctrl-C or SIGTERM.
+
+    Example: hil serve bench.yaml
+    """
     import asyncio
     import os
 
@@ -108,22 +94,3 @@ def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
         raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
     except OSError as error:
         raise fail(f"hil: {path}: {error.strerror}", 2) from None
-
-
-def command_line(group: type[TyperGroup]) -> typer.Typer:
-    """Make the command line ``hil`` with ``serve`` alone; ``group`` finds further commands."""
-    made = typer.Typer(
-        name="hil",
-        cls=group,
-        help="Virtual motion-control boards behind real serial ports.",
-        no_args_is_help=True,
-        add_completion=False,
-        pretty_exceptions_enable=False,
-        rich_markup_mode=None,
-    )
-    made.callback()(_options)
-    made.command()(serve)
-    return made
-
-
-app = command_line(TyperGroup)

@@ -11,6 +11,7 @@ EXIT_CODES = {
     130: "Ctrl-C or SIGTERM ended it before it was done; of `hil run`, which ends its run with grace: 1",
 }
 ENVIRONMENT = {
+    "HIL_BENCH": "the bench that commands ask, as with --bench, which goes before it.",
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"
     " configuration says another folder. Without it: `hil-UID` in `$TMPDIR` or /tmp.",
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"

@@ -206,3 +206,13 @@ def _duration(power: int) -> str:
             return f"{ns:.3g} {unit}"
         ns /= 1000
     return f"{ns:.3g} s"
+
+
+def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
+    """Lines of an axis's fields: name, value and unit, in columns."""
+    from hil.core.fields import FIELDS
+
+    width = max(map(len, fields), default=0)
+    for name, value in fields.items():
+        unit = FIELDS[name].unit if name in FIELDS else ""
+        yield f"{name:{width}}  {'-' if value is None else f'{value + 0.0:.10g}'} {unit or ''}".rstrip()

@@ -9,9 +9,10 @@ from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.device_map import MapCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
-from hil.config.explain import nearest, no_such, suggestion
+from hil.config.explain import no_such, suggestion
 from hil.config.flash_model import BUILT_IN_TABLES
 from hil.config.real_places import is_real_drive
+from hil.vocab.near_words import nearest
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
 from hil.vocab.problem import Problem

@@ -1,6 +1,5 @@
 """pydantic's errors in the words of a configuration file's author."""
 
-import difflib
 import json
 import re
 from collections.abc import Collection, Iterable
@@ -14,6 +13,7 @@ from pydantic_core.core_schema import ErrorType
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
+from hil.vocab.near_words import nearest
 
 
 class StrictModel(BaseModel):
@@ -59,13 +59,6 @@ def suggestion(word: str, known: Collection[str]) -> str:
     if near := nearest(word, known):
         return f'did you mean "{near}"?'
     return f"known are: {', '.join(sorted(known))}" if known else "there are none"
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Known word that the given one is most likely a slip of, if any."""
-    by_lower = {name.lower(): name for name in known}
-    close = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
-    return by_lower[close[0]] if close else None
 
 
 def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Finding:

@@ -25,6 +25,7 @@ from hil.vocab.axis import Axes
 from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
+from hil.vocab.near_words import meant
 from hil.vocab.verbs import Verb, VerbRefused
 from hil.wire.step_dir import Train, train_length_ns, train_problem
 
@@ -64,7 +65,7 @@ class BoardOperations:
         """Drive an input pin, whatever the firmware does: a level at a pin is there."""
         pins = self._axis(asked).pins
         if pin not in pins:
-            raise VerbRefused("bad_parameter", f"pins of {asked.target} are {', '.join(pins)}")
+            raise VerbRefused("bad_parameter", f"{asked.target} has no pin {pin!r}; {meant(pin, list(pins))}")
         return self._give(asked, Pin(pin, int(level)))
 
     def set_field(self, asked: Asked, field: str, value: Any) -> Done | Coroutine[Any, Any, Done]:
@@ -74,7 +75,7 @@ class BoardOperations:
         fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
         if field not in fields:
             raise VerbRefused(
-                "no_parameter", f"fields of {asked.target} that can be set are {', '.join(fields)}"
+                "no_parameter", f"{asked.target} has no field {field!r} that can be set; {meant(field, fields)}"
             )
         device, part = self._twin(asked.target), address_of(asked.target).part
         if problem := setting_problem(self._sim.faults, device, field, value, part):
@@ -148,8 +149,7 @@ class BoardOperations:
         rows = await off_loop(bursts, _bursts, bursts)
         taps = self._sim.taps
         if asked.target not in taps:
-            there = ", ".join(taps) or "none"
-            raise VerbRefused("no_place", f"there is no tap {asked.target!r}; there are {there}")
+            raise VerbRefused("no_place", f"there is no tap {asked.target!r}; {meant(asked.target, list(taps))}")
         return Done(self._sim.give(taps[asked.target], Play(rows)), {})
 
     def state(self, asked: Asked) -> dict[str, float | None]:

@@ -11,6 +11,7 @@ from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
+from hil.vocab.near_words import meant
 from hil.vocab.operation import Target
 from hil.vocab.verbs import VerbRefused, checked
 
@@ -47,6 +48,7 @@ class Desk:
         )
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
+        operation = operation.replace("-", "_")
         if (known := OPERATIONS.get(operation)) is None:
             raise no_operation(operation)
         require_role(source, operation, known.role)
@@ -75,8 +77,7 @@ class Desk:
         name = owner_of(target) if kind is Target.UART else target
         found = self._devices.get(name)
         if found is None or (kind is Target.DEVICE and found.name != owner_of(target)):
-            known = ", ".join(self._devices)
-            raise VerbRefused("no_device", f"no device {shown(name)}; there are {known}")
+            raise VerbRefused("no_device", f"no device {shown(name)}; {meant(name, self._devices)}")
         if kind is Target.TWIN and found.is_real and not found.is_seen:
             raise VerbRefused("cannot", f"{name} is a real board: {CANNOT}")
         if kind is Target.TWIN and not found.fields:
@@ -85,6 +86,7 @@ class Desk:
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:
         """Carry out a verb of the device. A verb that all boards have is an operation itself."""
+        name = name.replace("-", "_")  # as in move-abs
         if name in EVERY_BOARDS:
             return self.ask(asked.source, name, asked.target, parameters)
         device = self._devices[asked.target]
@@ -99,8 +101,8 @@ class Desk:
 
 def no_operation(name: str) -> VerbRefused:
     """Refusal of what is not in the table, or has no answer in JSON, for those who write JSON."""
-    known = ", ".join(each.name for each in OPERATIONS.values() if each.answer is not None)
-    return VerbRefused("no_verb", f"there is no verb {shown(name)}; verbs are {known}")
+    known = [each.name for each in OPERATIONS.values() if each.answer is not None]
+    return VerbRefused("no_verb", f"there is no verb {shown(name)}; {meant(name, known)}")
 
 
 def shown(text: str) -> str:

@@ -16,6 +16,7 @@ from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import Sampler, check_signals
 from hil.vocab.desk_protocol import Watch, Watched
+from hil.vocab.near_words import meant
 from hil.vocab.verbs import VerbRefused
 from hil.wire.pcapng import Interface
 
@@ -131,10 +132,11 @@ class LookingOn:
 
     def _no_place(self, name: str) -> VerbRefused:
         lines = [*self._sim.segments, *self._sim.buses]
-        known = ", ".join([*lines, *self._sim.nodes, *self._places]) or "none"
+        known = [*lines, *self._sim.nodes, *self._places]
         if (device := self._sim.devices.get(name)) and not device.uarts:
-            return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {known}")
-        return VerbRefused("no_place", f"there is no port {name!r}; there are {known}")
+            there = ", ".join(known) or "none"
+            return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {there}")
+        return VerbRefused("no_place", f"there is no port {name!r}; {meant(name, known)}")
 
 
 def _listening(listeners: list[Any], call: Callable[..., Any]) -> Callable[[], None]:

@@ -2,5 +2,5 @@
 
 Behaviour stands elsewhere.
 
-May import: the pure standard library, pathlib.
+May import: the pure standard library, difflib, pathlib.
 """

@@ -23,6 +23,7 @@ from hil.vocab.faults import (
     Fault,
     FaultRefused,
 )
+from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
 
@@ -62,7 +63,8 @@ class Faults:
         """
         place = self._roster.place(fault.target)
         if place is None:
-            raise FaultRefused(f"there is no {fault.target!r}; there are {', '.join(self._roster.targets())}")
+            there = meant(fault.target, list(self._roster.targets()))
+            raise FaultRefused(f"there is no {fault.target!r}; {there}")
         wanted = FAULT_KINDS[fault.kind].target
         if not place.has(wanted):
             places = {name: self._roster.place(name) for name in self._roster.targets()}

@@ -1,0 +1,141 @@
+"""``hil list``, ``hil status``, ``hil replay`` and ``hil doctor``."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, found
+from hil.cli.serve_command import StateDir
+from hil.cli.told import AsJson, Told
+
+
+def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
+    """List running benches and where their ports are.
+
+    Example: hil list
+    """
+    from hil.net.control_client import ControlError, ask
+
+    benches = []
+    for here in found(runtime_dir).benches:
+        try:
+            benches.append(ask(here.socket, "list"))
+        except ControlError:
+            continue  # the bench ended just now, or the socket is nobody's
+    if as_json:
+        typer.echo(json.dumps(benches))
+        return
+    if not benches:
+        typer.echo("No bench is running here.")
+        return
+    from rich.console import Console
+
+    from hil.cli.views import device_table
+
+    console = Console(soft_wrap=True, markup=False)
+    for listed in benches:
+        console.print(device_table(listed))
+
+
+def status(
+    watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show how a bench does: time, clients, drops.
+
+    Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
+
+    Example: hil status --watch
+    """
+    if as_json:
+        typer.echo(json.dumps(ask_bench(bench, runtime_dir, "status")))
+        return
+    from rich.console import Console
+
+    from hil.cli.views import status_view
+
+    console = Console(soft_wrap=True, markup=False)
+    if not watch:
+        console.print(status_view(ask_bench(bench, runtime_dir, "status")))
+        return
+    import time
+
+    from rich.live import Live
+
+    from hil.cli import interrupts as signals
+
+    try:
+        with Live(status_view(ask_bench(bench, runtime_dir, "status")), console=console, screen=True) as live:
+            while not signals.came:
+                time.sleep(0.5)
+                live.update(status_view(ask_bench(bench, runtime_dir, "status")))
+    except KeyboardInterrupt:
+        return
+
+
+def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")]) -> Told:
+    """Run a log again and compare every byte.
+
+    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs.
+
+    Example: hil replay bench.log
+    """
+    from hil.compose.replay import replay as run
+    from hil.config import ConfigError
+    from hil.sim.inputs import InputLogError
+
+    try:
+        replayed = run(log)
+    except InputLogError as error:
+        raise fail(f"hil: {error}", 2) from None
+    except ConfigError as error:
+        raise fail(f"hil: {log}:1: the configuration of this log is refused:\n{error}", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
+    if difference := replayed.difference():
+        raise fail(f"different: {difference}")
+    return Told({"identical": True, "summary": replayed.summary()}, f"identical: {replayed.summary()}")
+
+
+def doctor(
+    devices: Annotated[
+        int, typer.Option("--devices", min=1, max=512, help="How many the bench is to have.")
+    ] = 8,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say whether this system is fit for real time.
+
+    Tries what a bench needs, and gives what is wrong, what it costs, and the line that mends it. Exits with
+    1 if something that matters is wrong.
+
+    Example: hil doctor --devices 20
+    """
+    import dataclasses
+    import os
+
+    from hil.cli.doctor_benches import judge_benches, judge_memories
+    from hil.host.doctor import healthy, judge, worst_first
+    from hil.host.paths import runtime_base, state_base
+    from hil.host.probes import try_all
+    from hil.host.system import read_system
+
+    runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
+    findings = judge(read_system(), try_all(devices, runtime, state), devices)
+    benches = judge_benches(runtime, runtime_dir is not None)
+    findings = worst_first([*findings, *benches, *judge_memories(state)])
+    if as_json:
+        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
+    else:
+        from rich.console import Console
+
+        from hil.cli.views import doctor_view
+
+        Console(soft_wrap=True, markup=False).print(doctor_view(findings))
+    if not healthy(findings):
+        raise typer.Exit(1)

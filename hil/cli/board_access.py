@@ -1,0 +1,80 @@
+"""``hil monitor``, ``hil state``, ``hil reset``, ``hil pin`` and ``hil set``: one device."""
+
+from contextlib import suppress
+from typing import Annotated
+
+import typer
+
+from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.told import Told
+from hil.vocab.near_words import meant
+
+
+def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
+    """Talk to a device in this terminal; Ctrl-] ends.
+
+    Example: hil monitor m1
+    """
+    from hil.cli.monitor import monitor as run
+    from hil.net.port_client import PortUnreachable
+
+    rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
+    rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
+    if device not in rows:
+        raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}")
+    if rows[device]["address"] is None:
+        reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
+        raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")
+    address = port_of(rows[device]["address"], bench, runtime_dir)
+    try:
+        with suppress(KeyboardInterrupt):
+            run(address)
+    except PortUnreachable as error:
+        raise fail(f"hil: {error}") from None
+
+
+def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+    """Switch a device off and on; its flash stays.
+
+    Example: hil reset m1
+    """
+    return Told(ask_bench(bench, runtime_dir, "reset", device=device))
+
+
+def pin(
+    device: DeviceName,
+    name: Annotated[str, typer.Argument(help="D0 (dir), D1 (step), D2 (enable, active low) or D3.")],
+    level: Annotated[int, typer.Argument(help="0 or 1.")],
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> Told:
+    """Drive an input pin of a device.
+
+    Example: hil pin m1 D2 0
+    """
+    return Told(ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level))
+
+
+def set_field(
+    device: DeviceName,
+    field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],
+    value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> Told:
+    """Set the load on a shaft, an encoder register or a gain.
+
+    Example: hil set m1 load_torque_Nm 0.05
+    """
+    return Told(ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value))
+
+
+def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+    """Show all fields of an axis, with their units.
+
+    Example: hil state m1
+    """
+    from hil.cli.views import field_lines
+
+    fields = ask_bench(bench, runtime_dir, "state", device=device)
+    return Told(fields, "\n".join(field_lines(fields)))

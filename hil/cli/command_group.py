@@ -1,0 +1,143 @@
+"""The command line: ``hil VERB OBJECT``, from the table, with the commands of boards and bridges."""
+
+import os
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from hil import __version__
+from hil.cli.ask import Bench, RuntimeDir
+from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, Row
+from hil.cli.placeholders import with_placeholders
+from hil.cli.told import telling
+from hil.vocab.near_words import nearest
+
+_NOT_THIS_BENCH = {"zenoh keys"}
+"""Commands whose --bench is not a running one."""
+_USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer's own copy of it
+_HELP = {"help_option_names": ["--help", "-h"]}
+
+
+class Commands(TyperGroup):
+    """Group of all commands. Each is imported and made when it is asked for."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        with_placeholders(self)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        from hil.cli.board_commands import others
+
+        return [*COMMANDS, *others()]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if row := COMMANDS.get(cmd_name):
+            return _made(row)
+        from hil.cli.board_commands import others
+
+        return with_placeholders(found) if (found := others().get(cmd_name)) else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except _USAGE_ERROR as error:
+            if near := nearest(args[0], self.list_commands(ctx)):
+                error.message += f" Did you mean {near!r}?"
+            raise
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of each group below its name, each with its whole summary."""
+        commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        width = max(map(len, commands))
+        for panel in PANELS:
+            names = [name for name in commands if not commands[name].hidden and panel_of(name) == panel]
+            with formatter.section(panel):
+                formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
+
+
+class Below(TyperGroup):
+    """Group of commands below one of ``hil``, as `hil fault`."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands with their whole summaries."""
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
+            )
+
+
+def panel_of(name: str) -> str:
+    """Group of a command in `hil --help`."""
+    row = COMMANDS.get(name)
+    return row.panel if row else OF_BRIDGES.get(name, BOARD)
+
+
+def summary(command: Any) -> str:
+    """First paragraph of a command's help."""
+    return " ".join((command.help or "").partition("\n\n")[0].split())
+
+
+@cache
+def _made(row: Row) -> Any:
+    module, _, name = row.where.partition(":")
+    found = getattr(import_module(f"hil.cli.{module}"), name)
+    if isinstance(found, typer.Typer):
+        for info in found.registered_commands:
+            info.callback = telling(info.callback)
+        made = typer.main.get_group(found)
+        made.name = row.name
+    else:
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+        settings = {"ignore_unknown_options": True} if row.takes_negative else None
+        alone.command(row.name, hidden=row.is_hidden, context_settings=settings)(telling(found))
+        made = typer.main.get_command(alone)
+    return with_placeholders(made)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hil {__version__}")
+        raise typer.Exit
+
+
+def _options(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    given = {"bench": bench or os.environ.get("HIL_BENCH") or None, "runtime_dir": runtime_dir}
+    given = {name: value for name, value in given.items() if value is not None}
+    if given and (name := context.invoked_subcommand):
+        command: Any = context.command
+        context.default_map = {name: _defaults(command.get_command(context, name), name, given)}
+
+
+def _defaults(command: Any, path: str, given: dict[str, str | Path | None]) -> dict[str, Any]:
+    """Defaults of a command's options that were given before it, and of those below it."""
+    below = getattr(command, "commands", {})
+    if path in _NOT_THIS_BENCH:
+        return {}
+    return {**given, **{name: _defaults(each, f"{path} {name}", given) for name, each in below.items()}}
+
+
+def command_line() -> typer.Typer:
+    """Make the command line."""
+    made = typer.Typer(
+        name="hil",
+        cls=Commands,
+        help="Virtual motion-control boards behind real serial ports.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings=_HELP,
+    )
+    made.callback()(_options)
+    return made

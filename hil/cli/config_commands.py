@@ -1,0 +1,100 @@
+"""``hil init``, ``hil check`` and ``hil schema``: configurations."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hil.cli.ask import fail
+from hil.cli.serve_command import Config, read_config
+from hil.cli.told import Told
+
+
+def check(
+    config: Config,
+    diff: Annotated[
+        Path | None,
+        typer.Option("--diff", help="An older configuration: say what a reload would do.", metavar="OLD"),
+    ] = None,
+) -> Told:
+    """Check a configuration and list all its problems.
+
+    Each comes with file:line:column, a remedy, and the line with a caret at the place.
+
+    Example: hil check bench.yaml
+    """
+    from hil.compose import find_catalogue
+    from hil.compose.build import TableFileError, start_sections
+
+    bench = read_config(config)
+    problems, boards = [], find_catalogue(path=bench.profile_path).boards
+    for name, device in bench.devices.items():
+        try:
+            start_sections(device, boards[device.profile], {}, config.parent)
+        except TableFileError as error:
+            problems.append(f"{config}: devices.{name}.flash.table: {error}")
+    if problems:
+        raise fail("\n".join(problems), 2)
+    if diff is None:
+        from hil.cli.profile_commands import say_what_is_spoilt
+
+        besides = say_what_is_spoilt(bench)
+        text = f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems{besides}"
+        return Told({"bench": bench.bench, "devices": list(bench.devices), "problems": []}, text)
+    from hil.config import diff as difference
+
+    changes = difference(read_config(diff, opens_bridges=False), bench)
+    rows = [{"action": each.action, "device": each.device, "why": list(each.why)} for each in changes]
+    lines = [
+        f"{each.action:8}{each.device or 'the whole bench'}"
+        + (f" ({'; '.join(each.why)})" if each.why else "")
+        for each in changes
+    ]
+    return Told({"bench": bench.bench, "changes": rows}, "\n".join(lines))
+
+
+def schema(
+    config: Annotated[
+        Path | None, typer.Argument(help="A configuration, whose own boards (profile_path) are known too.")
+    ] = None,
+) -> None:
+    """Print the configuration's JSON Schema, for editors.
+
+    Example: hil schema > bench.schema.json
+    """
+    from hil.compose import find_catalogue
+    from hil.config import schema as json_schema
+
+    path = read_config(config).profile_path if config else ()
+    typer.echo(json.dumps(json_schema(find_catalogue(path=path)), indent=2))
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="The configuration to write.")] = Path("bench.yaml"),
+) -> Told:
+    """Write a commented configuration, and its schema for editors beside it.
+
+    What is there already is left as it is.
+
+    Example: hil init lab.yaml
+    """
+    import re
+
+    from hil.cli.first_bench import first_bench
+    from hil.compose import find_catalogue
+    from hil.config import schema as json_schema
+    from hil.host.new_file import write_file
+
+    schema_file = file.with_name(f"{file.stem}.schema.json")
+    if there := next((each for each in (file, schema_file) if each.exists()), None):
+        raise fail(f"hil: {there} is there already: choose another name, or remove it", 2)
+    name = re.sub("[^a-z0-9_-]", "-", file.stem.lower()).lstrip("0123456789_-")[:32] or "bench"
+    try:
+        write_file(file, first_bench(name, schema_file.name).encode())
+        write_file(schema_file, json.dumps(json_schema(find_catalogue()), indent=2).encode() + b"\n")
+    except OSError as error:
+        raise fail(f"hil: {error.filename or file}: {error.strerror}", 2) from None
+    text = f"wrote {file}, and {schema_file.name} for editors"
+    text += f"\nTry it: hil check {file}, then hil serve {file}"
+    return Told({"file": str(file), "schema": str(schema_file)}, text)

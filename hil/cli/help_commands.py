@@ -1,0 +1,63 @@
+"""``hil docs``, ``hil completion`` and ``hil reference``."""
+
+from typing import Annotated
+
+import typer
+
+from hil.cli.ask import fail
+from hil.cli.told import Told
+
+
+def docs(
+    topic: Annotated[
+        str | None, typer.Argument(help="A page's name, as in runs; left out: list all.", show_default=False)
+    ] = None,
+) -> Told:
+    """Print a page of the documentation, or list the pages.
+
+    Example: hil docs runs
+    """
+    from hil.cli.pages import find_pages
+    from hil.vocab.near_words import meant
+
+    pages = find_pages()
+    if not pages:
+        raise fail("hil: this installation came without its pages")
+    if topic is None:
+        width = max(map(len, pages))
+        rows = {name: page.title for name, page in pages.items()}
+        return Told(rows, "\n".join(f"{name:{width}}  {title}" for name, title in rows.items()))
+    name = topic.rpartition("/")[2].partition("#")[0].removesuffix(".md")
+    if name not in pages:
+        raise fail(f"hil: there is no page {topic!r}; {meant(name, list(pages))}", 2)
+    text = pages[name].file.read_text()
+    return Told({"topic": name, "file": str(pages[name].file), "text": text}, text.rstrip("\n"))
+
+
+def completion(
+    shell: Annotated[str, typer.Argument(help="bash, zsh or fish.", show_default=False)],
+) -> None:
+    """Print a script with which a shell completes `hil`.
+
+    For bash in ~/.bashrc: source <(hil completion bash)
+
+    Example: hil completion zsh
+    """
+    from hil.cli.cli import app
+    from hil.cli.commands import commands
+    from hil.cli.completion import SHELLS
+
+    if shell not in SHELLS:
+        raise fail(f"hil: there is no completion for {shell!r}; there is for {', '.join(SHELLS)}", 2)
+    typer.echo(SHELLS[shell](commands(app)), nl=False)
+
+
+def reference(
+    man: Annotated[bool, typer.Option("--man", help="The man page instead.")] = False,
+) -> None:
+    """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""
+    from hil.cli.cli import app
+    from hil.cli.man import man_page
+    from hil.cli.reference import reference as text
+
+    typer.echo(man_page(app) if man else text(app), nl=False)

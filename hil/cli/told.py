@@ -1,0 +1,71 @@
+"""What commands tell: text for people, or with --json one line of JSON for programs, in one shape.
+
+A command that tells something answers a ``Told``, and has the option --json by that. Of one that fails the
+line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists some.
+"""
+
+import functools
+import inspect
+import json
+import re
+import sys
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import typer
+
+AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
+_PROBLEM = re.compile(r"([^\n:]+):(\d+):(\d+): (.*) \((.*)\)")
+_OPTION = "--json"
+
+
+@dataclass(frozen=True)
+class Told:
+    """Answer of a command. ``text``: what a person reads; empty: nothing is printed."""
+
+    answer: Any
+    text: str = ""
+    exit_code: int = 0
+
+
+def telling(command: Any) -> Any:
+    """Wrap a command that answers a ``Told``: it prints it, and has --json. Others are left as they are."""
+    signature = inspect.signature(command)
+    if signature.return_annotation is not Told:
+        return command
+
+    @functools.wraps(command)
+    def tell(*, as_json: bool = False, **given: Any) -> None:
+        told = command(**given)
+        if as_json:
+            typer.echo(json.dumps(told.answer))
+        elif told.text:
+            typer.echo(told.text)
+        if told.exit_code:
+            raise typer.Exit(told.exit_code)
+
+    own = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
+    option = inspect.Parameter("as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=AsJson)
+    place = next((i for i, each in enumerate(own) if each.name == "bench"), len(own))
+    ordered = [*own[:place], option, *own[place:]]
+    tell.__signature__ = inspect.Signature(ordered)  # type: ignore[attr-defined]
+    tell.__annotations__ = {each.name: each.annotation for each in ordered}
+    return tell
+
+
+def wants_json() -> bool:
+    """True if the command line asks for JSON, whether or not it could be understood."""
+    words = sys.argv[1:]
+    return _OPTION in words[: words.index("--") if "--" in words else None]
+
+
+def error_line(message: str, exit_code: int) -> str:
+    """Error of a command as a line of JSON."""
+    error: dict[str, Any] = {"message": message.removeprefix("hil: "), "exit_code": exit_code}
+    found = [_PROBLEM.fullmatch(line) for line in message.split("\n")]
+    problems = [
+        {"file": each[1], "line": int(each[2]), "column": int(each[3]), "message": each[4], "remedy": each[5]}
+        for each in found
+        if each
+    ]
+    return json.dumps({"error": error | ({"problems": problems} if problems else {})})
