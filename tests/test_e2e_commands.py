@@ -168,7 +168,7 @@ def test_pin_steps_the_setpoint(place: Place) -> None:
             place.cli("pin", "m1", "D1", "1")
             place.cli("pin", "m1", "D1", "0")
         assert server.status()["snapshot"]["r"] == pytest.approx(setpoint_deg + 4 * 0.05625, abs=1e-3)
-    assert "pins of m1 are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=1)
+    assert "m1 has no pin 'D9'; there are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=1)
     assert "level: write 0 or 1" in place.cli("pin", "m1", "D1", "2", code=1)
 
 

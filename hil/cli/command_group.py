@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, Row
 from hil.cli.placeholders import with_placeholders
+from hil.cli.plain_values import with_plain_values
 from hil.cli.told import telling
 from hil.vocab.near_words import nearest
 
@@ -22,7 +23,21 @@ _USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
-class Commands(TyperGroup):
+class OneCommand(TyperCommand):
+    """Command that starts quickly."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return with_plain_values(super().get_params(ctx))
+
+
+class QuickGroup(TyperGroup):
+    """Group that starts quickly."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return with_plain_values(super().get_params(ctx))
+
+
+class Commands(QuickGroup):
     """Group of all commands. Each is imported and made when it is asked for."""
 
     def __init__(self, **given: Any) -> None:
@@ -59,7 +74,7 @@ class Commands(TyperGroup):
                 formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
 
 
-class Below(TyperGroup):
+class Below(QuickGroup):
     """Group of commands below one of ``hil``, as `hil fault`."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -87,13 +102,15 @@ def _made(row: Row) -> Any:
     found = getattr(import_module(f"hil.cli.{module}"), name)
     if isinstance(found, typer.Typer):
         for info in found.registered_commands:
-            info.callback = telling(info.callback)
+            info.cls, info.callback = OneCommand, telling(info.callback)
         made = typer.main.get_group(found)
         made.name = row.name
     else:
         alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
         settings = {"ignore_unknown_options": True} if row.takes_negative else None
-        alone.command(row.name, hidden=row.is_hidden, context_settings=settings)(telling(found))
+        alone.command(row.name, cls=OneCommand, hidden=row.is_hidden, context_settings=settings)(
+            telling(found)
+        )
         made = typer.main.get_command(alone)
     return with_placeholders(made)
 

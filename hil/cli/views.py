@@ -12,6 +12,8 @@ from hil.cli.bus_views import bus_tables
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
 
+MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
+"""Names of the native core's states of a motion engine, by their numbers; to import it takes longer than all else."""
 _BAR = "▁▂▃▄▅▆▇█"
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
@@ -132,12 +134,10 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str]:
 
 def _mode(shot: dict[str, Any]) -> str:
     """State of an axis: a servo's mode and loop, a stepper's state."""
-    from hil.core.abi import MotionState
-
     if "enabled" in shot:
         return "real" if shot["enabled"] else "real off"
     if "motion_state" in shot:
-        return MotionState(int(shot["motion_state"])).name
+        return MOTION_STATES[int(shot["motion_state"])]
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
 
 
