@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
-from hil.cli.command_group import Below
+from hil.cli.command_group import Below, OneCommand
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
@@ -51,7 +51,10 @@ def others() -> Mapping[str, Any]:
         if name not in found.refused:
             _mount_profile(app, name, boards)
     for name in _with_commands(BRIDGES):
-        app.add_typer(import_module(f"{BRIDGES}.{name}.cli").app, cls=Below)
+        of_bridge = import_module(f"{BRIDGES}.{name}.cli").app
+        for info in of_bridge.registered_commands:
+            info.cls = OneCommand
+        app.add_typer(of_bridge, cls=Below)
     return typer.main.get_group(app).commands
 
 
@@ -69,7 +72,7 @@ def _mount_profile(app: typer.Typer, name: str, boards: Mapping[str, Profile]) -
         commands = load()
         group = typer.Typer(cls=Below, help=commands.about, no_args_is_help=True, rich_markup_mode=None)
         for function in commands.functions:
-            group.command()(_command(name, function, commands.baud))
+            group.command(cls=OneCommand)(_command(name, function, commands.baud))
     except Exception as error:  # a profile is a plug-in: the other commands live on
         taking_all = {"ignore_unknown_options": True, "allow_extra_args": True}
         app.command(name, help=f"Not usable: {error!r}", context_settings=taking_all)(_broken(name, error))

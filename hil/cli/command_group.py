@@ -12,7 +12,7 @@ from typer.core import TyperCommand, TyperGroup
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, Row
-from hil.cli.placeholders import with_placeholders
+from hil.cli.placeholders import usage_word, with_placeholders
 from hil.cli.plain_values import with_plain_values
 from hil.cli.told import telling
 from hil.vocab.near_words import nearest
@@ -23,26 +23,39 @@ _USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
-class OneCommand(TyperCommand):
-    """Command that starts quickly."""
+class _Quick:
+    """Part of a command or a group that starts quickly, and shows placeholders in one style."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return with_plain_values(super().get_params(ctx))
+        return with_placeholders(with_plain_values(super().get_params(ctx)))  # type: ignore[misc]
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]
+        below = ["COMMAND [ARGUMENT...]"] if hasattr(self, "commands") else []
+        return ["[OPTION...]", *map(usage_word, arguments), *below]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options."""
+        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for each in self.get_params(ctx):
+            if record := each.get_help_record(ctx):
+                is_argument = each.param_type_name == "argument"
+                shown = (usage_word(each), record[1].replace("[required]", "").rstrip())
+                rows["Arguments" if is_argument else "Options"].append(shown if is_argument else record)
+        for title, records in rows.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+        if hasattr(self, "format_commands"):
+            self.format_commands(ctx, formatter)
 
 
-class QuickGroup(TyperGroup):
-    """Group that starts quickly."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        return with_plain_values(super().get_params(ctx))
+class OneCommand(_Quick, TyperCommand):
+    """Command."""
 
 
-class Commands(QuickGroup):
+class Commands(_Quick, TyperGroup):
     """Group of all commands. Each is imported and made when it is asked for."""
-
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
-        with_placeholders(self)
 
     def list_commands(self, ctx: Any) -> list[str]:
         from hil.cli.board_commands import others
@@ -54,7 +67,7 @@ class Commands(QuickGroup):
             return _made(row)
         from hil.cli.board_commands import others
 
-        return with_placeholders(found) if (found := others().get(cmd_name)) else None
+        return others().get(cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         try:
@@ -74,7 +87,7 @@ class Commands(QuickGroup):
                 formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
 
 
-class Below(QuickGroup):
+class Below(_Quick, TyperGroup):
     """Group of commands below one of ``hil``, as `hil fault`."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -112,7 +125,7 @@ def _made(row: Row) -> Any:
             telling(found)
         )
         made = typer.main.get_command(alone)
-    return with_placeholders(made)
+    return made
 
 
 def _version(wanted: bool) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import typer
 
+from hil.cli.placeholders import placeholder
+
 FILE, FOLDER = "file", "folder"
 TAKES = {
     "config": FILE,
@@ -56,6 +58,14 @@ class CliParameter:
     """Default as it is typed; empty: none, or one that ``about`` tells."""
     takes: str
     """Kind of value, one of ``TAKES``, or empty."""
+    placeholder: str = ""
+    """Name of the value in help texts."""
+
+    @property
+    def usage(self) -> str:
+        """Argument as in a usage line."""
+        word = self.placeholder + "..." * self.is_repeated
+        return word if self.is_required else f"[{word}]"
 
 
 @dataclass(frozen=True)
@@ -83,7 +93,7 @@ class CliCommand:
             yield from command.all()
 
 
-HELP = CliParameter("help", ("--help",), "Show a summary and exit.", False, False, False, "", "")
+HELP = CliParameter("help", ("-h", "--help"), "Show a summary and exit.", False, False, False, "", "")
 
 
 def commands(app: typer.Typer) -> CliCommand:
@@ -118,4 +128,5 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
         given.nargs == -1 or given.multiple,
         str(given.default) if shown else "",
         takes if takes_value else "",
+        given.metavar or placeholder(given.name),
     )

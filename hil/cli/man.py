@@ -46,26 +46,21 @@ def man_page(app: typer.Typer) -> str:
 def _command(command: CliCommand) -> str:
     words = [f"hil {command.name}"]
     words += ["[OPTION...]"] * (len(command.options) > 1) + ["COMMAND"] * bool(command.commands)
-    words += [_argument(each) for each in command.arguments]
+    words += [each.usage for each in command.arguments]
     paragraphs = command.about.split("\n\n")
     text = "\n.PP\n".join(_text(" ".join(each.split())) for each in paragraphs)
     return f'.SS "{_text(" ".join(words))}"\n{text}\n{_arguments(command)}{_options(command)}'
 
 
-def _argument(argument: CliParameter) -> str:
-    name = argument.name.upper() + "..." * argument.is_repeated
-    return name if argument.is_required else f"[{name}]"
-
-
 def _arguments(command: CliCommand) -> str:
-    return "".join(f".TP\n.I {_text(each.name.upper())}\n{_about(each)}\n" for each in command.arguments)
+    return "".join(f".TP\n.I {_text(each.placeholder)}\n{_about(each)}\n" for each in command.arguments)
 
 
 def _options(command: CliCommand) -> str:
     text = ""
     for option in command.options:
         if option.name != "help" or not command.path:
-            value = f" \\fI{_text(option.name.upper())}\\fR" if option.takes_value else ""
+            value = f" \\fI{_text(option.placeholder)}\\fR" if option.takes_value else ""
             flags = ", ".join(f"\\fB{_text(flag)}\\fR{value}" for flag in option.flags)
             text += f".TP\n{flags}\n{_about(option)}\n"
     return text

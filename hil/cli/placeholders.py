@@ -19,6 +19,12 @@ _PLACEHOLDERS = {
     "files": "COUNT",
     "devices": "COUNT",
     "tap": "BUS.TAP",
+    "sources": "SOURCE",
+    "values": "VALUE",
+    "parameters": "NAME=VALUE",
+    "config": "FILE",
+    "host": "HOST",
+    "user": "NAME:ROLE",
 }
 
 
@@ -27,12 +33,17 @@ def placeholder(name: str) -> str:
     return _PLACEHOLDERS.get(name, name.upper().replace("_", "-"))
 
 
-def with_placeholders(command: Any) -> Any:
-    """Let a command, and all below it, show placeholders of this style in its help."""
-    for parameter in command.params:
+def usage_word(argument: Any) -> str:
+    """Argument as a usage line has it: DEVICE, [VERB], [VALUE...]."""
+    word = argument.metavar or placeholder(argument.name)
+    word += "..." * (argument.nargs == -1)
+    return word if argument.required else f"[{word}]"
+
+
+def with_placeholders(parameters: list[Any]) -> list[Any]:
+    """Let options show placeholders of this style in help texts."""
+    for parameter in parameters:
         is_option = parameter.param_type_name == "option"
         if is_option and not parameter.is_flag and parameter.metavar is None:
             parameter.metavar = placeholder(parameter.name)
-    for below in getattr(command, "commands", {}).values():
-        with_placeholders(below)
-    return command
+    return parameters

@@ -50,7 +50,7 @@ def _commands(app: typer.Typer) -> str:
     rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
     options: dict[tuple[str, str], list[str]] = {}
     for command in (each for each in commands(app).all() if each.path):
-        words = " ".join([command.name, *(each.name.upper() for each in command.arguments)])
+        words = " ".join([command.name, *(each.usage for each in command.arguments)])
         rows.append(f"| `hil {words}` | {_cell(command.about)} |")
         for option in (each for each in command.options if each is not HELP):
             flags = ", ".join(f"`{flag}`" for flag in option.flags)

@@ -1,0 +1,120 @@
+"""The command line as a whole: groups, examples, placeholders, what is told in JSON, words that are near."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from hil.cli.cli import app
+from hil.cli.command_group import panel_of
+from hil.cli.command_table import COMMANDS, PANELS
+from hil.cli.commands import CliCommand, commands
+
+ROOT = commands(app)
+LEAVES = [command for command in ROOT.all() if not command.commands]
+EXAMPLE = re.compile(r"^Example: hil (.+)", re.M)
+TELL_NOTHING = {"serve", "monitor", "schema", "capture", "decode", "completion", "plot", "step", "drive"}
+"""Commands of hil without --json: what they print is a stream, a drawing, or a format of its own."""
+HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()"]
+
+
+def parsed(words: list[str]) -> None:
+    """Parse a command line, and carry nothing out. Raises what the command line raises."""
+    command: Any = typer.main.get_command(app)
+    context = command.make_context("hil", words)
+    while hasattr(command, "commands"):
+        name, command, words = command.resolve_command(context, [*context._protected_args, *context.args])
+        context = command.make_context(name, words, parent=context)
+
+
+@pytest.mark.parametrize("command", LEAVES, ids=lambda each: each.name)
+def test_each_command_has_an_example_that_parses(command: CliCommand) -> None:
+    examples = EXAMPLE.findall(command.about)
+    assert examples, "write a paragraph `Example: hil ...` at the end of its docstring"
+    for line in examples:
+        words = shlex.split(re.split(r" [|>] ", line)[0])
+        assert tuple(words[: len(command.path)]) == command.path
+        parsed(words)
+
+
+def test_help_shows_all_commands_in_groups_with_whole_summaries() -> None:
+    said = CliRunner().invoke(app, ["--help"]).output
+    shown = " ".join(said.split())
+    for command in ROOT.commands:
+        assert command.summary in shown
+    assert "..." not in shown.replace("[OPTION...]", "").replace("[ARGUMENT...]", "")
+    sections = re.split(r"^(\w+):$", said, flags=re.M)
+    by_title = dict(zip(sections[1::2], sections[2::2], strict=True))
+    assert list(by_title) == ["Options", *PANELS]
+    for command in ROOT.commands:
+        assert re.search(rf"^  {command.name} ", by_title[panel_of(command.name)], re.M)
+
+
+@pytest.mark.parametrize("command", list(ROOT.all()), ids=lambda each: each.name or "hil")
+def test_help_has_placeholders_in_capitals(command: CliCommand) -> None:
+    short, long = (CliRunner().invoke(app, [*command.path, flag]) for flag in ("-h", "--help"))
+    assert short.output == long.output
+    assert long.exit_code == 0
+    assert not re.search(r"<\w+>|\{\w+\}|\b(TEXT|PATH|INTEGER|FLOAT)\b", long.output)
+    usage = long.output.partition("\n\n")[0]
+    assert re.fullmatch(r"Usage: hil [a-z -]*(\[?[A-Z][A-Z._=:-]*(\.\.\.)?\]?\s*)+", usage), usage
+
+
+def test_what_tells_something_tells_it_in_json() -> None:
+    own = [each for each in LEAVES if each.path[0] in COMMANDS and each.path[0] != "arduino"]
+    without = {each.name for each in own if "--json" not in {f for o in each.options for f in o.flags}}
+    assert without == TELL_NOTHING
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["status", "--json", "--runtime-dir", "/nowhere"], 1, "no bench is running here"),
+        (["state", "--json"], 2, "Missing argument"),
+        (["stat", "--json"], 2, "Did you mean 'state'?"),
+        (["docs", "run", "--json"], 2, "did you mean runs?"),
+        (["check", "--json", "b.yaml"], 2, "b.yaml:1:8: there is no space"),
+    ],
+)
+def test_errors_in_json(words: list[str], code: int, message: str, tmp_path: Path) -> None:
+    (tmp_path / "b.yaml").write_text("bench: t\nm1:\n  a:b\n  c: 1\n")
+    message = message.replace("1:8", "3:5")
+    done = subprocess.run([*HIL, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert done.stderr == ""
+    error = json.loads(done.stdout)["error"]
+    assert message in error["message"]
+    assert error["exit_code"] == code
+    if words[0] == "check":
+        assert error["problems"][0].items() >= {"file": "b.yaml", "line": 3, "column": 5}.items()
+
+
+def test_a_mistyped_command() -> None:
+    done = CliRunner().invoke(app, ["statsu"])
+    assert done.exit_code == 2
+    assert "No such command 'statsu'. Did you mean 'status'?" in done.output
+
+
+def test_a_page_of_the_documentation_and_the_list_of_them() -> None:
+    assert "runs" in CliRunner().invoke(app, ["docs"]).output
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "runs.md"
+    for name in ("runs", "runs.md", "docs/how-to/runs.md#anchor"):
+        assert CliRunner().invoke(app, ["docs", name]).output == page.read_text()
+
+
+def test_init_writes_what_check_takes_and_leaves_what_is_there(tmp_path: Path) -> None:
+    file = tmp_path / "Lab 1.yaml"
+    assert CliRunner().invoke(app, ["init", str(file)]).exit_code == 0
+    assert "no problems" in CliRunner().invoke(app, ["check", str(file)]).output
+    assert file.read_text().startswith("# yaml-language-server: $schema=Lab 1.schema.json\n")
+    assert json.loads((tmp_path / "Lab 1.schema.json").read_text())["properties"]["devices"]
+    again = CliRunner().invoke(app, ["init", str(file)])
+    assert again.exit_code == 2
+    assert "is there already" in again.output
