@@ -199,7 +199,8 @@ def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(pl
     server = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}}), "--log", str(log))
     for field in ("diaagc", "errfl"):
         said = place.cli("set", "s1", field, "1", code=1)
-        assert said == "hil: fields of s1 that can be set are load_torque_Nm, clock_Hz\n"
+        there = "there are load_torque_Nm, clock_Hz"
+        assert said == f"hil: s1 has no field '{field}' that can be set; {there}\n"
     place.cli("set", "s1", "load_torque_Nm", "0.01")
     server.stop()
     assert place.cli("replay", str(log)).startswith("identical: ")

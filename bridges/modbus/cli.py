@@ -48,6 +48,8 @@ def print_map(
     """Print the register map of a device of a running bench.
 
     Numbers are those in a request: register 0 is the first.
+
+    Example: hil modbus map m1
     """
     import os
 

@@ -34,6 +34,8 @@ def cycle(
     """Reckon the time of a cycle of polls on a serial line: nothing has to run.
 
     A segment with Modbus nodes takes the same time to the nanosecond.
+
+    Example: hil modbus cycle 1:3:10 2:3:10
     """
     from hil.vocab.line_format import FORMATS
     from hil.vocab.time import ms

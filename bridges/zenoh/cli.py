@@ -31,6 +31,8 @@ def router(
     """Join benches: run a zenoh router until Ctrl-C.
 
     A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. Zenoh's own zenohd does as well.
+
+    Example: hil zenoh router --listen tcp/127.0.0.1:7447
     """
     import signal
 
@@ -81,6 +83,8 @@ def keys(
 
     An authority, the daemon's certificate, and for each user a folder with certificate and zenoh
     configuration. Prints the lines for the bench's configuration.
+
+    Example: hil zenoh keys site --bench lab --host lab1 --user ann:admin
     """
     from datetime import UTC, datetime
 

@@ -10,7 +10,7 @@ from device_profiles.sac.companion_files import LINE_BYTES, is_line, read_one_sh
 from hil.vocab.dialogue import Refusal, Task
 from hil.vocab.profile import Commands
 
-QueuePath = Annotated[Path, typer.Argument(help="A queue's file.", metavar="QUEUE.txt", show_default=False)]
+QueuePath = Annotated[Path, typer.Argument(help="A queue's file.", metavar="QUEUE", show_default=False)]
 
 
 def load(
@@ -22,6 +22,8 @@ def load(
     """Write a queue's file into a board.
 
     Every row is checked before the first is sent, and the whole queue is read back.
+
+    Example: hil sac load moves.txt
     """
     queue = read_queue(_content(file), str(file))
     where = " and its EEPROM" if store else ""
@@ -31,7 +33,10 @@ def load(
 
 
 def save(file: QueuePath) -> Task:
-    """Write a board's queue into a file."""
+    """Write a board's queue into a file.
+
+    Example: hil sac save moves.txt
+    """
     if not file.parent.is_dir():
         raise Refusal(f"{file}: there is no folder {file.parent}")
 
@@ -46,7 +51,10 @@ def oneshot(
         int, typer.Argument(help="Which of its lines, from 1.", metavar="N", show_default=False)
     ],
 ) -> Task:
-    """Send one command of a one-shot file."""
+    """Send one command of a one-shot file.
+
+    Example: hil sac oneshot commands.txt 1
+    """
     command = read_one_shot(_content(file), str(file), number)
     return Task(companion.commands([command]), lambda lines: "\n".join([f"sent: {command}", *lines]))
 
@@ -56,7 +64,9 @@ def command(
 ) -> Task:
     """Type lines at a board, and print what it says.
 
-    Quote what the shell would take for its own: hil sac command '$CM90' '$R'
+    Quote what the shell would take for its own.
+
+    Example: hil sac command '$CM90' '$R'
     """
     for line in lines:
         if not is_line(line):
@@ -71,6 +81,8 @@ def calibrate(
 
     The motor turns without a ramp. Start and stop are told by soft_ops over the terminal; a USB adapter may
     hold a byte for 16 ms, 270 millionths of a minute.
+
+    Example: hil sac calibrate 60
     """
     return Task(companion.calibrate(rpm), _judged, companion.stop_and_restore)
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.command_group import Below
+from hil.cli.command_classes import Below
 
 ABOUT = """\
 The Arduino IDE 2 and arduino-cli ask helper programs where boards are, and how to talk to them.
@@ -42,7 +42,9 @@ RuntimeDir = Annotated[
     ),
 ]
 
-app = typer.Typer(cls=Below, help="Show the devices to the Arduino IDE 2 and arduino-cli.")
+app = typer.Typer(
+    cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE 2 and arduino-cli."
+)
 
 
 @app.callback(invoke_without_command=True)

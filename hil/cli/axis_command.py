@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
-from hil.cli.told import Told
+from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant, nearest
 
 TIMEOUT_S = 30
@@ -31,7 +31,7 @@ def axis(
     ] = False,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Ask something of a device, or list what can be asked of it.
 
     With --wait it exits with 1 if something else ended the motion.
@@ -40,7 +40,7 @@ def axis(
     """
     table = {row["verb"]: row for row in ask_bench(bench, runtime_dir, "verbs", device=device)}
     if verb is None:
-        return Told(list(table.values()), "\n".join(_listed(table)))
+        return CommandAnswer(list(table.values()), "\n".join(_listed(table)))
     name = verb.replace("-", "_")
     if name not in table:
         known = [each.replace("_", "-") for each in table]
@@ -59,7 +59,7 @@ def axis(
     ]
     if answer.get("interrupted"):
         lines.append("something else ended the motion")
-    return Told(answer, "\n".join(lines), 1 if answer.get("interrupted") else 0)
+    return CommandAnswer(answer, "\n".join(lines), 1 if answer.get("interrupted") else 0)
 
 
 def _listed(table: dict[str, dict[str, Any]]) -> Iterator[str]:

@@ -8,7 +8,7 @@ import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, found
 from hil.cli.serve_command import StateDir
-from hil.cli.told import AsJson, Told
+from hil.cli.told import AsJson, CommandAnswer
 
 
 def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
@@ -77,7 +77,9 @@ def status(
         return
 
 
-def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")]) -> Told:
+def replay(
+    log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")],
+) -> CommandAnswer:
     """Run a log again and compare every byte.
 
     On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs.
@@ -98,7 +100,9 @@ def replay(log: Annotated[Path, typer.Argument(help="A file that `hil serve --lo
         raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
     if difference := replayed.difference():
         raise fail(f"different: {difference}")
-    return Told({"identical": True, "summary": replayed.summary()}, f"identical: {replayed.summary()}")
+    return CommandAnswer(
+        {"identical": True, "summary": replayed.summary()}, f"identical: {replayed.summary()}"
+    )
 
 
 def doctor(

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, port_of
-from hil.cli.told import Told
+from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
 
 
@@ -33,12 +33,12 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
         raise fail(f"hil: {error}") from None
 
 
-def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
     """Switch a device off and on; its flash stays.
 
     Example: hil reset m1
     """
-    return Told(ask_bench(bench, runtime_dir, "reset", device=device))
+    return CommandAnswer(ask_bench(bench, runtime_dir, "reset", device=device))
 
 
 def pin(
@@ -47,12 +47,12 @@ def pin(
     level: Annotated[int, typer.Argument(help="0 or 1.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Drive an input pin of a device.
 
     Example: hil pin m1 D2 0
     """
-    return Told(ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level))
+    return CommandAnswer(ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level))
 
 
 def set_field(
@@ -61,15 +61,15 @@ def set_field(
     value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Set the load on a shaft, an encoder register or a gain.
 
     Example: hil set m1 load_torque_Nm 0.05
     """
-    return Told(ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value))
+    return CommandAnswer(ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value))
 
 
-def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
     """Show all fields of an axis, with their units.
 
     Example: hil state m1
@@ -77,4 +77,4 @@ def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = Non
     from hil.cli.views import field_lines
 
     fields = ask_bench(bench, runtime_dir, "state", device=device)
-    return Told(fields, "\n".join(field_lines(fields)))
+    return CommandAnswer(fields, "\n".join(field_lines(fields)))

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
-from hil.cli.command_group import Below, OneCommand
+from hil.cli.command_classes import Below, OneCommand
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task

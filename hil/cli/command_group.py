@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
-from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, Row
-from hil.cli.placeholders import usage_word, with_placeholders
-from hil.cli.plain_values import with_plain_values
+from hil.cli.command_classes import OneCommand, Quick, summary
+from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, CommandRow
 from hil.cli.told import telling
 from hil.vocab.near_words import nearest
 
@@ -23,38 +22,7 @@ _USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
-class _Quick:
-    """Part of a command or a group that starts quickly, and shows placeholders in one style."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        return with_placeholders(with_plain_values(super().get_params(ctx)))  # type: ignore[misc]
-
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]
-        below = ["COMMAND [ARGUMENT...]"] if hasattr(self, "commands") else []
-        return ["[OPTION...]", *map(usage_word, arguments), *below]
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options."""
-        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        for each in self.get_params(ctx):
-            if record := each.get_help_record(ctx):
-                is_argument = each.param_type_name == "argument"
-                shown = (usage_word(each), record[1].replace("[required]", "").rstrip())
-                rows["Arguments" if is_argument else "Options"].append(shown if is_argument else record)
-        for title, records in rows.items():
-            if records:
-                with formatter.section(title):
-                    formatter.write_dl(records)
-        if hasattr(self, "format_commands"):
-            self.format_commands(ctx, formatter)
-
-
-class OneCommand(_Quick, TyperCommand):
-    """Command."""
-
-
-class Commands(_Quick, TyperGroup):
+class CommandLine(Quick, TyperGroup):
     """Group of all commands. Each is imported and made when it is asked for."""
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -87,36 +55,20 @@ class Commands(_Quick, TyperGroup):
                 formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
 
 
-class Below(_Quick, TyperGroup):
-    """Group of commands below one of ``hil``, as `hil fault`."""
-
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands with their whole summaries."""
-        with formatter.section("Commands"):
-            formatter.write_dl(
-                [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
-            )
-
-
 def panel_of(name: str) -> str:
     """Group of a command in `hil --help`."""
     row = COMMANDS.get(name)
     return row.panel if row else OF_BRIDGES.get(name, BOARD)
 
 
-def summary(command: Any) -> str:
-    """First paragraph of a command's help."""
-    return " ".join((command.help or "").partition("\n\n")[0].split())
-
-
 @cache
-def _made(row: Row) -> Any:
+def _made(row: CommandRow) -> Any:
     module, _, name = row.where.partition(":")
     found = getattr(import_module(f"hil.cli.{module}"), name)
     if isinstance(found, typer.Typer):
         for info in found.registered_commands:
             info.cls, info.callback = OneCommand, telling(info.callback)
-        made = typer.main.get_group(found)
+        made: Any = typer.main.get_group(found)
         made.name = row.name
     else:
         alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -161,7 +113,7 @@ def command_line() -> typer.Typer:
     """Make the command line."""
     made = typer.Typer(
         name="hil",
-        cls=Commands,
+        cls=CommandLine,
         help="Virtual motion-control boards behind real serial ports.",
         no_args_is_help=True,
         add_completion=False,

@@ -9,7 +9,7 @@ PANELS = (BENCH, BOARD, MOTION, WIRE, FAULTS, SERVICE)
 """Groups of commands in the order of `hil --help`."""
 
 
-class Row(NamedTuple):
+class CommandRow(NamedTuple):
     """Command or group of commands. ``where``: its module in hil.cli, and its name there."""
 
     name: str
@@ -21,38 +21,38 @@ class Row(NamedTuple):
 
 
 _ROWS = (
-    Row("init", BENCH, "config_commands:init"),
-    Row("check", BENCH, "config_commands:check"),
-    Row("serve", BENCH, "serve_command:serve"),
-    Row("list", BENCH, "bench_commands:list_benches"),
-    Row("status", BENCH, "bench_commands:status"),
-    Row("reload", BENCH, "reload_command:reload"),
-    Row("benches", BENCH, "run_command:benches"),
-    Row("replay", BENCH, "bench_commands:replay"),
-    Row("monitor", BOARD, "board_access:monitor"),
-    Row("state", BOARD, "board_access:state"),
-    Row("reset", BOARD, "board_access:reset"),
-    Row("pin", BOARD, "board_access:pin"),
-    Row("set", BOARD, "board_access:set_field", takes_negative=True),
-    Row("profile", BOARD, "profile_commands:profile_app"),
-    Row("axis", MOTION, "axis_command:axis", takes_negative=True),
-    Row("run", MOTION, "run_command:run"),
-    Row("step", MOTION, "draw_commands:step", takes_negative=True),
-    Row("drive", MOTION, "draw_commands:drive"),
-    Row("plot", MOTION, "draw_commands:plot"),
-    Row("capture", WIRE, "line_commands:capture"),
-    Row("decode", WIRE, "line_commands:decode"),
-    Row("play", WIRE, "line_commands:play"),
-    Row("can", WIRE, "can_commands:can_app"),
-    Row("fault", FAULTS, "line_commands:fault_app"),
-    Row("doctor", SERVICE, "bench_commands:doctor"),
-    Row("docs", SERVICE, "help_commands:docs"),
-    Row("schema", SERVICE, "config_commands:schema"),
-    Row("completion", SERVICE, "help_commands:completion"),
-    Row("arduino", SERVICE, "arduino_commands:app"),
-    Row("reference", SERVICE, "help_commands:reference", is_hidden=True),
-    Row("arduino-discovery", SERVICE, "arduino_commands:discovery", is_hidden=True),
-    Row("arduino-monitor", SERVICE, "arduino_commands:monitor", is_hidden=True),
+    CommandRow("init", BENCH, "config_commands:init"),
+    CommandRow("check", BENCH, "config_commands:check"),
+    CommandRow("serve", BENCH, "serve_command:serve"),
+    CommandRow("list", BENCH, "bench_commands:list_benches"),
+    CommandRow("status", BENCH, "bench_commands:status"),
+    CommandRow("reload", BENCH, "reload_command:reload"),
+    CommandRow("benches", BENCH, "run_command:benches"),
+    CommandRow("replay", BENCH, "bench_commands:replay"),
+    CommandRow("monitor", BOARD, "board_access:monitor"),
+    CommandRow("state", BOARD, "board_access:state"),
+    CommandRow("reset", BOARD, "board_access:reset"),
+    CommandRow("pin", BOARD, "board_access:pin"),
+    CommandRow("set", BOARD, "board_access:set_field", takes_negative=True),
+    CommandRow("profile", BOARD, "profile_commands:profile_app"),
+    CommandRow("axis", MOTION, "axis_command:axis", takes_negative=True),
+    CommandRow("run", MOTION, "run_command:run"),
+    CommandRow("step", MOTION, "draw_commands:step", takes_negative=True),
+    CommandRow("drive", MOTION, "draw_commands:drive"),
+    CommandRow("plot", MOTION, "draw_commands:plot"),
+    CommandRow("capture", WIRE, "line_commands:capture"),
+    CommandRow("decode", WIRE, "line_commands:decode"),
+    CommandRow("play", WIRE, "line_commands:play"),
+    CommandRow("can", WIRE, "can_commands:can_app"),
+    CommandRow("fault", FAULTS, "line_commands:fault_app"),
+    CommandRow("doctor", SERVICE, "bench_commands:doctor"),
+    CommandRow("docs", SERVICE, "help_commands:docs"),
+    CommandRow("schema", SERVICE, "config_commands:schema"),
+    CommandRow("completion", SERVICE, "help_commands:completion"),
+    CommandRow("arduino", SERVICE, "arduino_commands:app"),
+    CommandRow("reference", SERVICE, "help_commands:reference", is_hidden=True),
+    CommandRow("arduino-discovery", SERVICE, "arduino_commands:discovery", is_hidden=True),
+    CommandRow("arduino-monitor", SERVICE, "arduino_commands:monitor", is_hidden=True),
 )
 COMMANDS = {row.name: row for row in _ROWS}
 OF_BRIDGES = {"modbus": WIRE, "zenoh": SERVICE}

@@ -128,5 +128,5 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
         given.nargs == -1 or given.multiple,
         str(given.default) if shown else "",
         takes if takes_value else "",
-        given.metavar or placeholder(given.name),
+        (given.metavar or placeholder(given.name)).removesuffix("..."),
     )

@@ -8,7 +8,7 @@ import typer
 
 from hil.cli.ask import fail
 from hil.cli.serve_command import Config, read_config
-from hil.cli.told import Told
+from hil.cli.told import CommandAnswer
 
 
 def check(
@@ -17,7 +17,7 @@ def check(
         Path | None,
         typer.Option("--diff", help="An older configuration: say what a reload would do.", metavar="OLD"),
     ] = None,
-) -> Told:
+) -> CommandAnswer:
     """Check a configuration and list all its problems.
 
     Each comes with file:line:column, a remedy, and the line with a caret at the place.
@@ -41,7 +41,7 @@ def check(
 
         besides = say_what_is_spoilt(bench)
         text = f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems{besides}"
-        return Told({"bench": bench.bench, "devices": list(bench.devices), "problems": []}, text)
+        return CommandAnswer({"bench": bench.bench, "devices": list(bench.devices), "problems": []}, text)
     from hil.config import diff as difference
 
     changes = difference(read_config(diff, opens_bridges=False), bench)
@@ -51,7 +51,7 @@ def check(
         + (f" ({'; '.join(each.why)})" if each.why else "")
         for each in changes
     ]
-    return Told({"bench": bench.bench, "changes": rows}, "\n".join(lines))
+    return CommandAnswer({"bench": bench.bench, "changes": rows}, "\n".join(lines))
 
 
 def schema(
@@ -72,7 +72,7 @@ def schema(
 
 def init(
     file: Annotated[Path, typer.Argument(help="The configuration to write.")] = Path("bench.yaml"),
-) -> Told:
+) -> CommandAnswer:
     """Write a commented configuration, and its schema for editors beside it.
 
     What is there already is left as it is.
@@ -97,4 +97,4 @@ def init(
         raise fail(f"hil: {error.filename or file}: {error.strerror}", 2) from None
     text = f"wrote {file}, and {schema_file.name} for editors"
     text += f"\nTry it: hil check {file}, then hil serve {file}"
-    return Told({"file": str(file), "schema": str(schema_file)}, text)
+    return CommandAnswer({"file": str(file), "schema": str(schema_file)}, text)

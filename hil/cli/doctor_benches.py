@@ -17,6 +17,7 @@ from hil.net.control_client import ControlError, ask, listener
 from hil.vocab.address import CONTROL_SOCKET
 
 PATIENCE_S = 3.0
+_OWN_REMEDY = "mend what else is listed here; `hil docs real-time` says what helps"
 START_S = 60.0
 """Maximum time of a start, when nobody is served. A real board that cannot be reached takes 5 s of it."""
 
@@ -77,7 +78,8 @@ def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Diag
     problems = status["health"]["problems"]
     for problem in problems:
         found = f"{problem['about']}: {problem['what']}" if problem["about"] else problem["what"]
-        yield Diagnosis(name, "problem", found, "it runs degraded", problem["remedy"])
+        remedy = problem["remedy"] if "hil doctor" not in problem["remedy"] else _OWN_REMEDY
+        yield Diagnosis(name, "problem", found, "it runs degraded", remedy)
     paths = [row["address"] for row in status["devices"] if (row["address"] or "").startswith("/")]
     lost = [path for path in paths if not os.path.exists(path)]
     closed = [path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK)]

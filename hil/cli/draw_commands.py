@@ -4,6 +4,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,8 @@ import typer
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
 from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
+from hil.cli.told import CommandAnswer, wants_json
+from hil.host.journal import say
 
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
@@ -50,7 +53,7 @@ def plot(
     output: Output = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
+) -> CommandAnswer:
     """Draw what an axis does from now on.
 
     One panel for each unit. Ctrl-C draws what came until then.
@@ -61,6 +64,7 @@ def plot(
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
     with _watching(bench, runtime_dir, device, wanted, interval_ms) as (names, more):
         recording = _recorded(names)
+        say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
         try:
             for rows in more:
                 recording.rows += rows
@@ -69,7 +73,8 @@ def plot(
         except KeyboardInterrupt:
             pass
     recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
-    _show(recording, output, f"{device}: {', '.join(names)}")
+    text = _shown(recording, output, f"{device}: {', '.join(names)}")
+    return CommandAnswer({"signals": ["at_ns", *names], "rows": recording.rows}, text)
 
 
 def step(
@@ -84,7 +89,7 @@ def step(
     output: Output = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
+) -> CommandAnswer:
     """Make a Mechaduino step, draw its response, and give overshoot and settling time.
 
     Types x, y and r at the board, which has to be calibrated and at its main menu. Exits with 1 if the shaft
@@ -96,6 +101,12 @@ def step(
 
     _check_output(output)
     names = ("r", "yw", "u", "loop_on", "mode")
+    if not {*names} <= ask_bench(bench, runtime_dir, "state", device=device).keys():
+        raise fail(
+            f"hil: {device} has no set-point that could step: `hil step` is for boards with a servo loop, as"
+            f" a Mechaduino; `hil axis {device}` lists what else turns it",
+            2,
+        )
     recording = _recorded(names)
 
     def send(text: str) -> int:
@@ -115,15 +126,17 @@ def step(
     shown = _recorded(names[:3])
     shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
     if other := other_motion(shown, degrees):
-        _show(shown, output, f"{device}: not a step of {degrees:g} deg")
+        typer.echo(_shown(shown, output, f"{device}: not a step of {degrees:g} deg"), err=wants_json())
         raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
     try:
         figures = step_response(shown)
     except ValueError as error:
         raise fail(f"hil: {device}: {error}") from None
-    _show(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
+    text = _shown(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
+        typer.echo(text, err=wants_json())
         raise fail(f"hil: the shaft did not follow: is {device} calibrated (c at its main menu)?")
+    return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text)
 
 
 def drive(
@@ -148,7 +161,7 @@ def drive(
     output: Output = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
+) -> CommandAnswer:
     """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
 
     The board has to be in x mode with its loop on to follow.
@@ -167,11 +180,13 @@ def drive(
         with watching if draw or output else nullcontext() as watched:
             with noted() as interrupts:  # the bench may have the train before its answer is here
                 answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
-            _tell_length(answer, train)
+            length = _length(answer, train)
+            if watched is not None:
+                say(f"{length}; waiting for its end", sys.stderr)
             if interrupts:
                 raise KeyboardInterrupt
             if watched is None:
-                return
+                return CommandAnswer(answer, length)
             end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
             _until(watched[1], recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
     except KeyboardInterrupt:
@@ -179,7 +194,9 @@ def drive(
             typer.echo(f"the train goes on; `hil drive {device} --stop` ends it", err=True)
         raise
     worst = max(abs(row[3]) for row in recording.rows)
-    _show(recording, output, f"{device}: following a pulse train", f"largest following error {worst:.3f} deg")
+    notes = f"largest following error {worst:.3f} deg"
+    text = _shown(recording, output, f"{device}: following a pulse train", notes)
+    return CommandAnswer({**answer, "following_error_max_deg": worst}, text)
 
 
 def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: float | None) -> "Train":
@@ -195,10 +212,10 @@ def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: f
         raise fail(f"hil: {file}: {error}", 2) from None
 
 
-def _tell_length(answer: dict[str, Any], train: "Train") -> None:
+def _length(answer: dict[str, Any], train: "Train") -> str:
     count = sum(e.steps for e in train)
     what = f"{count:,} steps in {answer['length_ns'] * 1e-9:.6g} s" if train else "no train"
-    typer.echo(f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on")
+    return f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on"
 
 
 def _recorded(signals: tuple[str, ...]) -> Any:
@@ -270,7 +287,8 @@ def _check_output(output: Path | None) -> None:
         raise fail(f"hil: {output}: write a name that ends in {', '.join(FORMATS)} or .csv", 2)
 
 
-def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> None:
+def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> str:
+    """Draw a recording; answers the drawing, or what was written where, with the notes."""
     from hil.host.new_file import write_file
     from hil.telemetry import picture, text_plot
 
@@ -288,8 +306,8 @@ def _show(recording: Any, output: Path | None, title: str, notes: str = "") -> N
             raise fail(f"hil: {error}") from None
         except OSError as error:
             raise fail(f"hil: {output}: {error.strerror}") from None
+        said = f"wrote {output}: {len(recording.rows)} samples of {', '.join(recording.signals)}"
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 160)
-        typer.echo(text_plot.draw({"": recording}, width, colour=has_colours(sys.stdout), title=title))
-    if notes:
-        typer.echo(notes)
+        said = text_plot.draw({"": recording}, width, colour=has_colours(sys.stdout), title=title)
+    return f"{said}\n{notes}" if notes else said

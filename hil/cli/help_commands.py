@@ -5,14 +5,14 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.told import Told
+from hil.cli.told import CommandAnswer
 
 
 def docs(
     topic: Annotated[
         str | None, typer.Argument(help="A page's name, as in runs; left out: list all.", show_default=False)
     ] = None,
-) -> Told:
+) -> CommandAnswer:
     """Print a page of the documentation, or list the pages.
 
     Example: hil docs runs
@@ -26,12 +26,12 @@ def docs(
     if topic is None:
         width = max(map(len, pages))
         rows = {name: page.title for name, page in pages.items()}
-        return Told(rows, "\n".join(f"{name:{width}}  {title}" for name, title in rows.items()))
+        return CommandAnswer(rows, "\n".join(f"{name:{width}}  {title}" for name, title in rows.items()))
     name = topic.rpartition("/")[2].partition("#")[0].removesuffix(".md")
     if name not in pages:
         raise fail(f"hil: there is no page {topic!r}; {meant(name, list(pages))}", 2)
     text = pages[name].file.read_text()
-    return Told({"topic": name, "file": str(pages[name].file), "text": text}, text.rstrip("\n"))
+    return CommandAnswer({"topic": name, "file": str(pages[name].file), "text": text}, text.rstrip("\n"))
 
 
 def completion(

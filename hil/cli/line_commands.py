@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
-from hil.cli.command_group import Below
+from hil.cli.command_classes import Below
 from hil.cli.interrupts import ended_by
-from hil.cli.told import Told
+from hil.cli.told import CommandAnswer
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 fault_app = typer.Typer(
@@ -20,7 +20,7 @@ fault_app = typer.Typer(
 
 
 @fault_app.command()
-def kinds() -> Told:
+def kinds() -> CommandAnswer:
     """List what can go wrong, with the parameters.
 
     Example: hil fault kinds
@@ -39,7 +39,7 @@ def kinds() -> Told:
         lines.append(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
         lines += [f"  {each.name}: {each.described()}" for each in kind.parameters]
     lines += ["every kind:", *(f"  {each.name}: {each.described()}" for each in TIMING)]
-    return Told(rows, "\n".join(lines))
+    return CommandAnswer(rows, "\n".join(lines))
 
 
 @fault_app.command()
@@ -49,7 +49,7 @@ def inject(
     parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Inject a fault, which lasts until it is cleared.
 
     Example: hil fault inject byte_drop m1 rate=0.01
@@ -60,7 +60,7 @@ def inject(
             raise fail(f"hil: {name} is given twice", 2)
         given[name] = value
     answer = ask_bench(bench, runtime_dir, "inject", fault=fault, target=target, parameters=given)
-    return Told(answer, f"fault {answer['number']}")
+    return CommandAnswer(answer, f"fault {answer['number']}")
 
 
 def _parameter(text: str) -> tuple[str, Any]:
@@ -80,7 +80,7 @@ def clear(
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Clear a fault, or all.
 
     Example: hil fault clear 1
@@ -89,11 +89,11 @@ def clear(
     numbers = [number] if number is not None else [row["number"] for row in active]
     for each in numbers:
         ask_bench(bench, runtime_dir, "clear", number=each)
-    return Told({"cleared": numbers})
+    return CommandAnswer({"cleared": numbers})
 
 
 @fault_app.command("list")
-def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
+def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
     """List the faults that are active.
 
     Example: hil fault list
@@ -104,7 +104,7 @@ def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> Told:
         parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
         changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
         lines.append(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
-    return Told(rows, "\n".join(lines) or "no fault is active")
+    return CommandAnswer(rows, "\n".join(lines) or "no fault is active")
 
 
 def capture(
@@ -235,7 +235,7 @@ def play(
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> Told:
+) -> CommandAnswer:
     """Send what a capture has, at its own times, on a segment.
 
     Example: hil play bus0.pcapng bus0.master
@@ -248,4 +248,4 @@ def play(
         raise fail(f"hil: {file}: {error}") from None
     answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
     text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
-    return Told({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)
+    return CommandAnswer({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

@@ -35,7 +35,7 @@ def placeholder(name: str) -> str:
 
 def usage_word(argument: Any) -> str:
     """Argument as a usage line has it: DEVICE, [VERB], [VALUE...]."""
-    word = argument.metavar or placeholder(argument.name)
+    word = (argument.metavar or placeholder(argument.name)).removesuffix("...")
     word += "..." * (argument.nargs == -1)
     return word if argument.required else f"[{word}]"
 

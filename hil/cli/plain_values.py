@@ -1,7 +1,7 @@
 """Values of the command line that need no validation, so that a command starts without pydantic.
 
-New versions of typer have pydantic check each value, also of options that were not given, and importing it takes
-as long as the rest of a small command. Other versions leave what is set here alone.
+New versions of typer have pydantic check each value, also of options that were not given, and importing it
+takes as long as the rest of a small command. Other versions leave what is set here alone.
 """
 
 from pathlib import Path

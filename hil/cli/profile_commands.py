@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.told import Told
-from hil.cli.command_group import Below
+from hil.cli.command_classes import Below
 from hil.cli.problem_lines import problems_shown
+from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig
@@ -30,7 +30,7 @@ def list_profiles(
         list[Path] | None,
         typer.Option("--folder", help="A folder with boards of your own, as in profile_path."),
     ] = None,
-) -> Told:
+) -> CommandAnswer:
     """List the boards that a configuration can name, and where each is.
 
     Example: hil profile list
@@ -51,7 +51,7 @@ def list_profiles(
         origin = found.places[name].origin if name in found.places else "an entry point"
         rows.append({"profile": name, "title": title, "origin": origin, "usable": not problems})
     lines = [f"{row['profile']}: {row['title']} ({row['origin']})" for row in rows]
-    return Told(rows, "\n".join(lines))
+    return CommandAnswer(rows, "\n".join(lines))
 
 
 @profile_app.command()
@@ -60,7 +60,7 @@ def new(
     folder: Annotated[
         Path, typer.Option("--folder", help="The folder in which to make the board's.")
     ] = Path(),
-) -> Told:
+) -> CommandAnswer:
     """Write a new board: a folder that runs, and passes its tests, as it is.
 
     Example: hil profile new pinger --folder boards
@@ -89,13 +89,13 @@ def new(
         f"Try it: hil profile check {board}, and python -m pytest {board}",
         f"Use it: profile_path: [{folder}] in a configuration beside it, and profile: {name}",
     ]
-    return Told({"folder": str(board), "files": list(files)}, "\n".join(lines))
+    return CommandAnswer({"folder": str(board), "files": list(files)}, "\n".join(lines))
 
 
 @profile_app.command()
 def check(
     folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
-) -> Told:
+) -> CommandAnswer:
     """Carry out the checks that every board has to pass.
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
@@ -110,7 +110,7 @@ def check(
     failures = list(profile_failures(folder))
     if failures:
         raise fail("\n".join(failures))
-    return Told({"folder": str(folder), "passes": True}, f"{folder}: passes all checks")
+    return CommandAnswer({"folder": str(folder), "passes": True}, f"{folder}: passes all checks")
 
 
 def say_what_is_spoilt(bench: "BenchConfig") -> str:

@@ -46,8 +46,19 @@ def reference(app: typer.Typer) -> str:
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
+_GRAMMAR = """\
+`hil VERB OBJECT`. `--bench` (`-b`) and `--runtime-dir` stand before the verb or behind it; `HIL_BENCH` is a
+bench for all commands. Names of verbs are taken with - and with _: `move-abs`, `move_abs`. `-h` is `--help`.
+
+With `--json` a command prints one line of JSON on its standard output: what it answers, with the names of the
+control socket's answers; or, of one that fails, `{"error": {"message": "...", "exit_code": 2}}`, where the exit
+code is the command's. `error` has `problems` where it lists some, each with `file`, `line`, `column`,
+`message` and `remedy`.
+"""
+
+
 def _commands(app: typer.Typer) -> str:
-    rows = ["## Commands\n", "| command | what it does |", "|---|---|"]
+    rows = ["## Commands\n", _GRAMMAR, "| command | what it does |", "|---|---|"]
     options: dict[tuple[str, str], list[str]] = {}
     for command in (each for each in commands(app).all() if each.path):
         words = " ".join([command.name, *(each.usage for each in command.arguments)])

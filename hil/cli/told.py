@@ -1,6 +1,6 @@
 """What commands tell: text for people, or with --json one line of JSON for programs, in one shape.
 
-A command that tells something answers a ``Told``, and has the option --json by that. Of one that fails the
+A command that tells something answers a ``CommandAnswer``, and has the option --json by that. Of one that fails the
 line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists some.
 """
 
@@ -20,7 +20,7 @@ _OPTION = "--json"
 
 
 @dataclass(frozen=True)
-class Told:
+class CommandAnswer:
     """Answer of a command. ``text``: what a person reads; empty: nothing is printed."""
 
     answer: Any
@@ -29,9 +29,9 @@ class Told:
 
 
 def telling(command: Any) -> Any:
-    """Wrap a command that answers a ``Told``: it prints it, and has --json. Others are left as they are."""
+    """Wrap a command that answers a ``CommandAnswer``: it prints it, and has --json. Others are left as they are."""
     signature = inspect.signature(command)
-    if signature.return_annotation is not Told:
+    if signature.return_annotation is not CommandAnswer:
         return command
 
     @functools.wraps(command)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
 
 MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
-"""Names of the native core's states of a motion engine, by their numbers; to import it takes longer than all else."""
+"""Names of the native core's states of a motion engine, by their numbers; its import would take long."""
 _BAR = "▁▂▃▄▅▆▇█"
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 

@@ -12,9 +12,9 @@ from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findi
 from hil.config.explain import no_such, suggestion
 from hil.config.flash_model import BUILT_IN_TABLES
 from hil.config.real_places import is_real_drive
-from hil.vocab.near_words import nearest
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
+from hil.vocab.near_words import nearest
 from hil.vocab.problem import Problem
 
 _AT_UARTS = ("at", "port", "network", "ports", "baud", "bauds")

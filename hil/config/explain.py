@@ -49,8 +49,8 @@ def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -
     known = list(known)
     free = [key for key in known if key not in present]
     remedy = suggestion(str(path[-1]), free or known) if known else "remove it"
-    if written := missing_space(str(path[-1])):
-        remedy = f'write a space after the colon: "{written}"'
+    if spaced := missing_space(str(path[-1])):
+        remedy = f'write a space after the colon: "{spaced}"'
     return Finding(path, "unknown key", remedy, at_key=True)
 
 
@@ -123,8 +123,8 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         remedy = "write it without quotes" if quoted else f"write {_NUMBERS[kind]}"
         return f"{_NUMBERS[kind]} is wanted here, not {shown(value)}", remedy
     if kind in _MAPPINGS:
-        if isinstance(value, str) and (written := missing_space(value)):
-            return "there is no space after the colon", f'write "{written}"'
+        if isinstance(value, str) and (spaced := missing_space(value)):
+            return "there is no space after the colon", f'write "{spaced}"'
         return f"keys are wanted here, not {shown(value)}", 'write "key: value" lines, indented below'
     if kind in ("bool_type", "bool_parsing"):
         return f"true or false is wanted here, not {shown(value)}", "write true or false"

@@ -75,7 +75,8 @@ class BoardOperations:
         fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
         if field not in fields:
             raise VerbRefused(
-                "no_parameter", f"{asked.target} has no field {field!r} that can be set; {meant(field, fields)}"
+                "no_parameter",
+                f"{asked.target} has no field {field!r} that can be set; {meant(field, fields)}",
             )
         device, part = self._twin(asked.target), address_of(asked.target).part
         if problem := setting_problem(self._sim.faults, device, field, value, part):
@@ -149,7 +150,9 @@ class BoardOperations:
         rows = await off_loop(bursts, _bursts, bursts)
         taps = self._sim.taps
         if asked.target not in taps:
-            raise VerbRefused("no_place", f"there is no tap {asked.target!r}; {meant(asked.target, list(taps))}")
+            raise VerbRefused(
+                "no_place", f"there is no tap {asked.target!r}; {meant(asked.target, list(taps))}"
+            )
         return Done(self._sim.give(taps[asked.target], Play(rows)), {})
 
     def state(self, asked: Asked) -> dict[str, float | None]:

@@ -89,7 +89,7 @@ class Health:
     def _of_bench(self) -> Iterator[HealthProblem]:
         for missing, remedy in self.grant.missing.items():
             yield HealthProblem("real_time", "", f"no {missing}", remedy)
-        again = "see `hil doctor` and docs/how-to/real-time.md"
+        again = "`hil doctor` looks for the cause; `hil docs real-time` says what helps"
         if (share := self.vitals.missed_share) > MISSED_SHARE:
             yield HealthProblem(
                 "wakes", "", f"{share:.1%} of the wakes of the last minute came too late", again
@@ -151,7 +151,5 @@ class Health:
 def _back(why: str, is_service: bool) -> str:
     """Remedy that brings a real board back, whose port could not be opened."""
     if is_service and why in _CLOSED_TO_SERVICES:
-        return (
-            "plug it in, and open adapters to the service: the drop-in adapters.conf, docs/how-to/service.md"
-        )
+        return "plug it in, and open adapters to the service: the drop-in adapters.conf, `hil docs service`"
     return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")

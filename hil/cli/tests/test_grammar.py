@@ -20,8 +20,8 @@ from hil.cli.commands import CliCommand, commands
 ROOT = commands(app)
 LEAVES = [command for command in ROOT.all() if not command.commands]
 EXAMPLE = re.compile(r"^Example: hil (.+)", re.M)
-TELL_NOTHING = {"serve", "monitor", "schema", "capture", "decode", "completion", "plot", "step", "drive"}
-"""Commands of hil without --json: what they print is a stream, a drawing, or a format of its own."""
+TELL_NOTHING = {"serve", "monitor", "schema", "capture", "decode", "completion"}
+"""Commands of hil without --json: what they print is a stream, or a format of its own."""
 HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()"]
 
 
@@ -64,7 +64,7 @@ def test_help_has_placeholders_in_capitals(command: CliCommand) -> None:
     assert long.exit_code == 0
     assert not re.search(r"<\w+>|\{\w+\}|\b(TEXT|PATH|INTEGER|FLOAT)\b", long.output)
     usage = long.output.partition("\n\n")[0]
-    assert re.fullmatch(r"Usage: hil [a-z -]*(\[?[A-Z][A-Z._=:-]*(\.\.\.)?\]?\s*)+", usage), usage
+    assert re.fullmatch(r"Usage: hil [a-z -]*(\[?[A-Z][][A-Z._=:-]*(\.\.\.)?\]?\s*)+", usage), usage
 
 
 def test_what_tells_something_tells_it_in_json() -> None:

@@ -13,6 +13,8 @@ from hil.config.explain import StrictModel, findings_of, words_of
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.problem import ConfigError
 
+BLOCK = "only a digit 1 to 9, + or - can follow | or > (begin the text on the next line, indented)"
+TAG = "this tag is not complete (remove it; text that begins with ! wants quotes)"
 WORDS = [
     ("m1:\n  profile:sac\n  baud: 3\n", '2:11: there is no space after the colon (write "profile: sac")'),
     ("bench:t\nm1:\n  a: 1\n", '1:7: there is no space after the colon (write "bench: t")'),
@@ -25,7 +27,8 @@ WORDS = [
     ("- a: 1\n b: 2\n", "2:2: this line is indented by 1 space, which fits no line above"
      " (indent it by no spaces, as line 1)"),
     ("a: {b: 1\n", '1:4: nothing closes this "{" (write "}")'),
-    ("a: [b,\n", '2:1: a value is wanted here, not the end of the file (write it, or quotes around the text)'),
+    ("a: [b,\n", "2:1: a value is wanted here, not the end of the file"
+     " (write it, or quotes around the text)"),
     ("a: [b\n", '1:4: nothing closes this "[" (write "]")'),
     ("x: {a: 1]\n", '1:9: a comma or "}" is wanted here, not "]" (check brackets, commas and quotes here)'),
     ("x: [a}\n", '1:6: a comma or "]" is wanted here, not "}" (check brackets, commas and quotes here)'),
@@ -47,17 +50,17 @@ WORDS = [
     ('a: "\\d"\n', "1:6: \\d is no escape of YAML (write \\\\ for \\, or use single quotes)"),
     ('a: "\\x1"\n', "1:7: this escape has too few hexadecimal digits"
      " (write \\xHH, \\uHHHH or \\UHHHHHHHH; in single quotes \\ is a plain character)"),
-    ("a: |x\n", "1:5: only a digit 1 to 9, + or - can follow | or > (begin the text on the next line, indented)"),
-    ("a: |0\n x", "1:5: only a digit 1 to 9, + or - can follow | or > (begin the text on the next line, indented)"),
+    ("a: |x\n", f"1:5: {BLOCK}"),
+    ("a: |0\n x", f"1:5: {BLOCK}"),
     ("a: !%ff b\n", "1:5: this tag is not complete (remove it; text that begins with ! wants quotes)"),
-    ("a: >-x\n", "1:6: only a digit 1 to 9, + or - can follow | or > (begin the text on the next line, indented)"),
+    ("a: >-x\n", f"1:6: {BLOCK}"),
     ("a: & b\n", "1:5: a name of letters and digits is wanted behind & or *"
      " (text that begins with & or * wants quotes)"),
     ("a: *\n", "1:5: a name of letters and digits is wanted behind & or *"
      " (text that begins with & or * wants quotes)"),
     ("a: *x\n", '1:4: there is no anchor "x" (an alias (*name) wants its anchor (&name) further up)'),
     ("a: &x 1\nb: &x 2\n", "2:4: this anchor is given twice (give each anchor a name of its own)"),
-    *((text, f"{at}: this tag is not complete (remove it; text that begins with ! wants quotes)") for text, at in (
+    *((text, f"{at}: {TAG}") for text, at in (
         ("a: !<x b\n", "1:7"), ("a: !e!x b\n", "1:4"), ("a: !x%zz b\n", "1:7"), ("a: !<> b", "1:6"))),
     *((text, f"{at}: this line begins with %, which YAML keeps for directives"
        " (remove it; text that begins with % wants quotes)") for text, at in (

@@ -1,0 +1,55 @@
+"""Classes of commands and groups: quick to start, with help in one style."""
+
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+from hil.cli.placeholders import usage_word, with_placeholders
+from hil.cli.plain_values import with_plain_values
+
+
+class Quick:
+    """Part of a command or a group that starts quickly, and shows placeholders in one style."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return with_placeholders(with_plain_values(super().get_params(ctx)))  # type: ignore[misc]
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]
+        below = ["COMMAND [ARGUMENT...]"] if hasattr(self, "commands") else []
+        return ["[OPTION...]", *map(usage_word, arguments), *below]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options."""
+        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for each in self.get_params(ctx):
+            if record := each.get_help_record(ctx):
+                is_argument = each.param_type_name == "argument"
+                shown = (usage_word(each), record[1].replace("[required]", "").rstrip())
+                rows["Arguments" if is_argument else "Options"].append(shown if is_argument else record)
+        for title, records in rows.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+        if hasattr(self, "format_commands"):
+            self.format_commands(ctx, formatter)
+
+
+class OneCommand(Quick, TyperCommand):
+    """Command."""
+
+
+class Below(Quick, TyperGroup):
+    """Group of commands below one of ``hil``, as `hil fault`."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands with their whole summaries."""
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
+            )
+
+
+def summary(command: Any) -> str:
+    """First paragraph of a command's help."""
+    return " ".join((command.help or "").partition("\n\n")[0].split())
