@@ -22,7 +22,7 @@ _USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
-class CommandLine(Quick, TyperGroup):
+class AllCommands(Quick, TyperGroup):
     """Group of all commands. Each is imported and made when it is asked for."""
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -113,7 +113,7 @@ def command_line() -> typer.Typer:
     """Make the command line."""
     made = typer.Typer(
         name="hil",
-        cls=CommandLine,
+        cls=AllCommands,
         help="Virtual motion-control boards behind real serial ports.",
         no_args_is_help=True,
         add_completion=False,

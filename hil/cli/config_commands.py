@@ -2,13 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hil.cli.ask import fail
 from hil.cli.serve_command import Config, read_config
 from hil.cli.told import CommandAnswer
+
+if TYPE_CHECKING:
+    from hil.config import BenchConfig
 
 
 def check(
@@ -24,17 +27,8 @@ def check(
 
     Example: hil check bench.yaml
     """
-    from hil.compose import find_catalogue
-    from hil.compose.build import TableFileError, start_sections
-
     bench = read_config(config)
-    problems, boards = [], find_catalogue(path=bench.profile_path).boards
-    for name, device in bench.devices.items():
-        try:
-            start_sections(device, boards[device.profile], {}, config.parent)
-        except TableFileError as error:
-            problems.append(f"{config}: devices.{name}.flash.table: {error}")
-    if problems:
+    if problems := _table_problems(bench, config):
         raise fail("\n".join(problems), 2)
     if diff is None:
         from hil.cli.profile_commands import say_what_is_spoilt
@@ -52,6 +46,25 @@ def check(
         for each in changes
     ]
     return CommandAnswer({"bench": bench.bench, "changes": rows}, "\n".join(lines))
+
+
+def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:
+    """Problems of the files of look-up tables that a configuration names."""
+    from hil.config.flash_model import BUILT_IN_TABLES
+
+    devices = {name: each for name, each in bench.devices.items() if each.flash.table not in BUILT_IN_TABLES}
+    if not devices:
+        return []
+    from hil.compose import find_catalogue
+    from hil.compose.build import TableFileError, start_sections
+
+    problems, boards = [], find_catalogue(path=bench.profile_path).boards
+    for name, device in devices.items():
+        try:
+            start_sections(device, boards[device.profile], {}, config.parent)
+        except TableFileError as error:
+            problems.append(f"{config}: devices.{name}.flash.table: {error}")
+    return problems
 
 
 def schema(

@@ -19,12 +19,14 @@ def main() -> None:
         from hil.host.journal import give_streams
 
         give_streams()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")  # hil has none: a look for them takes 4 %
     is_serving = sys.argv[1:2] == ["serve"]
     if is_serving:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
-        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")  # hil has none: a look for them takes 4 %
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
-    else:  # `serve` handles signals in its own way
+    else:
+        gc.set_threshold(100_000)  # a short life: what imports make is no garbage
+        # `serve` handles signals in its own way
         from hil.cli.interrupts import end_by_signals
 
         end_by_signals()

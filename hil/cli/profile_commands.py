@@ -14,6 +14,8 @@ from hil.cli.told import CommandAnswer
 if TYPE_CHECKING:
     from hil.config import BenchConfig
 
+_OF_HIL = "device_profiles."
+"""Beginning of the packages of hil's own boards, which are whole, and need not be tried."""
 NAME = "[a-z][a-z0-9_]{0,31}"
 
 profile_app = typer.Typer(
@@ -116,9 +118,12 @@ def check(
 def say_what_is_spoilt(bench: "BenchConfig") -> str:
     """Print the problems of boards that a bench does not use; answers their names as the end of a message."""
     from hil.compose import find_catalogue
+    from hil.discovery.board_places import find_places
 
-    catalogue = find_catalogue(path=bench.profile_path)
-    others = {*catalogue.profiles, *catalogue.refused} - {each.profile for each in bench.devices.values()}
+    catalogue, found = find_catalogue(path=bench.profile_path), find_places(bench.profile_path)
+    of_hil = {name for name, place in found.places.items() if place.package.startswith(_OF_HIL)}
+    used = {each.profile for each in bench.devices.values()}
+    others = {*catalogue.profiles, *catalogue.refused} - used - (of_hil - found.refused.keys())
     spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
     for problem in (each for problems in spoilt.values() for each in problems):
         typer.echo(problems_shown(str(problem)), err=True)

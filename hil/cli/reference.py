@@ -51,8 +51,8 @@ _GRAMMAR = """\
 bench for all commands. Names of verbs are taken with - and with _: `move-abs`, `move_abs`. `-h` is `--help`.
 
 With `--json` a command prints one line of JSON on its standard output: what it answers, with the names of the
-control socket's answers; or, of one that fails, `{"error": {"message": "...", "exit_code": 2}}`, where the exit
-code is the command's. `error` has `problems` where it lists some, each with `file`, `line`, `column`,
+control socket's answers; or, of one that fails, `{"error": {"message": "...", "exit_code": 2}}`, with the
+command's exit code. `error` has `problems` where it lists some, each with `file`, `line`, `column`,
 `message` and `remedy`.
 """
 

@@ -1,7 +1,8 @@
 """What commands tell: text for people, or with --json one line of JSON for programs, in one shape.
 
-A command that tells something answers a ``CommandAnswer``, and has the option --json by that. Of one that fails the
-line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists some.
+A command that tells something answers a ``CommandAnswer``, and has the option --json by that. Of one that
+fails the line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists
+some.
 """
 
 import functools
@@ -29,7 +30,7 @@ class CommandAnswer:
 
 
 def telling(command: Any) -> Any:
-    """Wrap a command that answers a ``CommandAnswer``: it prints it, and has --json. Others are left as they are."""
+    """Wrap a command that answers a ``CommandAnswer``, which is printed: it has --json. Others stay."""
     signature = inspect.signature(command)
     if signature.return_annotation is not CommandAnswer:
         return command

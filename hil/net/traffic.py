@@ -1,8 +1,11 @@
 """Counters of a port, and the queue of what its clients have not taken yet."""
 
-import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import asyncio
 
 QUEUE_BYTES = 4 * 1024 * 1024  # thirty answers of the longest kind (q of a Mechaduino: 126 kB)
 
@@ -29,7 +32,7 @@ class Outgoing:
 
     fd: int
     send: Callable[[bytes | bytearray], int]
-    loop: asyncio.AbstractEventLoop
+    loop: "asyncio.AbstractEventLoop"
     traffic: Traffic
     drained: Callable[[], None]
     died: Callable[[OSError], None]

@@ -1,7 +1,10 @@
 """Fields of an axis that may be set from outside, by whatever way: commands, bridges, faults."""
 
-from hil.sim.device import Device
-from hil.sim.faults.in_force import Faults
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # who only reads the names starts quickly
+    from hil.sim.device import Device
+    from hil.sim.faults.in_force import Faults
 
 SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
 """Fields that are the world around the board and not the firmware's memory."""
@@ -16,7 +19,9 @@ _RANGES = {
 _FIELD_LIMIT = 1e6
 
 
-def setting_problem(faults: Faults, device: Device, name: str, value: object, part: str = "") -> str | None:
+def setting_problem(
+    faults: "Faults", device: "Device", name: str, value: object, part: str = ""
+) -> str | None:
     """Error text for a value of a field of ``SETTABLE`` of one of a device's axes, or None. ``part``: the
     axis's name; empty: the first."""
     axis = device.axes[part]
@@ -29,7 +34,7 @@ def setting_problem(faults: Faults, device: Device, name: str, value: object, pa
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
 
 
-def _range(device: Device, name: str) -> tuple[float, float]:
+def _range(device: "Device", name: str) -> tuple[float, float]:
     """Range of a field; a gain has the limits of the board's verb."""
     gains = device.verbs["gains"].parameters if "gains" in device.verbs else ()
     for parameter in gains:

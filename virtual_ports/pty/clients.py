@@ -1,11 +1,14 @@
 """Clients of a pty: counted by inotify's events, and checked where those may be wrong."""
 
-import asyncio
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from virtual_ports.pty import terminal_settings
 from virtual_ports.pty.inotify import ClientWatch
 from virtual_ports.pty.pair import PtyPair
+
+if TYPE_CHECKING:
+    import asyncio
 
 _AUDIT_AFTER_S = 0.02
 _AUDIT_AGAIN_S = 0.2
@@ -26,7 +29,7 @@ class Clients:
     def __init__(
         self,
         pair: PtyPair,
-        loop: asyncio.AbstractEventLoop,
+        loop: "asyncio.AbstractEventLoop",
         came: Callable[[], None],
         left: Callable[[int | None], None],
     ) -> None:

@@ -9,17 +9,20 @@ of a pts and keeps two of them apart. Two processors in the same microsecond can
 a caller that must be sure has to check (``PtyPort`` does).
 """
 
-import asyncio
 import ctypes
 import os
 import select
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 Listener = Callable[[list[int], bool], None]
 """Called with +1 for each open, -1 for each close, in order, and whether any were lost. Must not drain."""
+
+if TYPE_CHECKING:
+    import asyncio
 
 _IN_CLOSE = 0x08 | 0x10  # IN_CLOSE_WRITE | IN_CLOSE_NOWRITE, linux/inotify.h
 _IN_OPEN = 0x20
@@ -39,7 +42,7 @@ def _checked(result: int, what: str) -> int:
 
 
 class _Inotify:
-    def __init__(self, loop: asyncio.AbstractEventLoop, directory: Path) -> None:
+    def __init__(self, loop: "asyncio.AbstractEventLoop", directory: Path) -> None:
         self._loop = loop
         self._listeners: dict[int, Listener] = {}
         self._untold: dict[int, list[int]] = {}
@@ -106,7 +109,7 @@ class _Inotify:
                     self._untold.setdefault(wd, []).append(1 if mask & _IN_OPEN else -1)
 
 
-_of_loop: WeakKeyDictionary[asyncio.AbstractEventLoop, _Inotify] = WeakKeyDictionary()
+_of_loop: "WeakKeyDictionary[asyncio.AbstractEventLoop, _Inotify]" = WeakKeyDictionary()
 
 
 class ClientWatch:
@@ -117,6 +120,8 @@ class ClientWatch:
     """
 
     def __init__(self, pts: Path, listener: Listener) -> None:
+        import asyncio
+
         self._loop = asyncio.get_running_loop()
         shared = _of_loop.get(self._loop)
         if shared is None:

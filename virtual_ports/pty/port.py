@@ -1,6 +1,5 @@
 """The pty port: a terminal under a stable name. A pty that dies is replaced by another."""
 
-import asyncio
 import grp
 import os
 from functools import partial
@@ -75,6 +74,8 @@ class PtyPort:
 
     async def open(self, host: PortHost) -> None:
         self._host = host
+        import asyncio  # where a port is opened; its options are read without
+
         self._loop = asyncio.get_running_loop()
         self._open_pty()
 
