@@ -34,7 +34,19 @@ SAC_READY_NS = 1_150_000_000
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
-NEEDS_RUNTIME_DIR = ("list", "status", "monitor", "reset", "pin", "set", "plot", "step", "drive", "axis")
+NEEDS_RUNTIME_DIR = (
+    "list",
+    "status",
+    "monitor",
+    "reset",
+    "pin",
+    "set",
+    "plot",
+    "step",
+    "drive",
+    "axis",
+    "state",
+)
 TERMINAL = {"COLUMNS": "100", "TERM": "dumb"}
 T = TypeVar("T")
 Devices = Mapping[str, Mapping[str, Any]]

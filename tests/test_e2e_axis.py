@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from e2e_support import Place, Server, config, until
 
+from hil.net.control_client import ask
+
 DEVICES: dict[str, dict[str, Any]] = {
     "m-1": {"setpoints": {"timeout_ms": 500, "policy": "torque_off"}},
     "s1": {"profile": "sac", "flash": {}},
@@ -85,7 +87,7 @@ def test_what_is_typed_is_done(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("m-1", "fly"), 2, "hil: m-1 has no 'fly'; it has position, velocity, torque, mode, "),
+        (("m-1", "fly"), 2, "hil: m-1 has no 'fly'; there are position, velocity, torque, mode, "),
         (("m9", "stop"), 1, "hil: no device 'm9'; there are m-1, s1"),
         (("m-1", "move-abs"), 1, "hil: position_deg: this one is missing: where to"),
         (("m-1", "move-abs", "far"), 1, "hil: position_deg: write a number"),
@@ -102,9 +104,16 @@ def test_what_is_typed_is_done(bench: Bench) -> None:
             2,
             "hil: there is no parameter 'speed'; it takes position_deg, ",
         ),
+        (("m-1", "mov-abs"), 2, "hil: m-1 has no 'mov-abs'; did you mean move-abs? there are position, "),
+        (
+            ("m-1", "move-abs", "velocity=3"),
+            2,
+            "hil: there is no parameter 'velocity'; did you mean velocity_rpm?",
+        ),
+        (("m-2", "enable"), 1, "hil: no device 'm-2'; did you mean m-1? there are m-1, "),
         (("m-1", "enable", "now"), 2, "hil: 'now' is too much; it takes nothing"),
         (("m-1", "stop", "softly"), 1, "hil: how: write grace or prejudice"),
-        (("m-1", "pin", "D9", "1"), 1, "hil: pins of m-1 are D0, D1, D2, D3"),
+        (("m-1", "pin", "D9", "1"), 1, "hil: m-1 has no pin 'D9'; there are D0, D1, D2, D3"),
         (("s1", "run", "31"), 1, "hil: position: write 1 to 30"),
         (("s1", "loop", "3", "2"), 1, "hil: last: 2 comes before first, 3"),
     ],
@@ -116,6 +125,43 @@ def test_refusals_and_their_exit_codes(
     said = place.cli("axis", *arguments, code=code)
     assert said.startswith(message), said
     assert "Traceback" not in said
+
+
+def test_waiting_for_the_end_of_a_motion(bench: Bench) -> None:
+    place, server = bench
+    place.cli("axis", "m-1", "enable")
+    for verb in ("move-abs", "move_abs"):
+        answer = json.loads(
+            place.cli(
+                "--runtime-dir",
+                str(place.runtime),
+                "--bench",
+                "t",
+                "axis",
+                "m-1",
+                verb,
+                "45",
+                "--wait",
+                "--json",
+            )
+        )
+        assert answer["done"] is True
+        assert ask(server.control, "do", device="m-1", name=verb, parameters={"position_deg": 44})
+    assert "done: True" in place.cli("axis", "m-1", "move-abs", "-45", "--wait")
+    assert abs(snapshot(server)["position_deg"] + 45) < 0.5
+    state = json.loads(place.cli("state", "m-1", "--json"))
+    assert abs(state["position_deg"] + 45) < 0.5
+    assert re.search(r"^position_deg +-4[45][0-9.]* deg$", place.cli("state", "m-1"), re.M)
+
+
+def test_the_bench_of_the_environment(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    place, _ = bench
+    monkeypatch.setenv("HIL_BENCH", "nowhere")
+    assert "bench 'nowhere' is not running" in place.cli("state", "m-1", code=1)
+    assert "position_deg" in place.cli("state", "m-1", "-b", "t")
+    assert "position_deg" in place.cli("--runtime-dir", str(place.runtime), "-b", "t", "state", "m-1")
+    monkeypatch.setenv("HIL_BENCH", "t")
+    assert "position_deg" in place.cli("state", "m-1")
 
 
 def test_pins_and_power(bench: Bench) -> None:
@@ -158,7 +204,7 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
         "type",
     ]
     said = place.cli("axis", "s2", "move-rel", "90", "-b", "r", code=2)
-    assert said == "hil: s2 has no 'move-rel'; it has type, reset\n"
+    assert said == "hil: s2 has no 'move-rel'; there are type, reset\n"
     refused = place.cli("axis", "s2", "reset", "now", "-b", "r", code=2)
     assert refused == "hil: 'now' is too much; it takes nothing\n"
     place.cli("axis", "s2", "type", r"xm50p\r", "-b", "r")

@@ -43,7 +43,7 @@ def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = Non
 
 def pin(
     device: DeviceName,
-    name: Annotated[str, typer.Argument(help="D0 (dir), D1 (step), D2 (enable, active low) or D3.")],
+    name: Annotated[str, typer.Argument(help="As in D2 or enable; a wrong one lists them.")],
     level: Annotated[int, typer.Argument(help="0 or 1.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,

@@ -14,6 +14,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
 from hil.vocab.address import pin_of
+from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns
@@ -129,10 +130,11 @@ class FaultFace:
 def _do(
     runtime: BenchRuntime, device: Device, part: str, verb: str, parameters: Mapping[str, float | str]
 ) -> dict[str, Any]:
+    verb = verb.replace("-", "_")  # as in move-abs
     known = device.verbs.get(verb)
     if known is None or not (known.run or known.types):
-        names = ", ".join(name for name, each in device.verbs.items() if each.run or each.types)
-        raise VerbRefused("no_verb", f"there is no {verb!r} here; there are {names or 'none'}")
+        names = [name for name, each in device.verbs.items() if each.run or each.types]
+        raise VerbRefused("no_verb", f"there is no {verb!r} here; {meant(verb, names)}")
     at_ns, answer = runtime.do(device, verb, known.filled(parameters), part)
     return dict(answer) | {"effective_at_ns": at_ns}
 
