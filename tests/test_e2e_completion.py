@@ -44,6 +44,9 @@ touch ready
 LINES: dict[str, set[str]] = {
     "hil se": {"serve", "set"},
     "hil fault i": {"inject"},
+    "hil -b t fault i": {"inject"},
+    "hil --bench t state s": {"s1", "s2"},
+    "hil docs zen": {"zenoh"},
     "hil completion ": {"bash", "zsh", "fish"},
     "hil status --j": {"--json"},
     "hil reset ": {"m1", "s1", "s2"},
@@ -156,7 +159,7 @@ def test_names_of_other_benches_are_not_mixed(folder: Place) -> None:
 
 
 def test_without_a_bench_names_are_empty_and_no_error(place: Place) -> None:
-    for kind in KINDS.keys() - {"faults", "shells"}:
+    for kind in KINDS.keys() - {"faults", "pages", "shells"}:
         assert place.hil("_names", kind, "axis", "m1", "reset", *place.folders()[:2]) == ""
 
 

@@ -1,11 +1,26 @@
 """Classes of commands and groups: quick to start, with help in one style."""
 
+import re
 from typing import Any
 
+import typer
 from typer.core import TyperCommand, TyperGroup
 
 from hil.cli.placeholders import usage_word, with_placeholders
 from hil.cli.plain_values import with_plain_values
+
+USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]
+"""Error of a wrong command line: click's, or that of typer's own copy of it."""
+_VALUES = (
+    ("Input should be a valid number.*", "write a number"),
+    ("Input should be a valid (integer|int).*", "write a whole number"),
+    ("Input should be greater than or equal to ", "write at least "),
+    ("Input should be less than or equal to ", "write at most "),
+    ("Input should be greater than ", "write more than "),
+    ("Input should be less than ", "write less than "),
+    ("Input should be ", "write "),
+)
+"""Words for what pydantic, by way of typer, says of a value."""
 
 
 class Quick:
@@ -13,6 +28,17 @@ class Quick:
 
     def get_params(self, ctx: Any) -> list[Any]:
         return with_placeholders(with_plain_values(super().get_params(ctx)))  # type: ignore[misc]
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().parse_args(ctx, args)  # type: ignore[misc]
+        except USAGE_ERROR as error:
+            given = getattr(error, "param", None)
+            if given is not None and given.param_type_name == "argument":
+                error.param_hint = f"'{usage_word(given).strip('[]')}'"
+            for pattern, words in _VALUES:
+                error.message = re.sub(pattern, words, error.message)
+            raise
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]

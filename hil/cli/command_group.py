@@ -11,14 +11,13 @@ from typer.core import TyperGroup
 
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
-from hil.cli.command_classes import OneCommand, Quick, summary
+from hil.cli.command_classes import USAGE_ERROR, OneCommand, Quick, summary
 from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, CommandRow
 from hil.cli.told import telling
 from hil.vocab.near_words import nearest
 
 _NOT_THIS_BENCH = {"zenoh keys"}
 """Commands whose --bench is not a running one."""
-_USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]  # of click, or of typer's own copy of it
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
@@ -40,7 +39,7 @@ class AllCommands(Quick, TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         try:
             return super().resolve_command(ctx, args)
-        except _USAGE_ERROR as error:
+        except USAGE_ERROR as error:
             if near := nearest(args[0], self.list_commands(ctx)):
                 error.message += f" Did you mean {near!r}?"
             raise

@@ -39,6 +39,7 @@ TAKES = {
     "zenoh keys port": "",
     "sac oneshot number": "",
     "shell": "shells",
+    "topic": "pages",
 }
 """Kinds of parameters' values, by the parameter's name, or by the command's and its: a file, a folder, or one
 of ``completion_names.KINDS``. All others have no names that could be listed."""

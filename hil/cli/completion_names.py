@@ -87,6 +87,12 @@ def _shells(line: TypedLine) -> Names:
     return [(shell, "") for shell in SHELLS]
 
 
+def _pages(line: TypedLine) -> Names:
+    from hil.cli.pages import find_pages
+
+    return [(name, page.title) for name, page in find_pages().items()]
+
+
 def _taps(line: TypedLine) -> Names:
     return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
 
@@ -140,6 +146,7 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
         (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")
     ],
     "shells": _shells,
+    "pages": _pages,
 }
 """Kinds of names, as in ``commands.TAKES``."""
 

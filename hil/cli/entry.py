@@ -45,12 +45,12 @@ def _answer_in_json(app: Any) -> None:
     """Run a command whose errors are told in JSON, too, and exit."""
     import typer
 
+    from hil.cli.command_classes import USAGE_ERROR
     from hil.cli.told import error_line
 
-    usage_error: type[Any] = typer.BadParameter.__mro__[1]
     try:
         code = app(standalone_mode=False)
-    except usage_error as error:
+    except USAGE_ERROR as error:
         print(error_line(error.format_message(), error.exit_code))
         code = error.exit_code
     except typer.Abort:

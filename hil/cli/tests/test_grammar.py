@@ -77,7 +77,7 @@ def test_what_tells_something_tells_it_in_json() -> None:
     ("words", "code", "message"),
     [
         (["status", "--json", "--runtime-dir", "/nowhere"], 1, "no bench is running here"),
-        (["state", "--json"], 2, "Missing argument"),
+        (["state", "--json"], 2, "Missing argument 'DEVICE'"),
         (["stat", "--json"], 2, "Did you mean 'state'?"),
         (["docs", "run", "--json"], 2, "did you mean runs?"),
         (["check", "--json", "b.yaml"], 2, "b.yaml:1:8: there is no space"),
@@ -100,6 +100,22 @@ def test_a_mistyped_command() -> None:
     done = CliRunner().invoke(app, ["statsu"])
     assert done.exit_code == 2
     assert "No such command 'statsu'. Did you mean 'status'?" in done.output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["set", "m1", "r", "fast"], "Invalid value for 'VALUE': write a number"),
+        (["pin", "m1", "D1", "on"], "Invalid value for 'LEVEL': write a whole number"),
+        (["doctor", "--devices", "0"], "write at least 1"),
+        (["doctor", "--devices", "513"], "write at most 512"),
+    ],
+)
+def test_values_of_the_command_line(words: list[str], said: str) -> None:
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert said in done.output
+    assert "Input" not in done.output
 
 
 def test_a_page_of_the_documentation_and_the_list_of_them() -> None:
