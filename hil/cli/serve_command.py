@@ -33,6 +33,13 @@ def serve(
         Path | None,
         typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
     ] = None,
+    ready_file: Annotated[
+        Path | None,
+        typer.Option("--ready-file", help="Write a JSON object to this file when the boards answer."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print that object when the boards answer, and nothing else.")
+    ] = False,
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM.
 
@@ -41,8 +48,9 @@ def serve(
     import asyncio
     import os
 
+    from hil.cli.ready import Telling
     from hil.cli.started import started
-    from hil.daemon import Daemon
+    from hil.daemon import Daemon, Serving
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.paths import log_file, runtime_base, state_base
@@ -56,11 +64,12 @@ def serve(
     except typer.Exit:
         notifier.status(f"{config} has problems; the log lists them")
         raise
+    runtime = runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench)
     daemon = Daemon(
         bench,
         config_folder=config.parent,
         config_file=config,
-        runtime_base=runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench),
+        runtime_base=runtime,
         state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
         input_log=log_file(log, os.environ),
         require_rt=require_rt,
@@ -69,9 +78,17 @@ def serve(
     )
     allow_many_files()
     try:
+        telling = Telling(runtime / bench.bench, ready_file, writer if as_json else None)
+
+        def begun(serving: Serving) -> None:
+            if not as_json:
+                started(serving, writer)
+            telling.begin(serving)
+
         try:
-            asyncio.run(daemon.run(lambda serving: started(serving, writer)))
+            asyncio.run(daemon.run(begun))
         finally:
+            telling.end()
             writer.close()
     except StartError as error:
         notifier.status(str(error))

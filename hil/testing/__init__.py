@@ -1,12 +1,13 @@
-"""The shipped test kit: benches on the virtual clock, for pytest and for scripts.
+"""The shipped test kit: benches for pytest and for scripts.
 
-``Bench`` is a whole bench in memory; ``replay`` runs an input log again; ``replay_control`` runs a
+``Bench`` is a whole bench in memory, on the virtual clock; ``live`` runs one in a process of its own, in real
+time; ``replay`` runs an input log again; ``replay_control`` runs a
 control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``check_port`` and
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.runs, hil.sim,
-hil.telemetry, hil.vocab, hil.wire, the standard library, can, numpy, pytest.
+May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.net, hil.runs, hil.sim,
+hil.telemetry, hil.vocab, hil.wire, the standard library, can, numpy, pytest, serial.
 
 Tests may import too: device_profiles.
 """
@@ -21,18 +22,22 @@ from hil.testing.checks.findings import CheckFailed
 from hil.testing.checks.port_check import check_port
 from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
+from hil.testing.served_bench import LiveError, ServedBench, live
 
 __all__ = [
     "Bench",
     "CheckFailed",
     "ConfigError",
+    "LiveError",
     "RecordingDesk",
     "Replayed",
+    "ServedBench",
     "check_bridge",
     "check_codec",
     "check_port",
     "check_profile",
     "framing_reader",
+    "live",
     "replay",
     "replay_control",
 ]

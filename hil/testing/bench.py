@@ -15,6 +15,7 @@ from hil.sim.given_fault import fault_refusal
 from hil.sim.segment_tap import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
+from hil.testing.named_things import NamedThings, NoSuchName, no_such
 from hil.vocab.address import address_of, no_part
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
@@ -108,15 +109,19 @@ class Bench:
         Raises:
             KeyError: there is no such UART.
         """
+        __tracebackhide__ = True
         device, part = address_of(name)
+        if device not in self._runtime.devices:
+            raise no_such("device", device, self._runtime.devices)
         uarts = self._runtime.devices[device].uarts
         if (uart or part) not in uarts:
-            raise KeyError(no_part(device, "serial interface", uart or part, uarts))
+            raise NoSuchName(no_part(device, "serial interface", uart or part, uarts))
         return self._ports[uarts.label(device, uart or part)]
 
     def tap(self, name: str) -> TapFace:
-        """Tap by its name, as in ``bus0.master``."""
-        return self._taps[name]
+        """Tap by its name, as in ``bus0.master``. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        return NamedThings("tap", self._taps)[name]
 
     def fault(self, kind: str, target: str, **parameters: float | str) -> FaultFace:
         """Make something go wrong (``hil.vocab.faults`` has the kinds), until it is cleared.
@@ -128,24 +133,30 @@ class Bench:
         return FaultFace(number, self._runtime)
 
     def segment(self, name: str) -> SegmentView:
-        """Segment by its name, read-only."""
-        return self._runtime.segments[name]
+        """Segment by its name, read-only. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        return NamedThings("segment", self._runtime.segments)[name]
 
     def canbus(self, name: str = "can0") -> "CanBusFace":
         """CAN bus by its name, with a node of the test's own on it from the first call on. Raises KeyError:
         there is none."""
+        __tracebackhide__ = True
         if name not in self._canbuses:
             from hil.testing.can_faces import CanBusFace
 
-            self._canbuses[name] = CanBusFace(self, self._runtime, self._runtime.buses[name])
+            bus = NamedThings("CAN bus", self._runtime.buses)[name]
+            self._canbuses[name] = CanBusFace(self, self._runtime, bus)
         return self._canbuses[name]
 
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
-        return self._axes[self._runtime.roster.axis_address(name) or name]
+        __tracebackhide__ = True
+        return NamedThings("axis", self._axes)[self._runtime.roster.axis_address(name) or name]
 
     def device(self, name: str) -> DeviceFace:
-        return self._devices[name]
+        """Device by its name. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        return NamedThings("device", self._devices)[name]
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
         """Check and plan a multi-axis run (``hil.runs``) now; drive it with ``perform``.

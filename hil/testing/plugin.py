@@ -1,6 +1,9 @@
-"""Pytest plugin: the fixtures ``bench``, ``segment``, ``canbus``, ``drive`` and ``fault``."""
+"""Pytest plugin: the fixtures ``bench``, ``live_bench``, ``segment``, ``canbus``, ``drive`` and ``fault``; a
+test that fails while live benches run has their logs and traffic in its report."""
 
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +13,7 @@ if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.can_faces import CanBusFace, DriveFace
     from hil.testing.faces import FaultFace
+    from hil.testing.served_bench import ServedBench
 
 NODE = "sac"
 COLD_START_MS = 1100
@@ -18,17 +22,56 @@ COLD_START_MS = 1100
 @pytest.fixture
 def bench() -> "Iterator[Callable[..., Bench]]":
     """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``."""
+    from hil.config import ConfigError
     from hil.testing.bench import Bench
 
     made: list[Bench] = []
 
     def make(config: str | Path | Mapping[str, Any], seed: int = 0) -> Bench:
-        made.append(Bench(config, seed))
+        __tracebackhide__ = True
+        try:
+            made.append(Bench(config, seed))
+        except ConfigError as error:
+            raise error.with_traceback(None) from None
         return made[-1]
 
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture
+def live_bench(tmp_path: Path) -> "Iterator[Callable[..., ServedBench]]":
+    """Run benches in processes of their own, in real time, until the test's end: ``live_bench("bench.yaml")``
+    answers when its boards do. Options as of ``hil.testing.live``. Logs and captures stay in ``tmp_path``."""
+    from hil.testing.served_bench import LiveError, live
+
+    with ExitStack() as stack:
+        number = 0
+
+        def run(config: "str | Path | Mapping[str, Any]", **options: Any) -> "ServedBench":
+            __tracebackhide__ = True
+            nonlocal number
+            number += 1
+            keep = tmp_path / f"live_bench{number}"
+            try:
+                return stack.enter_context(live(config, **{"keep": keep} | options))
+            except LiveError as error:
+                raise error.with_traceback(None) from None
+
+        yield run
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Add what live benches said and what passed over their lines to the report of a test that failed."""
+    report = yield
+    if report.failed and (module := sys.modules.get("hil.testing.served_bench")):
+        for each in module.OPEN:
+            report.sections += each.report()
+    return report
 
 
 @pytest.fixture

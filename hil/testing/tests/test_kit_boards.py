@@ -170,7 +170,7 @@ def test_a_package_that_is_not_there_spoils_its_board_only(tmp_path: Path, packa
     assert answers(bench(tmp_path, "good")) == b"good"
     _, found = problems(bench(tmp_path, "namer", path="[]"))
     assert found == (
-        "lab_gone of the package lab-boards:0:0: there is no package lab_gone"
+        "lab_gone of the package lab-boards: there is no package lab_gone"
         ' (mend the entry point namer = "lab_gone" of its package)'
     )
     assert "lab_gone.deeper cannot be found" in problems(bench(tmp_path, "other", path="[]"))[1]

@@ -1,0 +1,43 @@
+"""Things by name whose ``KeyError`` is a sentence: what there is not, what is like it, and what there is."""
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from typing import TypeVar
+
+Thing = TypeVar("Thing")
+
+
+class NoSuchName(KeyError):
+    """Error of a name that is not there: ``str(error)`` is a sentence."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def no_such(what: str, name: object, known: Mapping[str, object]) -> NoSuchName:
+    """Error of a name that is not among those known; ``what``: the kind of thing, as in ``device``."""
+    like = get_close_matches(str(name), list(known), n=1)
+    meant = f" (did you mean {like[0]!r}?)" if like else ""
+    there = f"there are {', '.join(known)}" if known else "there is none"
+    return NoSuchName(f"there is no {what} {name!r}{meant}; {there}")
+
+
+class NamedThings(Mapping[str, Thing]):
+    """Mapping that refuses a wrong name by a sentence."""
+
+    def __init__(self, what: str, things: Mapping[str, Thing]) -> None:
+        self._what = what
+        self._things = things
+
+    def __getitem__(self, name: str) -> Thing:
+        __tracebackhide__ = True
+        try:
+            return self._things[name]
+        except KeyError:
+            raise no_such(self._what, name, self._things) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._things)
+
+    def __len__(self) -> int:
+        return len(self._things)

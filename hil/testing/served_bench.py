@@ -1,0 +1,246 @@
+"""Benches in processes of their own, in real time, behind real ports: for tests of programs that know nothing
+of hil."""
+
+import contextlib
+import json
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import serial
+
+from hil.net.control_client import ControlError, ask
+from hil.testing.live_capture import LiveCapture, traffic_at_ports
+from hil.testing.named_things import NamedThings
+
+READY_S = 60.0
+"""Maximum time until the boards answer, by default."""
+END_S = 10.0
+"""Maximum time for a daemon to end in after SIGTERM."""
+SHORT_PATH = 60
+"""Maximum length of the folder for temporary files: the path of a socket has at most 107 bytes."""
+SHOWN_LINES = 40
+OPEN: "list[ServedBench]" = []
+"""Benches that run, for the reports of tests that fail."""
+
+
+class LiveError(Exception):
+    """Error of a live bench: ``str(error)`` is what ``hil`` said."""
+
+
+class ServedBench:
+    """Bench in a process of its own. ``folder`` has its ports and memories, ``kept`` its log and capture."""
+
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path, kept: Path) -> None:
+        self._process = process
+        self.folder = folder
+        self.log_file = kept / "hil.log"
+        self.capture_file = kept / "capture.pcapng"
+        self.info: Mapping[str, Any] = {}
+        """What ``hil serve --json`` said when the boards answered; the reference has its keys."""
+
+    @property
+    def pid(self) -> int:
+        """Process of ``hil serve``."""
+        return self._process.pid
+
+    @property
+    def ports(self) -> Mapping[str, str]:
+        """Paths and URLs of all ports by address: ``m1``, ``s1.network``, ``bus0.master``."""
+        return NamedThings("port", self.info["ports"])
+
+    def port(self, name: str) -> str:
+        """Path or URL of a port, as pyserial's ``serial_for_url`` takes it. Raises KeyError: with the names
+        that there are."""
+        __tracebackhide__ = True
+        return self.ports[name]
+
+    @property
+    def log(self) -> str:
+        """What the daemon has logged so far."""
+        return self.log_file.read_text(errors="replace")
+
+    def ask(self, verb: str, **arguments: Any) -> Any:
+        """Ask at the control socket, as in ``ask("inject", fault="packet_nak", target="s4.network",
+        parameters={})``; the reference has its verbs. Raises LiveError: it was refused."""
+        __tracebackhide__ = True
+        try:
+            return ask(Path(self.info["control"]), verb, **arguments)
+        except ControlError as error:
+            raise LiveError(str(error)) from None
+
+    def hil(self, *arguments: str, timeout_s: float = READY_S) -> str:
+        """Run a command on this bench, as in ``hil("fault", "clear")``; answers what it printed. Raises
+        LiveError: it exits with another code than 0."""
+        __tracebackhide__ = True
+        command = [*_HIL, *arguments, "--runtime-dir", str(self.folder / "run")]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
+        if done.returncode:
+            raise LiveError(f"hil {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
+        return done.stdout
+
+    def type(self, name: str, *lines: bytes, until: bytes, timeout_s: float = 10.0) -> bytes:
+        """Send lines to a port, and read after each up to ``until``; answers all that came. Raises LiveError:
+        it did not come in time."""
+        __tracebackhide__ = True
+        heard = b""
+        baud = self.info["bauds"][name] or 115200
+        with serial.serial_for_url(self.port(name), baud, timeout=timeout_s) as port:
+            for line in lines:
+                port.write(line)
+                heard += (answer := port.read_until(until))
+                if not answer.endswith(until):
+                    raise LiveError(
+                        f"{name} did not answer {until!r} to {line!r} in {timeout_s:g} s: {answer!r}"
+                    )
+        return heard
+
+    def report(self) -> list[tuple[str, str]]:
+        """Titles and texts for the report of a test that failed: the ends of the log and of the traffic at
+        ports, and on lines in words."""
+        name = self.info.get("bench", "live")
+        sections = [(f"hil serve {name} ({self.log_file})", _end_of(self.log))]
+        if self.capture_file.exists():
+            at_ports = "\n".join(traffic_at_ports(self.capture_file.read_bytes()))
+            decode = [*_HIL, "decode", str(self.capture_file)]
+            on_lines = subprocess.run(
+                decode, capture_output=True, text=True, timeout=READY_S, check=False
+            ).stdout
+            sections += [
+                (f"{what} of {name} ({self.capture_file})", _end_of(text))
+                for what, text in (("ports", at_ports), ("lines", on_lines))
+                if text
+            ]
+        return sections
+
+
+_MAIN = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
+_HIL = (sys.executable, "-P", "-c", _MAIN)
+"""Command of this installation, whatever a shell finds, and whatever is in the current folder."""
+
+
+@contextmanager
+def live(
+    config: str | Path | Mapping[str, Any],
+    *,
+    options: tuple[str, ...] = (),
+    capture: bool = True,
+    keep: Path | None = None,
+    timeout_s: float = READY_S,
+) -> Iterator[ServedBench]:
+    """Run a bench in a process of its own for the block, which begins when its boards answer.
+
+    ``config`` is a path, YAML text or a dict; files that a text or a dict names need absolute paths.
+    ``options``: further ones of ``hil serve``, as ``("--log", "run.jsonl")``; ``capture``: record the traffic
+    of all ports and lines; ``keep``: folder in which log and capture stay.
+
+    Raises:
+        LiveError: the configuration has problems, which it lists, or the boards did not answer within
+            ``timeout_s``.
+    """
+    __tracebackhide__ = True
+    with ExitStack() as stack:
+        folder = Path(tempfile.mkdtemp(prefix="hil-", dir=_short_folder()))
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        bench = stack.enter_context(_served(config, options, folder, keep or folder, timeout_s))
+        if capture:
+            stack.enter_context(LiveCapture(Path(bench.info["control"]), bench.capture_file))
+        OPEN.append(bench)
+        stack.callback(OPEN.remove, bench)
+        try:
+            yield bench
+        except BaseException as error:
+            error.add_note(f"--- the end of what hil serve said\n{_end_of(bench.log)}")
+            raise
+
+
+@contextmanager
+def _served(
+    config: str | Path | Mapping[str, Any],
+    options: tuple[str, ...],
+    folder: Path,
+    kept: Path,
+    timeout_s: float,
+) -> Iterator[ServedBench]:
+    __tracebackhide__ = True
+    path = _config_file(config, folder)
+    where = ("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state"))
+    command = [*_HIL, "serve", str(path), "--json", *where, *options]
+    kept.mkdir(parents=True, exist_ok=True)
+    with (kept / "hil.log").open("wb") as log:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log)
+    bench = ServedBench(process, folder, kept)
+    assert process.stdout is not None
+    try:
+        line, is_over = _line(process.stdout, timeout_s)
+        if not line.endswith(b"\n"):
+            _end(process)
+            late = "" if is_over else f"the boards do not answer after {timeout_s:g} s\n"
+            said = bench.log.strip() or f"hil serve ended with {process.returncode}"
+            raise LiveError(late + _without_our_file(said, config, path))
+        bench.info = json.loads(line)
+        if failed := bench.info["failed"]:
+            raise LiveError("\n".join(f"{name} has stopped: {why}" for name, why in failed.items()))
+        yield bench
+    finally:
+        _end(process)
+
+
+def _line(stream: IO[bytes], timeout_s: float) -> tuple[bytes, bool]:
+    """Read a line, or what there is of it when the time is over or the stream ends; answers too whether it
+    has ended."""
+    line, until_s = b"", time.monotonic() + timeout_s
+    while not line.endswith(b"\n") and (left_s := until_s - time.monotonic()) > 0:
+        if select.select([stream], [], [], left_s)[0]:
+            piece = os.read(stream.fileno(), 65536)
+            if not piece:
+                return line, True
+            line += piece
+    return line, False
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a daemon and wait for it."""
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.terminate()
+        process.wait(END_S)
+    if process.poll() is None:
+        process.kill()
+        process.wait()
+    if process.stdout:
+        process.stdout.close()
+
+
+def _config_file(config: str | Path | Mapping[str, Any], folder: Path) -> Path:
+    if isinstance(config, Path) or (isinstance(config, str) and "\n" not in config and ":" not in config):
+        return Path(config)
+    path = folder / "bench.yaml"
+    path.write_text(config if isinstance(config, str) else json.dumps(config))  # YAML has JSON in it
+    return path
+
+
+def _without_our_file(said: str, config: str | Path | Mapping[str, Any], path: Path) -> str:
+    """Name a configuration in a message as its writer knows it: a dict has no lines."""
+    if isinstance(config, Mapping):
+        return re.sub(re.escape(str(path)) + r"(:\d+:\d+)?", "<dict>", said)
+    return said if path == Path(config) else said.replace(str(path), "<text>")
+
+
+def _short_folder() -> str:
+    usual = tempfile.gettempdir()
+    return usual if len(os.fsencode(usual)) <= SHORT_PATH else "/tmp"
+
+
+def _end_of(text: str) -> str:
+    lines = text.splitlines()
+    left_out = [f"... {len(lines) - SHOWN_LINES} lines before"] if len(lines) > SHOWN_LINES else []
+    return "\n".join([*left_out, *lines[-SHOWN_LINES:]]) or "nothing"
