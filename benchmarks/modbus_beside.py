@@ -89,7 +89,7 @@ def control(of: Daemon) -> Path:
 def run_s(of: Daemon) -> float:
     """Time of a run, from its submission until it is told as done."""
     began = time.perf_counter()
-    name = ask(control(of), "run", text=RUN, anew=True)["run"]
+    name = ask(control(of), "run", text=RUN, fresh=True)["run"]
     while (told := ask(control(of), "runs", name=name)[0])["state"] in ("queued", "running"):
         time.sleep(0.002)
     if told["state"] != "done":

@@ -37,6 +37,7 @@ _ROWS = (
     CommandRow("profile", BOARD, "profile_commands:profile_app"),
     CommandRow("axis", MOTION, "axis_command:axis", takes_negative=True),
     CommandRow("run", MOTION, "run_command:run"),
+    CommandRow("runs", MOTION, "runs_commands:runs_app"),
     CommandRow("step", MOTION, "draw_commands:step", takes_negative=True),
     CommandRow("drive", MOTION, "draw_commands:drive"),
     CommandRow("plot", MOTION, "draw_commands:plot"),

@@ -7,7 +7,8 @@ import typer
 
 from hil import __version__
 from hil.cli.commands import CliCommand, CliParameter, commands
-from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
+from hil.cli.exit_codes import EXIT_CODES
+from hil.cli.surroundings import ENVIRONMENT, FILES
 
 HEAD = """\
 .\\" Written by `hil reference --man`; do not edit.

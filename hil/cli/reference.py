@@ -7,7 +7,8 @@ import typer
 
 from hil.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
 from hil.cli.commands import HELP, commands
-from hil.cli.surroundings import ENVIRONMENT, EXIT_CODES, FILES
+from hil.cli.exit_codes import EXIT_CODES
+from hil.cli.surroundings import ENVIRONMENT, FILES
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.config.drive_map_text import drive_map_of

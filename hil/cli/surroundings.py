@@ -1,15 +1,5 @@
-"""Exit codes, environment variables and files of the reference."""
+"""Environment variables and files of the reference."""
 
-EXIT_CODES = {
-    0: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
-    1: "it did not work out: no bench answers, a run failed or was ended (by Ctrl-C too), a log differs, the"
-    " doctor found a problem",
-    2: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration or a file"
-    " with problems, which are listed;"
-    " of `hil serve`: what it needs is refused or taken",
-    70: "of `hil serve`: a firmware could not be interrupted; the next start says whose it was",
-    130: "Ctrl-C or SIGTERM ended it before it was done; of `hil run`, which ends its run with grace: 1",
-}
 ENVIRONMENT = {
     "HIL_BENCH": "the bench that commands ask, as with --bench, which goes before it.",
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"

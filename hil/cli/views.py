@@ -8,12 +8,15 @@ from rich.table import Table
 from rich.text import Text
 
 from hil.cli.bus_views import bus_tables
+from hil.cli.run_reports import run_line
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
 
 MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
 """Names of the native core's states of a motion engine, by their numbers; its import would take long."""
+RUNS = 5
+"""Maximum number of runs that the status has."""
 _BAR = "▁▂▃▄▅▆▇█"
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
@@ -72,11 +75,14 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
     remarks += [(row["bus"], row["notes"]) for row in status["buses"]]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
+    under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
+    if (more := len(status["runs"]) - RUNS) > 0:
+        under_way.append(Text(f"and {more} more runs wait; see `hil runs`"))
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
     drives = [
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
-    return Group(head, Text(), table, wires, *drives, *_remarks(remarks))
+    return Group(head, Text(), table, wires, *drives, *under_way, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -91,6 +91,10 @@ _STATUS: dict[str, Any] = (
         "segments": [_SEGMENT],
         "buses": [_BUS],
         "faults": [_FAULT],
+        "runs": [
+            {"run": str, "state": str, "step": int, "steps": int}
+            | {"why": _MAYBE_TEXT, "left_s": _MAYBE_NUMBER}
+        ],
         "rt_line": str,
         "speed": float,
         "wake_latency": [int],
@@ -107,6 +111,7 @@ _RUN: dict[str, Any] = {
     "step": int,
     "steps": int,
     "submissions": int,
+    "planned_end_ns": _MAYBE_NUMBER,
     "why": _MAYBE_TEXT,
     "axes": {
         str: {"target_deg": float, "at_end": (None, "stands", "moves", "off", "failed", "unknown")}

@@ -1,6 +1,7 @@
 """Operations on a bench as a whole: faults, runs, and the daemon itself."""
 
 import os
+import re
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,11 @@ from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.runs.queue import RunQueue
 from hil.operations.table import Asked
 from hil.runs import Progress
+from hil.vocab.address import NAME_PATTERN
 from hil.vocab.verbs import VerbRefused
+
+NAMED = 5
+"""Maximum number of runs that are named in a refusal."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +46,15 @@ class BenchOperations:
             self.registry.clear(each)
         return {"cleared": chosen}
 
-    def run(self, asked: Asked, text: str, file: str, check: bool, anew: bool) -> Any:
+    def run(self, asked: Asked, text: str, file: str, check: bool, name: str, fresh: bool) -> Any:
         """Submit or check a run: its progress at once, or a coroutine of it where that takes time; for a
         check the number of its steps."""
+        if name and not re.fullmatch(NAME_PATTERN, name):
+            raise VerbRefused("bad_parameter", f"no name of a run: {name!r}; it is as in `{NAME_PATTERN}`")
         if check:
             return _planned(self.queue.check(asked.source, text, file))
         try:
-            submitted = self.queue.submit(asked.source, text, file, anew=anew)
+            submitted = self.queue.submit(asked.source, text, file, name=name, fresh=fresh)
             return submitted.as_dict() if isinstance(submitted, Progress) else _planned(submitted)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
@@ -56,8 +63,13 @@ class BenchOperations:
         """Progress of one run, or of all."""
         name, known = asked.target, self.queue.progress
         if name and name not in known:
-            raise VerbRefused("no_run", f"there is no run {name!r}")
-        return [progress.as_dict() for progress in known.values() if name in ("", progress.run)]
+            there = ", ".join([*known][-NAMED:]) or "none"
+            raise VerbRefused("no_run", f"there is no run {name!r}; the last ones are: {there}")
+        return [
+            progress.as_dict() | self.queue.left(progress)
+            for progress in known.values()
+            if name in ("", progress.run)
+        ]
 
     async def reload(self, asked: Asked) -> dict[str, Any]:
         """Reload; answers the names of devices that were kept, restarted, added and removed."""

@@ -34,9 +34,6 @@ MAX_CLIENTS = 64
 _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
-_USUAL: Mapping[str, dict[str, Any]] = {"run": {"anew": True}}
-"""Defaults of arguments at this door: a command that submits an ended run again wants it carried out
-again."""
 _PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that are answers here: the problems of a text."""
 
@@ -159,7 +156,7 @@ class ControlServer:
             if isinstance(line, TooLong):
                 raise VerbRefused("bad_request", f"not a request: longer than {_LINE_LIMIT} bytes")
             name, target, given = await off_loop(line, read_request, line, self._operations)
-            result = self._desk.ask(LOCAL, name, target, _USUAL.get(name, {}) | given)
+            result = self._desk.ask(LOCAL, name, target, given)
             if isawaitable(result):
                 result = await result
         except VerbRefused as error:

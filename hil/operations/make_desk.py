@@ -37,7 +37,9 @@ def make_desk(
     health = Health(sim, places, commits, vitals, grant, state_dir, is_service)
     metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
     looks = LookingOn(sim, places, clock, live.watches, queue)
-    reports = Reports(sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health)
+    reports = Reports(
+        sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health, queue
+    )
     of_drives = DriveOperations(sim, places.drives)
     boards = BoardOperations(sim, places, configured, runs.axes, runs.real, of_drives)
     channels = ChannelOperations(sim)

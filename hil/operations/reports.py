@@ -16,6 +16,7 @@ from hil.live.fault_registry import FaultRegistry
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.port_joint import Joint
+from hil.live.runs.queue import RunQueue
 from hil.operations.bus_reports import listed_buses, listed_nodes
 from hil.operations.health import Health
 from hil.operations.table import Asked
@@ -46,6 +47,7 @@ class Reports:
     notes: Mapping[str, str]
     grant: Grant
     health: Health
+    runs: RunQueue
 
     def listed(self) -> dict[str, Any]:
         """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
@@ -103,6 +105,7 @@ class Reports:
             "segments": listed_segments(self.sim, self.places),
             "buses": listed_buses(self.sim, self.places),
             "faults": self.faults.listed(),
+            "runs": self.runs.under_way(),
             "rt": self.grant.state,
             "rt_line": self.grant.line(),
             "rate_hz": config.rate_hz,

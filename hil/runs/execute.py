@@ -90,8 +90,12 @@ class Execution:
             self._take_axes()
             if run.start_in_s:
                 yield from self._until(self._bench.now_ns + round(run.start_in_s * 1e9))
+            left_ns = sum(phrase.duration_ns for phrase in self.plan.phrases)
             for number, phrase in enumerate(self.plan.phrases):
-                yield from self._phrase(phrase, (yield from self._start_of(number)))
+                start_ns = yield from self._start_of(number)
+                progress.planned_end_ns = start_ns + left_ns
+                left_ns -= phrase.duration_ns
+                yield from self._phrase(phrase, start_ns)
             yield from self._start_of(len(self.plan.phrases))
             progress.state = "done"
         except Ended as end:

@@ -43,6 +43,8 @@ class Progress:
     steps: int = 0
     started_at_ns: int | None = None
     ended_at_ns: int | None = None
+    planned_end_ns: int | None = None
+    """Time at which the plan ends, known when it moves; waits and steppers' own ramps can make it later."""
     why: str | None = None
     submissions: int = 1
     """Number of times that its name was submitted: it is done once."""

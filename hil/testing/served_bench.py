@@ -22,8 +22,8 @@ from hil.net.control_client import ControlError, ask
 from hil.testing.live_capture import LiveCapture, traffic_at_ports
 from hil.testing.named_things import NamedThings
 
-READY_S = 60.0
-"""Maximum time until the boards answer, by default."""
+READY_S = 120.0
+"""Maximum time until the boards answer, by default: many that start at once have to wait for a CPU."""
 END_S = 10.0
 """Maximum time for a daemon to end in after SIGTERM."""
 SHORT_PATH = 60

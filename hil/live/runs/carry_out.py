@@ -70,7 +70,7 @@ class CarryingOut:
             await self._lead(entry)
             return
         try:
-            plan = await self._planning.plan_now(entry.source, entry.text, entry.file)
+            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name)
         except (ConfigError, VerbRefused) as error:
             raise NotBegun(f"it cannot be done any more: {error}") from None
         lead_ns = round(LEAD_WALL_NS * self._configured.config.speed)
@@ -81,9 +81,9 @@ class CarryingOut:
         """Carry out a run that spans benches."""
         together: Together | None = None
         try:
-            run, _ = await off_loop(entry.text, self._planning.read, entry.text, entry.file)
+            run, _ = await off_loop(entry.text, self._planning.read, entry.text, entry.file, entry.name)
             together = self._planning.together(entry.source, run)
-            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, together)
+            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name, together)
             await together.join(entry.text, plan)
         except (ConfigError, VerbRefused, BenchGone) as error:
             if together:

@@ -123,7 +123,7 @@ class Together:
         assert self._execution is not None
         own, whole = self._execution.progress, self._progress
         whole.state, whole.step, whole.started_at_ns = "running", own.step, own.started_at_ns
-        whole.why = own.why
+        whole.why, whole.planned_end_ns = own.why, own.planned_end_ns
         whole.axes |= own.axes
         for member in self._members:
             _notice(member, self._execution, self._run.on_fault)

@@ -99,8 +99,7 @@ class Parts:
         here = self._configured.config.bench
         try:
             run, document = await off_loop(text, parse_run, text, "<run>")
-            if run.run != name:
-                raise VerbRefused("bad_request", f"the document is of the run {run.run!r}")
+            run = run.model_copy(update={"run": name})  # the leader may have given it another one
             names = device_names(run, leader, here)
             axes = {axis: axis_heard(now) for axis, now in told.items()} | self._mine(names, told)
             plan = await off_loop(text, plan_run, run, document, axes)

@@ -27,9 +27,11 @@ class Planning:
         self._wall = wall
         self._others = others
 
-    def read(self, text: str, file: str) -> tuple[RunDocument, Document]:
-        """Read a run's text. Raises ConfigError: the text is no run, or has an axis twice."""
+    def read(self, text: str, file: str, name: str = "") -> tuple[RunDocument, Document]:
+        """Read a run's text; ``name`` stands in the place of its own. Raises ConfigError: the text is no run,
+        or has an axis twice."""
         run, document = parse_run(text, file)
+        run = run.model_copy(update={"run": name}) if name else run
         if findings := taken_twice(run, self._configured.config.bench):
             raise document.error(findings)
         return run, document
@@ -51,24 +53,32 @@ class Planning:
         return plan_run(run, document, self._as_named(run, axes))
 
     async def plan_text(
-        self, source: Source, text: str, file: str, axes: FoundAxes, together: Together | None = None
+        self,
+        source: Source,
+        text: str,
+        file: str,
+        axes: FoundAxes,
+        together: Together | None = None,
+        name: str = "",
     ) -> Plan:
         """Plan any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
-        run, document = await off_loop(text, self.read, text, file)
+        run, document = await off_loop(text, self.read, text, file, name)
         others: dict[str, AxisNow] = {}
         if self.is_shared(run):
             others = await (together or self.together(source, run)).look(document)
         now = self._as_named(run, axes()) | others
         return await off_loop(text, plan_run, run, document, now)
 
-    async def plan_now(self, source: Source, text: str, file: str, together: Together | None = None) -> Plan:
+    async def plan_now(
+        self, source: Source, text: str, file: str, name: str, together: Together | None = None
+    ) -> Plan:
         """Plan as ``plan_text``, from where the axes are when the plan is made.
 
         Raises:
             ConfigError: it cannot be done.
             VerbRefused: an axis was moved meanwhile.
         """
-        plan = await self.plan_text(source, text, file, self._axes.axes, together)
+        plan = await self.plan_text(source, text, file, self._axes.axes, together, name)
         axes = self._axes.axes()
         for name, device in self.names(plan.run).items():
             if why := axes[device].why_not:

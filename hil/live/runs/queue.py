@@ -4,9 +4,9 @@ The rule: a run is checked as a whole when it is submitted, from where its axes 
 it. It starts when none of its axes is in a run that was accepted earlier and has not ended, so runs of other
 axes go on beside it; it is then planned anew from where the axes are. At most ``WAITING`` runs wait, later
 ones are refused. A run is its name and its text. The same of both, submitted again, is the same run: its
-state is answered, nothing is done twice; after its end a person who asks for it anew gets it anew, where a
-client that was cut off gets its end. One name with two texts is refused while the first is under way. Axes of
-other benches are not waited for: they have to be free when a run is submitted and when it starts.
+state is answered, nothing is done twice. One name with two texts is refused. Who wants a text carried out
+each time asks for a fresh name: that of the text, or that with a number. Axes of other benches are not waited
+for: they have to be free when a run is submitted and when it starts.
 """
 
 import asyncio
@@ -14,6 +14,7 @@ import hashlib
 import logging
 from collections.abc import Callable, Collection, Coroutine, Mapping
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 from hil.live.clock import WallClock
@@ -31,6 +32,8 @@ from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
 
+NAME_CHARACTERS = 32
+"""Maximum length of a name, as ``hil.vocab.address.NAME_PATTERN`` has it."""
 WAITING = 1000
 KEPT = 1000
 """Maximum number of ended runs that are kept; older ones are forgotten."""
@@ -50,6 +53,7 @@ class RunQueue:
         self, axes: Axes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
     ) -> None:
         self._axes = axes
+        self._configured = configured
         self._holds = holds
         self._planning = Planning(axes, configured, wall, others)
         self._carrying_out = CarryingOut(axes, self._planning, configured, self._tell)
@@ -66,11 +70,11 @@ class RunQueue:
     # ---- what others ask for ----
 
     def submit(
-        self, source: Source, text: str, file: str = "<run>", *, anew: bool = False
+        self, source: Source, text: str, file: str = "<run>", *, name: str = "", fresh: bool = False
     ) -> Progress | asyncio.Task[Progress]:
         """Accept a run, or answer the progress of the one of this name and text: at once, unless the run is
-        long, or has axes of other benches. ``anew``: one that has ended is carried out again, with whatever
-        text it has now.
+        long, or has axes of other benches. ``name`` stands in the place of its own; ``fresh``: it gets one
+        that no run has.
 
         Raises (at once, or from the task):
             ConfigError: it cannot be done, with all problems.
@@ -78,13 +82,28 @@ class RunQueue:
         """
         _refuse(text, self._entries.values())
         if len(text) <= SHORT:
-            run, document = self._planning.read(text, file)
+            run, document = self._planning.read(text, file, name)
             if not self._planning.is_shared(run):
-                if known := self._known(run.run, text, anew):
+                if known := self._known(run.run, text, fresh):
                     return known
                 plan = self._planning.plan(run, document, self._expected())
-                return self._accept(source, text, file, plan)
-        return asyncio.get_running_loop().create_task(self._submit_later(source, text, file, anew))
+                return self._accept(source, text, file, plan, fresh)
+        return asyncio.get_running_loop().create_task(self._submit_later(source, text, file, name, fresh))
+
+    def left(self, progress: Progress) -> dict[str, float | None]:
+        """Time until a run's planned end, simulated and in seconds of the wall; None: it is not known."""
+        if progress.state != "running" or progress.planned_end_ns is None:
+            return {"left_ns": None, "left_s": None}
+        left_ns = max(progress.planned_end_ns - self._axes.now_ns, 0)
+        return {"left_ns": left_ns, "left_s": left_ns / 1e9 / self._configured.config.speed}
+
+    def under_way(self) -> list[dict[str, Any]]:
+        """List the runs that wait or move, in the order of their submission."""
+        keys = ("run", "state", "step", "steps", "why")
+        return [
+            {key: getattr(entry.progress, key) for key in keys} | self.left(entry.progress)
+            for entry in self._entries.values()
+        ]
 
     async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
         """Check that a run can be done, without doing it; raises as ``submit``."""
@@ -138,18 +157,22 @@ class RunQueue:
 
     # ---- accepting ----
 
-    def _known(self, name: str, text: str, anew: bool) -> Progress | None:
-        known, under_way = self.progress.get(name), self.is_under_way(name)
-        if known is None or (anew and not under_way):
+    def _known(self, name: str, text: str, fresh: bool) -> Progress | None:
+        known = self.progress.get(name)
+        if known is None or fresh:
             return None
         if self._digests[name] != _digest(text):
-            wait = "wait for its end, or cancel it, or " if under_way else ""
             why = f"the run {name} has another text, and is {known.state}"
-            raise VerbRefused("not_now", f"{why}: {wait}give this one another name")
-        if anew and known.is_over:
-            raise VerbRefused("not_now", f"the run {name} is just ending: submit it again")
+            raise VerbRefused("not_now", f"{why}: give this one another name")
         known.submissions += 1
         return known
+
+    def _fresh(self, name: str) -> str:
+        """Name that no run has: this one, or with the first number that is free."""
+        if name not in self.progress:
+            return name
+        numbered = (f"{name[: NAME_CHARACTERS - len(end)]}{end}" for end in map("-{}".format, count(2)))
+        return next(each for each in numbered if each not in self.progress)
 
     def _expected(self) -> dict[str, AxisNow]:
         """Axes as they will be when the runs before have ended."""
@@ -159,15 +182,16 @@ class RunQueue:
                 axes[device] = replace(axes[device], position_deg=position_deg, why_not=None)
         return axes
 
-    async def _submit_later(self, source: Source, text: str, file: str, anew: bool) -> Progress:
-        plan = await self._planning.plan_text(source, text, file, self._expected)
+    async def _submit_later(self, source: Source, text: str, file: str, name: str, fresh: bool) -> Progress:
+        plan = await self._planning.plan_text(source, text, file, self._expected, name=name)
         _refuse(text, self._entries.values())  # others were submitted meanwhile
-        return self._known(plan.run.run, text, anew) or self._accept(source, text, file, plan)
+        return self._known(plan.run.run, text, fresh) or self._accept(source, text, file, plan, fresh)
 
-    def _accept(self, source: Source, text: str, file: str, plan: Plan) -> Progress:
+    def _accept(self, source: Source, text: str, file: str, plan: Plan, fresh: bool) -> Progress:
         names, is_shared = self._planning.names(plan.run), self._planning.is_shared(plan.run)
         ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
-        progress = Progress(plan.run.run, steps=plan.steps)
+        name = self._fresh(plan.run.run) if fresh else plan.run.run
+        progress = Progress(name, steps=plan.steps)
         self._remember(Entry(text, file, source, names, ends_deg, progress, is_shared))
         self._start_what_can()
         return progress

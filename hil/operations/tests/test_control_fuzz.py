@@ -93,7 +93,7 @@ class Grammar:
                 return chance.choice(["D0", "D1", "step", "enable", "sync", "Estop", "RST", "EnA"])
             case "on":
                 return chance.choice(["", *NAMES])
-            case "level" | "check" | "anew":
+            case "level" | "check" | "fresh":
                 return chance.randrange(2) if argument == "level" else chance.random() < 0.5
             case "field":
                 return chance.choice(["load_torque_Nm", "diaagc", "errfl", "r", "at_ns"])

@@ -1,0 +1,29 @@
+"""Exit codes of all commands: the one table, which the reference prints."""
+
+from enum import IntEnum
+
+
+class Exit(IntEnum):
+    """Exit code of a command."""
+
+    DONE = 0
+    FAILED = 1
+    MISTAKE = 2
+    RUN_FAILED = 3
+    RUN_CANCELLED = 4
+    FIRMWARE_HUNG = 70
+    INTERRUPTED = 130
+
+
+EXIT_CODES: dict[int, str] = {
+    Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
+    Exit.FAILED: "it did not work out: no bench answers, the bench refused, a log differs, the doctor found a"
+    " problem",
+    Exit.MISTAKE: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration"
+    " or a file with problems, which are listed; of `hil serve`: what it needs is refused or taken",
+    Exit.RUN_FAILED: "of `hil run`: the run failed; the report says why, and where all axes were left",
+    Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
+    Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start says whose",
+    Exit.INTERRUPTED: "Ctrl-C or SIGTERM ended it before it was done; `hil run` ends its run first",
+}
+"""Codes with their meanings."""
