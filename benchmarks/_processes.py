@@ -8,8 +8,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from hil.net.control_client import ControlError, ask
 
 HIL = str(Path(sys.executable).with_name("hil"))
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -59,6 +61,14 @@ class Daemon:
     def output(self) -> str:
         return self._out.read_text()
 
+    @property
+    def serves(self) -> bool:
+        """True once the control socket answers."""
+        sockets = list(self.folder.glob("run/*/control.sock"))
+        with suppress(ControlError):
+            return bool(sockets and ask(sockets[0], "list"))
+        return False
+
     def port(self, device: str, bench: str = "bench") -> str:
         """Path of a device's pseudo-terminal."""
         return str(self.folder / "run" / bench / device)
@@ -84,7 +94,7 @@ def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
         running = Daemon(process, folder, out)
         try:
             deadline = time.monotonic() + 30
-            while "Ctrl-C ends" not in running.output:
+            while not running.serves:
                 if process.poll() is not None or time.monotonic() > deadline:
                     raise RuntimeError(f"the daemon did not start: {running.output}")
                 select.select([], [], [], 0.002)

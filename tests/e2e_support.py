@@ -210,10 +210,17 @@ class Server:
         return os.pread(self._out.fileno(), 1 << 24, 0).decode()
 
     def started(self, timeout_s: float = PATIENCE_S) -> "Server":
-        """Wait until the daemon says how to reach its ports."""
-        until(lambda: "Ctrl-C ends" in self.output or self.process.poll() is not None, "the start", timeout_s)
+        """Wait until the daemon answers, and has said how to reach its ports."""
+        until(lambda: self.serves or self.process.poll() is not None, "the start", timeout_s)
         assert self.process.poll() is None, self.output
         return self
+
+    @property
+    def serves(self) -> bool:
+        """True once the control socket answers; what is said at the start is on its way by then."""
+        with suppress(ControlError):
+            return bool(self.ask("list") and self.output)
+        return False
 
     def refused(self, code: int = 2) -> str:
         """Wait until the daemon has ended by itself, and return what it said."""

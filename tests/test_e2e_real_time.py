@@ -130,7 +130,7 @@ def test_without_locked_memory_it_says_so(place: Place) -> None:
 def test_a_user_who_was_granted_it_gets_it(place: Place) -> None:
     stranger(place)
     server = place.launch(config(), "--require-rt", prefix=limited(rtprio=50, memlock=256 * 1024 * 1024))
-    until(lambda: "Ctrl-C ends" in server.output or server.process.poll() is not None, "the start")
+    until(lambda: server.serves or server.process.poll() is not None, "the start")
     if "failed to set the RTPRIO" in server.output:
         pytest.skip("this container may not raise the limit of real-time priorities")
     assert "rt: ok (SCHED_FIFO 50" in server.output

@@ -1,6 +1,7 @@
 """Multi-axis runs as their users submit them: from files, by the client, many at once."""
 
 import json
+import re
 import threading
 import time
 from itertools import pairwise
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 from e2e_support import PATIENCE_S, Place, Server, config, ended, free_port, until
 
+from hil.cli.exit_codes import EXIT_CODES, Exit
 from hil.client import ClientError, CommandError, connect_sync
 
 SAC = {"profile": "sac", "flash": {}}
@@ -76,27 +78,88 @@ def test_the_same_name_is_the_same_run(place: Place) -> None:
         assert client.run_state("once")["axes"] == before["axes"]
 
 
-def test_a_file_that_is_run_again_is_carried_out_as_it_is_now(place: Place) -> None:
+def test_a_file_is_carried_out_each_time_as_it_is_then(place: Place) -> None:
     server, endpoint = serve(place)
     where = ("--runtime-dir", str(place.runtime))
-    planned_deg = []
+    planned_deg, names = [], []
     for by_deg in (30.0, 30.0, 10.0):
         file = place.write(run("again", {"move_by": {"m1": by_deg}}), "again.yaml")
         report = json.loads(place.cli("run", str(file), "--json", *where))
         planned_deg.append(report["axes"]["m1"]["target_deg"])
+        names.append(report["run"])
     assert [b - a for a, b in pairwise(planned_deg)] == pytest.approx([30.0, 10.0], abs=1.0)
-    text = run("again", {"move": {"m1": 7200.0}})
+    assert names == ["again", "again-2", "again-3"]
     with connect_sync("t", endpoint) as client:  # over zenoh it may be a repetition that came late
         with pytest.raises(CommandError, match="another text, and is done: give this one another name"):
-            client.submit(text)
-        assert client.submit(run("again", {"move_by": {"m1": 10.0}}))["state"] == "done"
-    file = place.write(text, "again.yaml")
-    place.cli("run", str(file), "--detach", *where)
-    server.ask("cancel_run", name="again", how="prejudice")
-    assert ended(server, "again")["state"] == "cancelled"
-    file = place.write(run("again", {"move": {"m1": 5.0}}), "again.yaml")
-    assert "again: done" in place.cli("run", str(file), *where)
-    assert [row["run"] for row in server.ask("runs", name="")] == ["again"]
+            client.submit(run("again", {"move": {"m1": 7200.0}}))
+        assert client.submit(run("again", {"move_by": {"m1": 30.0}}))["submissions"] == 2
+    assert [row["run"] for row in server.ask("runs", name="")] == names
+
+
+def test_with_a_name_a_file_is_carried_out_at_most_once(place: Place) -> None:
+    server, _ = serve(place)
+    where = ("--name", "shift-7", "--runtime-dir", str(place.runtime))
+    file = place.write(run("again", {"move_by": {"m1": 30.0}}), "again.yaml")
+    first = place.cli("run", str(file), *where)
+    assert "shift-7: done\n" in first
+    again = place.cli("run", str(file), *where)
+    assert again.startswith("shift-7: it was carried out before; this is how it does\nshift-7: done\n")
+    changed = place.write(run("again", {"move_by": {"m1": 40.0}}), "changed.yaml")
+    said = place.cli("run", str(changed), *where, code=1)
+    assert said == "hil: the run shift-7 has another text, and is done: give this one another name\n"
+    said = place.cli("run", str(file), "--name", "No Name", "--runtime-dir", str(place.runtime), code=1)
+    assert "no name of a run: 'No Name'" in said
+    assert [row["run"] for row in server.ask("runs", name="")] == ["shift-7"]
+
+
+def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
+    server, _ = serve(place, speed=1)
+    where = ("--runtime-dir", str(place.runtime))
+    assert place.cli("runs", *where) == "no run was submitted to this bench\n"
+    far = place.write(run("far", {"move": {"m1": 72000.0}}), "far.yaml")
+    assert place.cli("run", str(far), "--detach", *where).startswith("far: ")
+    assert place.cli("run", str(far), "--detach", *where) == "far-2: queued\n"
+    until(lambda: server.ask("runs", name="far")[0]["left_s"], "its plan")
+    lines = place.cli("runs", *where).splitlines()
+    assert re.fullmatch(r"far: running, step 1 of 1, \d+ s left", lines[0])
+    assert lines[1:] == ["far-2: queued"]
+    (row,) = json.loads(place.cli("runs", "show", "far", "--json", *where))["axes"].values()
+    assert row["target_deg"] == 72000
+    assert "\n  m1: at " in place.cli("runs", "show", "far", *where)
+    status = place.cli("status")
+    assert re.search(r"^run far: running, step 1 of 1, \d+ s left\s*\nrun far-2: queued\s*$", status, re.M)
+    assert place.cli("runs", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
+    place.cli("runs", "cancel", "far", "--at-once", *where)
+    assert ended(server, "far")["why"] == "it was cancelled with prejudice"
+    said = place.cli("runs", "cancel", "fa", *where, code=1)
+    assert said == "hil: there is no run 'fa'; there are far, far-2\n"
+    assert json.loads(place.cli("status", "--json"))["runs"] == []
+
+
+def test_exit_codes_of_runs(place: Place) -> None:
+    server, _ = serve(place, speed=5)
+    where = ("--runtime-dir", str(place.runtime))
+    far = str(place.write(run("far", {"move": {"m1": 72000.0}}), "far.yaml"))
+    said: dict[str, str] = {}
+
+    def carried_out(code: Exit, name: str) -> threading.Thread:
+        def carry_out() -> None:
+            said[name] = place.hil("run", far, "--name", name, *where, code=code)
+
+        thread = threading.Thread(target=carry_out)
+        thread.start()
+        until(lambda: any(row["state"] == "running" for row in server.ask("runs", name="")), "the start")
+        return thread
+
+    thread = carried_out(Exit.RUN_CANCELLED, "a")
+    server.ask("cancel_run", name="a", how="grace")
+    thread.join()
+    assert "a: cancelled: " in said["a"]
+    thread = carried_out(Exit.RUN_FAILED, "b")
+    server.ask("reset", device="m1")
+    thread.join()
+    assert "b: failed: " in said["b"]
+    assert set(EXIT_CODES) == set(Exit)
 
 
 def test_a_run_that_waited_keeps_its_count_and_its_place(place: Place) -> None:
@@ -119,9 +182,10 @@ def test_another_text_under_the_name_of_a_run_under_way_is_refused(place: Place)
     other = place.write(run("taken", {"move": {"m1": 1.0}}), "other.yaml")
     place.cli("run", str(first), "--detach", *where)
     until(lambda: server.ask("runs", name="taken")[0]["state"] == "running", "the start")
-    said = place.cli("run", str(other), *where, code=1)
-    assert "the run taken has another text, and is running: wait for its end, or cancel it, or give" in said
-    assert "it is under way already" in place.cli("run", str(first), "--detach", *where)
+    name = ("--name", "taken")
+    said = place.cli("run", str(other), *name, *where, code=1)
+    assert "the run taken has another text, and is running: give this one another name" in said
+    assert "it is under way already" in place.cli("run", str(first), "--detach", *name, *where)
     server.ask("cancel_run", name="taken", how="prejudice")
     assert ended(server, "taken")["submissions"] == 2
 

@@ -37,7 +37,7 @@ def started(serving):
     loop = asyncio.get_running_loop()
     loop.add_signal_handler(signal.SIGUSR1, hang_loop, core)
     loop.add_signal_handler(signal.SIGUSR2, core.native.rt_stop)
-    print("Ctrl-C ends", flush=True)
+    print("it serves", flush=True)
 
 asyncio.run(daemon.run(started))
 """

@@ -36,7 +36,7 @@ LONG = {
     "monitor": ("monitor", "m1"),
     "command": ("sac", "calibrate", "100", "--device", "s1"),
 }
-CODES = {"step": 130, "drive": 130, "run": 1, "command": 130}
+CODES = {"step": 130, "drive": 130, "run": 130, "command": 130}
 """Exit codes of commands that have not done what they were told; all others were told to go on until now."""
 
 
@@ -101,7 +101,7 @@ def test_a_command_that_goes_on_ends(bench: tuple[Place, Server], name: str, num
     if name == "capture":
         assert len(list(read(file.read_bytes()))) >= 0  # whole up to its end
     if name == "run":
-        assert b"far: cancelled" in said
+        assert b": cancelled: it was cancelled with grace" in said
     if name == "drive":
         assert b"the train goes on; `hil drive m1 --stop` ends it" in said
 
@@ -183,8 +183,8 @@ def test_a_run_that_was_just_submitted_is_cancelled(number: int) -> None:
         return [progress] if asked[-1] == "runs" else progress
 
     code, asked, said = interrupted(number, "run", "runs", results, ("run", "{far}"), far=FAR)
-    assert (code, asked) == (1, ["run", "cancel_run", "runs"]), said
-    assert b"far: cancelled" in said
+    assert (code, asked) == (130, ["run", "cancel_run", "runs"]), said
+    assert b": cancelled: it was cancelled with grace" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

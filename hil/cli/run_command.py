@@ -73,7 +73,7 @@ def run(
                     ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
                 else:
                     time.sleep(POLL_S)
-                progress = ask_bench(bench, runtime_dir, "runs", name=name)[0]
+                progress = run_named(bench, runtime_dir, name)
     typer.echo(json.dumps(progress) if as_json else run_report(progress))
     code = EXIT_OF.get(progress["state"], Exit.DONE)
     if code:
@@ -83,11 +83,19 @@ def run(
 def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, Any]) -> dict[str, Any]:
     """Submit a run; its problems end the command."""
     answer: dict[str, Any] = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
-    if problems := answer.get("problems"):
-        raise fail(problems, Exit.MISTAKE)
+    if "problems" in answer:
+        raise fail(answer["problems"], Exit.MISTAKE)
     if not request["check"] and "state" not in answer:
         raise fail("hil: the bench does not say how the run does; is it another version of hil?")
     return answer
+
+
+def run_named(bench: str | None, runtime_dir: Path | None, name: str) -> dict[str, Any]:
+    """Progress of one run."""
+    rows: list[dict[str, Any]] = ask_bench(bench, runtime_dir, "runs", name=name)
+    if not rows:
+        raise fail(f"hil: the bench knows no run {name!r} any more")
+    return rows[0]
 
 
 def benches(

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench
+from hil.cli.run_command import run_named
 from hil.cli.run_reports import run_line, run_report
 
 runs_app = typer.Typer(
@@ -43,7 +44,7 @@ def show(
     runtime_dir: RuntimeDir = None,
 ) -> None:
     """Show how a run does, or how it went: its state, its axes, their following errors."""
-    (progress,) = ask_bench(*_meant(context, bench, runtime_dir), "runs", name=name)
+    progress = run_named(*_meant(context, bench, runtime_dir), name)
     typer.echo(json.dumps(progress) if as_json else run_report(progress))
 
 

@@ -10,14 +10,11 @@ from hil.config import ConfigError
 from hil.live.apply.reload import Reloader
 from hil.live.fault_registry import FaultRegistry
 from hil.live.refusals import ConfigUnreadable, Refused
-from hil.live.runs.queue import RunQueue
+from hil.live.runs.queue import RunQueue, no_run
 from hil.operations.table import Asked
 from hil.runs import Progress
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.verbs import VerbRefused
-
-NAMED = 5
-"""Maximum number of runs that are named in a refusal."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +60,7 @@ class BenchOperations:
         """Progress of one run, or of all."""
         name, known = asked.target, self.queue.progress
         if name and name not in known:
-            there = ", ".join([*known][-NAMED:]) or "none"
-            raise VerbRefused("no_run", f"there is no run {name!r}; the last ones are: {there}")
+            raise no_run(name, known)
         return [
             progress.as_dict() | self.queue.left(progress)
             for progress in known.values()

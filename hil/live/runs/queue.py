@@ -12,7 +12,7 @@ for: they have to be free when a run is submitted and when it starts.
 import asyncio
 import hashlib
 import logging
-from collections.abc import Callable, Collection, Coroutine, Mapping
+from collections.abc import Callable, Collection, Coroutine, Iterable, Mapping
 from dataclasses import replace
 from itertools import count
 from typing import Any
@@ -34,6 +34,8 @@ log = logging.getLogger("hil")
 
 NAME_CHARACTERS = 32
 """Maximum length of a name, as ``hil.vocab.address.NAME_PATTERN`` has it."""
+NAMED = 5
+"""Maximum number of runs that are named in a refusal: the last ones."""
 WAITING = 1000
 KEPT = 1000
 """Maximum number of ended runs that are kept; older ones are forgotten."""
@@ -114,7 +116,7 @@ class RunQueue:
     def cancel(self, name: str, how: How) -> Progress:
         """End a run; one that waits never starts. Raises VerbRefused: there is none."""
         if name not in self.progress:
-            raise VerbRefused("no_run", f"there is no run {name!r}")
+            raise no_run(name, self.progress)
         progress = self.progress[name]
         if progress.is_over:
             return progress
@@ -252,6 +254,13 @@ class RunQueue:
     def _tell(self, progress: Progress) -> None:
         for listener in self.listeners:
             listener(progress)
+
+
+def no_run(name: str, known: Iterable[str]) -> VerbRefused:
+    """Refusal of a name that no run has."""
+    last = [*known][-NAMED:]
+    there = f"there are {', '.join(last)}" if last else "there is none"
+    return VerbRefused("no_run", f"there is no run {name!r}; {there}")
 
 
 def _refuse(text: str, waiting: Collection[Entry]) -> None:
