@@ -122,8 +122,8 @@ def run(name: str, *steps: dict[str, Any], **top: Any) -> str:
 FAR = {"move": {"m1": 7200.0, "lathe/m1": 7200.0}}
 
 
-def submit(server: Server, text: str) -> dict[str, Any]:
-    answer: dict[str, Any] = server.ask("run", text=text, file="r", check=False)
+def submit(server: Server, text: str, *, fresh: bool = False) -> dict[str, Any]:
+    answer: dict[str, Any] = server.ask("run", text=text, file="r", check=False, fresh=fresh)
     return answer
 
 

@@ -78,8 +78,8 @@ def test_phrases_waits_and_steppers_over_both(site: Site) -> None:
     assert (progress["state"], progress["step"]) == ("done", 10), progress["why"]
     assert [abs(axis["position_deg"]) < 0.5 for axis in progress["axes"].values()] == [True] * 4
     assert lathe.status("m1")["snapshot"]["pin_d3"] == 1
-    assert submit(mill, run("r", *steps))["state"] in ("queued", "running")  # again, on both
-    assert ended(mill, "r")["state"] == "done"
+    assert submit(mill, run("r", *steps), fresh=True)["run"] == "r-2"  # again, on both
+    assert [ended(bench, "r-2")["state"] for bench in (mill, lathe)] == ["done", "done"]
 
 
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
@@ -153,8 +153,9 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     assert "this bench has a run 'own' already" in progress["why"]
     lathe.ask("cancel_run", name="own", how="prejudice")
     ended(lathe, "own")
-    submit(mill, own)
-    assert ended(mill, "own")["state"] == "done", "one that has ended keeps its name from nobody"
+    assert submit(mill, own)["state"] == "failed"  # it is that run
+    submit(mill, own, fresh=True)
+    assert ended(mill, "own-2")["state"] == "done"
     lathe.ask("do", device="m1", name="disable", parameters={})
     assert "axes.'lathe/m1': its control loop is off" in submit(mill, run("s", FAR))["problems"]
 

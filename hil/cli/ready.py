@@ -27,20 +27,6 @@ SETTLE_NS = 50_000_000
 POLL_S = 0.002
 LONGEST_POLL_S = 0.5
 
-READY: dict[str, str] = {
-    "bench": "the bench's name",
-    "pid": "process of `hil serve`",
-    "version": "version of hil",
-    "control": "path of the control socket",
-    "speed": "simulated seconds in a second",
-    "sim_ns": "simulated time when the boards answered",
-    "ports": "by address (`m1`, `s1.network`, `bus0.master`): path or URL, for pyserial's `serial_for_url`",
-    "bauds": "by address: speed of the port; null: any",
-    "bridges": "by kind: the list of addresses at which it listens",
-    "failed": "devices that have stopped, each with the reason",
-}
-"""Keys of the object, with their meanings."""
-
 
 class Telling:
     """Tells once, when all twins answer or have stopped. ``runtime``: the bench's folder; ``file``: it comes
@@ -90,7 +76,7 @@ class Telling:
 
 
 def _ready(live: LiveBench, control: Path) -> dict[str, Any]:
-    """The object, as ``READY`` says."""
+    """The object, as ``ready_keys.READY`` says."""
     config = live.configured.config
     return {
         "bench": config.bench,

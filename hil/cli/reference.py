@@ -8,6 +8,7 @@ import typer
 from hil.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
 from hil.cli.commands import HELP, commands
 from hil.cli.exit_codes import EXIT_CODES
+from hil.cli.ready_keys import READY
 from hil.cli.surroundings import ENVIRONMENT, FILES
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
@@ -75,6 +76,10 @@ def _commands(app: typer.Typer) -> str:
 def _surroundings() -> str:
     rows = ["### Exit codes\n", "| code | meaning |", "|---|---|"]
     rows += [f"| {code} | {_cell(meaning)} |" for code, meaning in EXIT_CODES.items()]
+    rows += ["\n### What `hil serve` tells programs\n"]
+    rows += ["With `--json` and `--ready-file`, when the boards answer: one JSON object.\n"]
+    rows += ["| key | meaning |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in READY.items()]
     rows += ["\n### Environment\n", "| variable | meaning |", "|---|---|"]
     rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in ENVIRONMENT.items()]
     rows += ["\n### Files\n", "| file | what it is |", "|---|---|"]

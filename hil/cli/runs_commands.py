@@ -8,7 +8,7 @@ import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench
 from hil.cli.run_command import run_named
-from hil.cli.run_reports import run_line, run_report
+from hil.cli.run_reports import is_under_way, run_line, run_report
 
 runs_app = typer.Typer(
     help="List runs, show one, cancel one.\n\nWithout a command: those that wait, move or have ended.",
@@ -65,7 +65,12 @@ def cancel(
     """
     how = "prejudice" if at_once else "grace"
     progress = ask_bench(*_meant(context, bench, runtime_dir), "cancel_run", name=name, how=how)
-    typer.echo(json.dumps(progress) if as_json else run_line(progress))
+    if as_json:
+        typer.echo(json.dumps(progress))
+    elif is_under_way(progress):
+        typer.echo(f"{name}: its axes stop; `hil runs show {name}` says where")
+    else:
+        typer.echo(run_line(progress))
 
 
 def _meant(
