@@ -139,10 +139,10 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     assert "third: hil " in site.place.cli("benches", "-b", "mill", *where)
     fast.stop()
 
-    submit(lathe, json.dumps({"run": "own", "axes": {"m1": {}}, "steps": [{"move": {"m1": 720.0}}]}))
-    assert "axes.'lathe/m1': it is in the run own" in submit(mill, run("r", FAR))["problems"]
-    lathe.ask("cancel_run", name="own", how="prejudice")
-    ended(lathe, "own")
+    submit(lathe, json.dumps({"run": "mine", "axes": {"m1": {}}, "steps": [{"move": {"m1": 720.0}}]}))
+    assert "axes.'lathe/m1': it is in the run mine" in submit(mill, run("r", FAR))["problems"]
+    lathe.ask("cancel_run", name="mine", how="prejudice")
+    ended(lathe, "mine")
     away = {"run": "own", "axes": {"s1": {}}, "steps": [{"move": {"s1": 36000.0}}]}
     submit(lathe, json.dumps(away))
     steps = [{"move": {"m1": 1.0, "lathe/m1": 1.0}}]
