@@ -70,7 +70,10 @@ def pytest_runtest_makereport(
     report = yield
     if report.failed and (module := sys.modules.get("hil.testing.served_bench")):
         for each in module.OPEN:
-            report.sections += each.report()
+            try:
+                report.sections += each.report()
+            except (OSError, module.subprocess.SubprocessError) as error:  # the test's own failure is told
+                report.sections.append(("hil", f"no report of a live bench: {error}"))
     return report
 
 
