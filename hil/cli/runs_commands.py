@@ -7,15 +7,19 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench
+from hil.cli.command_classes import Below
 from hil.cli.run_command import run_named
 from hil.cli.run_reports import is_under_way, run_line, run_report
+from hil.cli.told import AsJson, CommandAnswer
 
 runs_app = typer.Typer(
-    help="List runs, show one, cancel one.\n\nWithout a command: those that wait, move or have ended.",
+    cls=Below,
+    help="List runs, show one, cancel one.\n\nWithout a command: those that wait, move or have ended.\n\n"
+    "Example: hil runs",
     invoke_without_command=True,
+    rich_markup_mode=None,
 )
 RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` said it.", show_default=False)]
-AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 
 
 @runs_app.callback()
@@ -37,15 +41,14 @@ def runs(
 
 @runs_app.command()
 def show(
-    context: typer.Context,
-    name: RunName,
-    as_json: AsJson = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
-) -> None:
-    """Show how a run does, or how it went: its state, its axes, their following errors."""
+    context: typer.Context, name: RunName, bench: Bench = None, runtime_dir: RuntimeDir = None
+) -> CommandAnswer:
+    """Show how a run does, or how it went: its state, its axes, their following errors.
+
+    Example: hil runs show square
+    """
     progress = run_named(*_meant(context, bench, runtime_dir), name)
-    typer.echo(json.dumps(progress) if as_json else run_report(progress))
+    return CommandAnswer(progress, run_report(progress))
 
 
 @runs_app.command()
@@ -55,22 +58,19 @@ def cancel(
     at_once: Annotated[
         bool, typer.Option("--at-once", help="Stop its axes immediately, not on their ramps.")
     ] = False,
-    as_json: AsJson = False,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
-) -> None:
+) -> CommandAnswer:
     """Cancel a run: one that waits never begins, the axes of one that moves stop.
 
     Does not wait until they stand. A run that has ended stays as it is.
+
+    Example: hil runs cancel square --at-once
     """
     how = "prejudice" if at_once else "grace"
     progress = ask_bench(*_meant(context, bench, runtime_dir), "cancel_run", name=name, how=how)
-    if as_json:
-        typer.echo(json.dumps(progress))
-    elif is_under_way(progress):
-        typer.echo(f"{name}: its axes stop; `hil runs show {name}` says where")
-    else:
-        typer.echo(run_line(progress))
+    stops = f"{name}: its axes stop; `hil runs show {name}` says where"
+    return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
 
 
 def _meant(

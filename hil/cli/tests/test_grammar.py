@@ -20,7 +20,7 @@ from hil.cli.commands import CliCommand, commands
 ROOT = commands(app)
 LEAVES = [command for command in ROOT.all() if not command.commands]
 EXAMPLE = re.compile(r"^Example: hil (.+)", re.M)
-TELL_NOTHING = {"serve", "monitor", "schema", "capture", "decode", "completion"}
+TELL_NOTHING = {"monitor", "schema", "capture", "decode", "completion"}
 """Commands of hil without --json: what they print is a stream, or a format of its own."""
 HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()"]
 
