@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from device_profiles.canopen_drive.firmware import CanOpenServo, duration_of
+from device_profiles.canopen_drive.firmware import CanOpenServo
+from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
 from hil.vocab.verbs import Effect, Verb, VerbRefused

@@ -1,56 +1,26 @@
 """Program of the drive: its loop, its ramps, and what makes it give up."""
 
-import math
-from array import array
-from collections.abc import Callable
-from functools import cache
-from typing import NamedTuple
-
-from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
-from hil.vocab.firmware import Board, CoreEvent, Delay, Main
+from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
+from hil.firmware.set_point_paths import at
+from hil.vocab.firmware import Board, Delay, Main
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.time import NS_PER_MS
-from hil.vocab.verbs import VerbRefused
 
-COUNTS, READ_ANGLE, READ_ERRORS, ERROR = 16384, 0xFFFF, 0x4001, 0x4000
-"""Counts of a turn, frames that read them and the error register, which is cleared then, and the flag of an
-error in an answer (AS5047D's data sheet)."""
-READY_NS = 200 * NS_PER_MS
-WATCH_NS, IDLE_NS = NS_PER_MS, 10 * NS_PER_MS
-"""Time from one look at the axis to the next: with the loop on, and off."""
 FOLLOWING_DEG, FOLLOWING_NS = 30.0, 50 * NS_PER_MS
 """Following error that is too large, once it has lasted so long."""
-EFFORT_COUNTS, CURRENT_A, NO_CURRENT_NS = 40.0, 0.02, 50 * NS_PER_MS
-"""No current: less than this while the loop asks for so much, 0.34 A, for so long."""
 CHANGES_NS = 50 * NS_PER_MS
 """Time after a followed set-point for which the drive says that it moves."""
 VELOCITY_RPM, ACCELERATION_RPM_PER_S = 60.0, 600.0
 """Speed and acceleration of moves, from power-up until others are written."""
 BITS = ("enable", "start", "stop", "reset", "follow")
-
-
-class DriveFault(NamedTuple):
-    """Fault of the drive, which takes the current off until it is cleared."""
-
-    code: int
-    about: str
-
-
 FOLLOWING = DriveFault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
-ENCODER = DriveFault(2, "the encoder reports an error")
-CURRENT = DriveFault(3, "no current in the motor: no supply, driver too hot, or both coils open")
-FAULTS = {fault.code: fault for fault in (FOLLOWING, ENCODER, CURRENT)}
 
 
-class ModbusDrive:
+class ModbusDrive(ClosedLoopDrive):
     """One power-up of the drive."""
 
     def __init__(self, board: Board) -> None:
-        self.axis = board.axis
-        self._tell, self._note = board.tell, board.note
-        self.is_busy = True
-        """True while it starts."""
-        self.fault_code = 0
+        super().__init__(board, FOLLOWING)
         self.set_point_deg = 0.0
         """What the register has: the target of a move, the last set-point that was followed."""
         self.velocity_rpm, self.acceleration_rpm_per_s = VELOCITY_RPM, ACCELERATION_RPM_PER_S
@@ -58,14 +28,10 @@ class ModbusDrive:
         """Control bits as they were written last."""
         self.is_streamed = False
         """True while set-points come one after the other."""
-        self._path: Path = ()
-        self._path_from_ns = self._changed_ns = self._following_ns = self._current_ns = 0
+        self._changed_ns = self._following_ns = 0
 
     def main(self) -> Main:
-        self.axis.vref(0, 0)  # what drives the pins after power-up would pull the shaft
-        self.axis.write_table(_identity_table())
-        yield Delay(READY_NS)
-        self.axis.spi(READ_ANGLE)  # the next answer belongs to this
+        yield from self._start()
         self.set_point_deg = self.here_deg()
         self.is_busy = False
         self.tell()
@@ -73,15 +39,7 @@ class ModbusDrive:
             self._watch()
             yield Delay(WATCH_NS if self.is_on else IDLE_NS)
 
-    def interrupt(self, event: CoreEvent) -> None:
-        return
-
     # ---- what it is asked for ----
-
-    @property
-    def is_on(self) -> bool:
-        """True if the loop holds the shaft."""
-        return bool(self.axis.get("loop_on"))
 
     @property
     def is_following(self) -> bool:
@@ -92,24 +50,6 @@ class ModbusDrive:
     def is_moving(self) -> bool:
         """True while a move is under way."""
         return bool(self.axis.get("following"))
-
-    def must_be_on(self) -> None:
-        """Refuse a motion while the drive starts, has a fault, or its loop is off."""
-        self.must_be_sound()
-        if not self.is_on:
-            raise VerbRefused("not_now", "the control loop is off; enable it first")
-
-    def must_be_sound(self) -> None:
-        """Refuse while the drive starts or has a fault."""
-        self.must_be_ready()
-        if self.fault_code:
-            about = FAULTS[self.fault_code].about
-            raise VerbRefused("not_now", f"fault {self.fault_code}, {about}; clear it first")
-
-    def must_be_ready(self) -> None:
-        """Refuse while the drive starts."""
-        if self.is_busy:
-            raise VerbRefused("not_now", "the drive starts; wait until it is ready")
 
     def switch_on(self, *, follows: bool) -> None:
         """Hold the shaft where it is. ``follows``: the set-point's register has that angle then, so that
@@ -130,14 +70,6 @@ class ModbusDrive:
         self.bits["enable"] = 0
         self.is_streamed = False
 
-    def clear_fault(self) -> None:
-        """Clear a fault; the loop stays off."""
-        if self.fault_code == ENCODER.code:
-            self.axis.spi(READ_ERRORS)
-            self.axis.spi(READ_ANGLE)
-        self.fault_code = 0
-        self._note("fault", None)
-
     def step_to(self, set_point_deg: float) -> None:
         """Follow a set-point at once."""
         self.set_point_deg, self.is_streamed = set_point_deg, True
@@ -149,15 +81,6 @@ class ModbusDrive:
         self.step_to(self.here_deg())
         self.is_streamed = False
 
-    def move(self, target_deg: float, velocity_rpm: float, acceleration_rpm_per_s: float) -> Path:
-        """Go to an angle by the drive's own ramps, from what it does now. Raises VerbRefused."""
-        limits = velocity_rpm * DEG_PER_S, acceleration_rpm_per_s * DEG_PER_S
-        return self._along(lambda: trapezoid(*self._where(), target_deg, *limits))
-
-    def ramp_down(self, acceleration_rpm_per_s: float) -> Path:
-        """Stop on a ramp. Raises VerbRefused: it would take centuries."""
-        return self._along(lambda: to_rest(*self._where(), acceleration_rpm_per_s * DEG_PER_S))
-
     def follow(self, path: Path, start_ns: int = 0) -> None:
         """Let the set-point follow a path, from a time or from now on."""
         self.axis.follow(path, start_ns)
@@ -168,14 +91,6 @@ class ModbusDrive:
     def target_deg(self) -> float:
         """Angle at which a move that is under way will end, or the set-point."""
         return self._path[-1].r if self.is_moving else self.axis.get("r")
-
-    def here_deg(self) -> float:
-        """Angle of the shaft with turns, of a reading now, as the law's next step will count it."""
-        angle_deg, turns = self.axis.get("raw") * 360.0 / COUNTS, self.axis.get("wrap_count")
-        since_deg = angle_deg - (self.axis.get("yw") - 360.0 * turns)
-        if abs(since_deg) > 180.0:
-            turns -= math.copysign(1.0, since_deg)
-        return angle_deg + 360.0 * turns
 
     def tell(self) -> None:
         """Tell the registers' values."""
@@ -211,44 +126,16 @@ class ModbusDrive:
         self._tell_motion()
 
     def _fault(self) -> DriveFault | None:
-        axis = self.axis
-        if axis.spi(READ_ANGLE) & ERROR:
+        if self._encoder_fails():
             return ENCODER
-        is_off = abs(axis.get("r") - axis.get("yw")) > FOLLOWING_DEG
+        is_off = abs(self.axis.get("r") - self.axis.get("yw")) > FOLLOWING_DEG
         self._following_ns = self._following_ns + WATCH_NS if is_off else 0
-        current_A = math.hypot(axis.get("current_a_A"), axis.get("current_b_A"))
-        is_without = abs(axis.get("u")) >= EFFORT_COUNTS and current_A < CURRENT_A
-        self._current_ns = self._current_ns + WATCH_NS if is_without else 0
-        if self._current_ns >= NO_CURRENT_NS:
+        if self._lacks_current():
             return CURRENT
         return FOLLOWING if self._following_ns >= FOLLOWING_NS else None
-
-    @property
-    def _now_ns(self) -> int:
-        return int(self.axis.get("at_ns"))
 
     def _where(self) -> tuple[float, float]:
         """Set-point and its rate in degrees a second; of a streamed one the shaft's."""
         if self.is_moving:
             return at(self._path, self._now_ns - self._path_from_ns)
         return self.axis.get("r"), self.axis.get("velocity_rpm") * DEG_PER_S if self.is_streamed else 0.0
-
-    def _along(self, make: Callable[[], Path]) -> Path:
-        try:
-            path = make()
-            self.follow(path)
-        except (ValueError, OverflowError):
-            why = f"no path leads there from the set-point {self.axis.get('r'):g}; set another one first"
-            raise VerbRefused("not_now", why) from None
-        return path
-
-
-def duration_of(path: Path) -> dict[str, float | str | int]:
-    """Answer of a verb that began a path."""
-    return {"ends_after_ns": length_ns(path), "set_point": path[-1].r}
-
-
-@cache
-def _identity_table() -> bytes:
-    """Table of an encoder that is mounted without an error."""
-    return array("f", [count * 360 / COUNTS for count in range(COUNTS)]).tobytes()

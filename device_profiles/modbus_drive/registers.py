@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from device_profiles.modbus_drive.firmware import BITS, ModbusDrive, duration_of
+from device_profiles.modbus_drive.firmware import BITS, ModbusDrive
+from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 

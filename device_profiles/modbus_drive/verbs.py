@@ -1,8 +1,9 @@
 """Verbs of the drive for everybody but a Modbus master. What they do stands in its registers too."""
 
 from device_profiles.modbus_drive import registers
-from device_profiles.modbus_drive.firmware import ModbusDrive, duration_of
+from device_profiles.modbus_drive.firmware import ModbusDrive
 from device_profiles.modbus_drive.registers import ANGLE_DEG, RPM, RPM_PER_S, Answer
+from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
 from hil.vocab.verbs import Effect, Verb, VerbRefused
