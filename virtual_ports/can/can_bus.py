@@ -8,11 +8,11 @@ Not modelled: the cable's length (all see one level at a time), sample points an
 recessive bits.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
-from hil.vocab.time import NS_PER_S, Clock, SimTimeNs
+from hil.vocab.time import NS_PER_S, Clock
 from hil.wire.can.can_bus_protocol import (
     MAILBOXES,
     BusEvent,
@@ -24,14 +24,12 @@ from hil.wire.can.can_bus_protocol import (
 from hil.wire.can.can_frame import CanFrame
 from virtual_ports.can._bit_wire import BitWire
 from virtual_ports.can.bus_line import BusLine
+from virtual_ports.can.bus_news import BusNews
 from virtual_ports.can.bus_node import BusNode, Mailboxes
 from virtual_ports.can.bus_nodes import BusNodes
 
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 """Bits per second."""
-ERRORS = ("", "bit", "stuff", "CRC", "form", "acknowledgement")
-"""Kinds of errors, by the numbers of the wire."""
-_SENT, _HEARD, _ERROR, _CHANGED = 1, 2, 4, 8
 
 
 class CanBus:
@@ -46,14 +44,11 @@ class CanBus:
             raise ValueError(f"{bit_rate} bit/s; a bus has {LEAST_BIT_RATE} to {MOST_BIT_RATE}")
         self.bit_rate = bit_rate
         self.nodes = BusNodes()
-        self.frames = 0
-        self.errors: dict[str, int] = {}
-        """Errors by kind, each once for a bit, however many have found it."""
-        self.watchers: list[Callable[[BusEvent], None]] = []
+        self.news = BusNews(self.nodes, lambda node: self.line_of(node.name).offer(node))
         self.switched_on: Callable[[BusNode], None] = lambda node: None
         """Called when a node has got power, with a controller that knows of no fault."""
         self._clock = clock
-        self._main = BusLine(clock, bit_rate, self._tell)
+        self._main = BusLine(clock, bit_rate, self.news.tell)
         self._cut: dict[str, BusLine] = {}
         """Lines of the nodes that are cut off, each alone on its own."""
 
@@ -155,6 +150,21 @@ class CanBus:
 
     # ---- what it counts ----
 
+    @property
+    def watchers(self) -> list[Callable[[BusEvent], None]]:
+        """Callables that are told of all that happens."""
+        return self.news.watchers
+
+    @property
+    def frames(self) -> int:
+        """Number of frames that were sent."""
+        return self.news.frames
+
+    @property
+    def errors(self) -> Mapping[str, int]:
+        """Errors by kind, each once for a bit, however many have found it."""
+        return self.news.errors
+
     def state(self, name: str) -> NodeState:
         return self.nodes[name].state_in(self.line_of(name).now())
 
@@ -216,7 +226,7 @@ class CanBus:
             return
         index = self.nodes[name].index
         if is_cut:
-            line = self._cut[name] = BusLine(self._clock, self.bit_rate, self._tell, self._main)
+            line = self._cut[name] = BusLine(self._clock, self.bit_rate, self.news.tell, self._main)
             with self._main.change() as main, line.change() as own:
                 own.take(main, index, True)
                 main.remove(index)
@@ -227,62 +237,3 @@ class CanBus:
             own.remove(index)
             if not self.nodes[name].is_on:
                 main.remove(index)
-
-    # ---- what happens ----
-
-    def note_state(self, node: BusNode, wire: BitWire, now_ns: SimTimeNs) -> None:
-        """Tell of a node's state, if it is another than before."""
-        if node.note_state(wire, now_ns):
-            for watcher in self.watchers:
-                watcher(BusEvent(now_ns, now_ns, node.name, state=node.state.value))
-
-    def _tell(self, wire: BitWire, now_ns: SimTimeNs) -> None:
-        if wire.sender >= 0:
-            sender = self.nodes.at(wire.sender)
-            assert sender
-            self._tell_frame(wire, sender, now_ns)
-            return
-        counted = set()
-        for index, what, error in wire.events():
-            node = self.nodes.at(index)
-            if node is None:
-                continue
-            if what & _ERROR:
-                self._tell_error(node, wire, error, now_ns, error not in counted)
-                counted.add(error)
-            if what & _SENT:
-                self._be_sent(node, wire, node.mailboxes.sent(wire.sent_slot(index)), now_ns)
-            if what & _HEARD:
-                frame = CanFrame(*wire.heard(index))
-                if node.wants(frame):
-                    node.stats.heard += 1
-                    node.listener.hear(frame, SimTimeNs(wire.started_ns(index)), now_ns)
-            if what & _CHANGED:
-                self.note_state(node, wire, now_ns)
-
-    def _tell_frame(self, wire: BitWire, sender: BusNode, now_ns: SimTimeNs) -> None:
-        """Tell of a frame that one node has sent, and the others have heard."""
-        frame = sender.mailboxes.sent(wire.sent_slot(sender.index))
-        start_ns = SimTimeNs(wire.started_ns(sender.index))
-        for node in self.nodes.wanting(frame):
-            if wire.has_heard(node.index):
-                node.stats.heard += 1
-                node.listener.hear(frame, start_ns, now_ns)
-        self._be_sent(sender, wire, frame, now_ns)
-
-    def _be_sent(self, node: BusNode, wire: BitWire, frame: CanFrame, now_ns: SimTimeNs) -> None:
-        start_ns = SimTimeNs(wire.started_ns(node.index))
-        self.frames += 1
-        node.stats.sent += 1
-        self.line_of(node.name).offer(node)
-        for watcher in self.watchers:
-            watcher(BusEvent(start_ns, now_ns, node.name, frame))
-        node.listener.sent(frame, start_ns, now_ns)
-
-    def _tell_error(self, node: BusNode, wire: BitWire, error: int, now_ns: SimTimeNs, is_new: bool) -> None:
-        kind = ERRORS[error]
-        node.stats.errors[kind] = node.stats.errors.get(kind, 0) + 1
-        if is_new:
-            self.errors[kind] = self.errors.get(kind, 0) + 1
-        for watcher in self.watchers:
-            watcher(BusEvent(SimTimeNs(wire.started_ns(node.index)), now_ns, node.name, error=kind))

@@ -122,7 +122,7 @@ class CanFaults:
             return
         with self._bus.changed(node.name) as wire:
             wire.force_bus_off(node.index)
-        self._bus.note_state(node, self._bus.line_of(node.name).wire, self._bus.clock.now_ns)
+        self._bus.news.note_state(node, self._bus.line_of(node.name).wire, self._bus.clock.now_ns)
 
     def _babble(self, number: int, name: str, every_ns: int, chance: Chance, now_ns: SimTimeNs) -> None:
         """Send nonsense, and again when it is time, or when a mailbox is free if that takes longer."""
