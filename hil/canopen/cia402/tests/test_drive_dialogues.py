@@ -1,62 +1,14 @@
 """Each mode's dialogue as data: what a master writes, and what it reads at which time."""
 
-from dataclasses import dataclass
-
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
+from drive_steps import Emcy, Read, Status, Step, Sync, Wait, Write, play, to, word
 
 from hil.vocab.path import PathPiece
 
-
-@dataclass(frozen=True)
-class Write:
-    index: int
-    value: int
-    subindex: int = 0
-
-
-@dataclass(frozen=True)
-class Wait:
-    ms: float
-
-
-@dataclass(frozen=True)
-class Sync:
-    """SYNC, and the time to the next."""
-
-    ms: float = 1
-
-
-@dataclass(frozen=True)
-class Status:
-    mask: int
-    bits: int
-
-
-@dataclass(frozen=True)
-class Read:
-    index: int
-    value: int
-    off: int = 0
-
-
-@dataclass(frozen=True)
-class Emcy:
-    codes: tuple[int, ...]
-
-
-Step = Write | Wait | Sync | Status | Read | Emcy
 REACHED, ACK, B13, LIMIT, FOLLOWS = 0x400, 0x1000, 0x2000, 0x800, 0x1000
 FAULT = Status(0x4F, 0x08)
 # 360,000 units: a turn. At 360,000 units/s and 3,600,000 units/s2 a ramp takes 0.1 s and 18 degrees.
-
-
-def word(value: int) -> Write:
-    return Write(0x6040, value)
-
-
-def to(position: int, *how: int) -> list[Step]:
-    return [Write(0x607A, position), *map(word, how)]
 
 
 DIALOGUES: dict[str, list[Step]] = {
@@ -387,25 +339,6 @@ DIALOGUES: dict[str, list[Step]] = {
         Read(0x6064, 100),
     ],
 }
-
-
-def play(rig: DriveRig, steps: list[Step]) -> None:
-    for place, step in enumerate(steps):
-        where = f"step {place}: {step}, at {rig.now_ns / 1e6} ms"
-        match step:
-            case Write(index, value, subindex):
-                rig.write(index, value, subindex)
-            case Wait(ms):
-                rig.run(ms)
-            case Sync(ms):
-                rig.sync()
-                rig.run(ms)
-            case Status(mask, bits):
-                assert rig.status & mask == bits, f"{where}: {rig.status:#06x}"
-            case Read(index, value, off):
-                assert abs(rig.read(index) - value) <= off, f"{where}: {rig.read(index)}"
-            case Emcy(codes):
-                assert tuple(rig.emergencies) == codes, where
 
 
 @pytest.mark.parametrize("name", DIALOGUES)
