@@ -1,4 +1,4 @@
-"""What the programs at a channel share, and how python-can's messages are frames."""
+"""Media, which the programs at a channel share, and conversion of python-can's messages to frames."""
 
 import asyncio
 from collections.abc import Callable, Sequence

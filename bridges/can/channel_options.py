@@ -71,7 +71,7 @@ class Channel(BaseModel):
         return self.channel or UDP_GROUP
 
     def medium(self, bus: str) -> str:
-        """What its programs share, for people; two channels of one medium hear each other."""
+        """Name, for people, what its programs share; two channels of one medium hear each other."""
         if self.interface == "udp_multicast":
             shown = f"[{self.group}]" if ":" in self.group else self.group
             return f"udp_multicast/{shown}:{self.port}"

@@ -217,7 +217,7 @@ def test_a_message_that_is_none_of_classic_can_is_no_frame(wrong: dict[str, Any]
 
 
 def test_it_keeps_to_what_bridges_keep_to() -> None:
-    """What is asked for is a frame's way to the desk; it is said with the frame that the desk has."""
+    """The probe sends a frame through the bridge, and finds it at the desk."""
     desks: list[BusDesk] = []
 
     def desk() -> BusDesk:

@@ -167,7 +167,7 @@ def test_fragmented_requests(size: int) -> None:
     ],
 )
 def test_a_wrong_length_field_that_can_be(length: int, answer: bytes) -> None:
-    """What follows is out of step, and closes the connection."""
+    """The next header is out of step, and closes the connection."""
 
     async def use(door: Door) -> None:
         client, other = await door.client(), await door.client()

@@ -1,4 +1,4 @@
-"""What passes at the door, read by another hand: the Modbus dissectors of tshark find nothing malformed."""
+"""Dissection of the door's traffic by tshark, which finds nothing malformed."""
 
 import json
 import shutil

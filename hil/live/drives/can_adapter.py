@@ -271,7 +271,9 @@ def reason(error: BaseException) -> str:
 def _fd_of(bus: "BusABC") -> int | None:
     try:
         fd = bus.fileno()
-    except Exception:
+    except (
+        Exception
+    ):  # each of python-can's buses says in its own way that it has no file; a thread reads then
         return None
     return fd if fd >= 0 else None
 
