@@ -45,7 +45,7 @@ def test_a_nul_in_any_text_is_a_problem_of_the_configuration(place: Place) -> No
         place.write(bench(**device), "t.yaml")
         for _ in range(RELOADS // len(NUL)):
             assert what in ask(server.control, "reload")["problems"]
-    until(lambda: fds(server) == before, "the end of the requests")
+    until(lambda: fds(server) <= before, "the end of the requests")  # the first count may have one too
     server.stop()
 
 
@@ -84,7 +84,7 @@ def test_a_table_that_is_no_file_is_a_problem_of_the_configuration(place: Place)
         for said in (refused, str(refusal.value)):
             assert "devices.m2.flash.table: " in said
             assert any(why and why in said for why in whys), said
-    until(lambda: fds(server) == before, "the end of the requests")
+    until(lambda: fds(server) <= before, "the end of the requests")  # the first count may have one too
     server.stop()
 
 
