@@ -22,6 +22,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python check_prose.py
 
 # The wheel as users get it: built, installed into a venv outside the tree, the main job run from it.
 test-wheel:
