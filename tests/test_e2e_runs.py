@@ -130,7 +130,7 @@ def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
     assert re.search(r"^run far: running, step [01] of 1, \d+ s left\s*\nrun far-2: queued\s*$", status, re.M)
     assert place.cli("runs", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
     place.cli("runs", "cancel", "far", "--at-once", *where)
-    assert ended(server, "far")["why"] == "it was cancelled with prejudice"
+    assert ended(server, "far")["why"] == "it was cancelled with an immediate stop"
     said = place.cli("runs", "cancel", "fa", *where, code=1)
     assert said == "hil: there is no run 'fa'; there are far, far-2\n"
     assert json.loads(place.cli("status", "--json"))["runs"] == []

@@ -101,7 +101,7 @@ def test_a_command_that_goes_on_ends(bench: tuple[Place, Server], name: str, num
     if name == "capture":
         assert len(list(read(file.read_bytes()))) >= 0  # whole up to its end
     if name == "run":
-        assert b": cancelled: it was cancelled with grace" in said
+        assert b": cancelled: it was cancelled with a controlled stop" in said
     if name == "drive":
         assert b"the train goes on; `hil drive m1 --stop` ends it" in said
 

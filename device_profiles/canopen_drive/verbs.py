@@ -6,7 +6,7 @@ from device_profiles.canopen_drive.firmware import CanOpenServo
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
-from hil.vocab.verbs import Effect, Verb, VerbRefused
+from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 ANGLE_DEG, RPM, RPM_PER_S = 1e6, (0.001, 3000.0), (0.01, 1e6)
 Answer = Mapping[str, float | str | int]
@@ -57,7 +57,7 @@ def move_rel(
 
 
 def stop(board: CanOpenServo, how: str, acceleration_rpm_per_s: float) -> Answer | None:
-    """Stop. ``grace``: with a ramp; ``prejudice``: hold at once where the shaft is."""
+    """Stop: ``grace`` with a ramp; ``prejudice`` holds at once where the shaft is."""
     if not board.is_on:
         return None
     if how == "grace":
@@ -109,7 +109,7 @@ VERBS = (
     Verb(
         "stop",
         "end all motion: with a ramp, or at once",
-        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"), _ACCELERATION),
+        (HOW_TO_STOP, _ACCELERATION),
         stop,
         Effect.ENDS,
     ),

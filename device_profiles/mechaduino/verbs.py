@@ -8,7 +8,7 @@ from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
-from hil.vocab.verbs import Effect, Verb, VerbRefused
+from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
 _MOVE = (
@@ -97,7 +97,7 @@ def move_rel(
 
 
 def stop(board: Mechaduino, how: str, acceleration_rpm_per_s: float) -> Answer | None:
-    """Stop. ``grace``: with a ramp; ``prejudice``: hold at once where the shaft is, or turn no more."""
+    """Stop: ``grace`` with a ramp; ``prejudice`` at once, and a position loop holds the shaft where it is."""
     answer = _stop_set_point(board, how, acceleration_rpm_per_s)
     board.axis.drive(())  # pulses would move the set-point on
     return answer
@@ -268,7 +268,7 @@ VERBS = (
     Verb(
         "stop",
         "end all motion, pulses too: with a ramp, or at once",
-        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"), *_RAMP),
+        (HOW_TO_STOP, *_RAMP),
         stop,
         Effect.ENDS,
     ),

@@ -6,7 +6,7 @@ from device_profiles.modbus_drive.registers import ANGLE_DEG, RPM, RPM_PER_S, An
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
-from hil.vocab.verbs import Effect, Verb, VerbRefused
+from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 GAINS = ("pKp", "pKi", "pKd", "pLPF")
 _MOVE = (
@@ -78,8 +78,8 @@ def move_rel(
 
 
 def stop(board: ModbusDrive, how: str, acceleration_rpm_per_s: float | None = None) -> Answer | None:
-    """Stop. ``grace``: with a ramp; ``prejudice``: hold at once where the shaft is. Set-points are not
-    followed any more."""
+    """Stop: ``grace`` with a ramp; ``prejudice`` holds at once where the shaft is. The drive follows no
+    set-points afterwards."""
     answer = None
     if board.is_on and how == "prejudice":
         board.hold()
@@ -144,7 +144,7 @@ VERBS = (
     Verb(
         "stop",
         "end all motion: with a ramp, or at once",
-        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"), _MOVE[1]),
+        (HOW_TO_STOP, _MOVE[1]),
         stop,
         Effect.ENDS,
     ),

@@ -9,7 +9,7 @@ from device_profiles.sac.queue_memory import POSITIONS
 from device_profiles.sac.typed_text import Text, from_rpm
 from hil.vocab.motion import CONTINUOUS_SLOT
 from hil.vocab.parameters import Parameter
-from hil.vocab.verbs import Effect, Verb, VerbRefused
+from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 Answer = Mapping[str, float | str | int]
 _ANGLE_DEG = 1e6
@@ -134,7 +134,7 @@ def _started(run: Callable[..., Answer | None]) -> Callable[..., Answer | None]:
 _VERBS = (
     Verb(
         "velocity",
-        "continuous motion at a speed, clockwise if positive; 0 stops with grace",
+        "continuous motion at a speed, clockwise if positive; 0: a controlled stop",
         (Parameter("velocity_rpm", "the speed", "rpm", -2000, 2000, is_whole=True),),
         velocity,
         Effect.STREAM,
@@ -172,7 +172,7 @@ _VERBS = (
         (
             replace(_POSITION, name="first", about="entry"),
             replace(_POSITION, name="last", about="entry"),
-            Parameter("passes", "0: for ever", "", 0, 65535, 1, is_whole=True),
+            Parameter("passes", "0: forever", "", 0, 65535, 1, is_whole=True),
         ),
         loop,
         Effect.ENDS,
@@ -187,7 +187,7 @@ _VERBS = (
     Verb(
         "stop",
         "end all motion: with the session's deceleration, or at once",
-        (Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace"),),
+        (HOW_TO_STOP,),
         stop,
         Effect.ENDS,
     ),

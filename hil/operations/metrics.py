@@ -207,7 +207,7 @@ METRICS = (
             _one(lambda s: octave_histogram(s.of.vitals.loop_lag, s.of.vitals.loop_lag_total_ns))),
     _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped",
             _of_devices(lambda device: int(device.failed is not None)), ("device",)),
-    _metric("hil_setpoints_starved_total", "counter", "streams of set-points that stayed away",
+    _metric("hil_setpoints_starved_total", "counter", "set-point time-outs",
             _of_devices(lambda device: device.setpoints.starved), ("device",)),
     _metric("hil_uart_overrun_bytes_total", "counter", "bytes that found no room at a board's UART",
             _overruns, ("device", "uart")),

@@ -5,6 +5,7 @@ Verbs of a kind of board stand in the table of its profile and are asked for by 
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from hil.net.answers import FORMS
@@ -12,7 +13,7 @@ from hil.sim.inputs import MAX_BURSTS
 from hil.vocab.desk_protocol import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
-from hil.vocab.verbs import COMMON, Role
+from hil.vocab.verbs import COMMON, HOW_TO_STOP, Role
 from hil.wire.step_dir import MAX_ROWS
 
 NAME_CHARACTERS = 256
@@ -196,7 +197,7 @@ _ROWS = (
            takes_time=True),
     _asked("runs", RUN, VIEWER, "how a run does; with an empty name all that are remembered"),
     _asked("cancel_run", RUN, OPERATOR, "end a run",
-           Parameter("how", "gently or at once", choices=("grace", "prejudice"))),
+           replace(HOW_TO_STOP, default=None)),
     _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
            Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
     # The daemon.

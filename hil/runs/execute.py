@@ -19,6 +19,7 @@ CHECK_NS = 50_000_000
 """Interval of checks that an axis still follows the path that the run gave it."""
 SETTLE_NS = 200_000_000
 """Time for a shaft to come to rest after its set-point did."""
+_STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
 
 
 class Baton(Protocol):
@@ -79,8 +80,8 @@ class Execution:
         self.progress = progress or Progress(plan.run.run, steps=plan.steps)
 
     def stop(self, how: How, why: str | None = None, state: str = "cancelled") -> None:
-        """Stop the run, at any time; one that stops with grace already can be stopped with prejudice."""
-        self._asked = Ended(state, why or f"it was cancelled with {how}", how)
+        """Stop the run, at any time. A controlled stop can become an immediate one."""
+        self._asked = Ended(state, why or f"it was cancelled with {_STOPS[how]}", how)
 
     def run(self) -> Generator[int, None, None]:
         """Yield simulated times up to which nothing has to be done; ends when the run has."""

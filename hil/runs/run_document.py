@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from hil.config.document import Document, document_from_mapping
@@ -12,6 +12,8 @@ from hil.config.port_model import Name
 from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import NAME_PATTERN
+from hil.vocab.parameters import filled
+from hil.vocab.verbs import HOW_TO_STOP
 
 DOCUMENT_BYTES = 1 << 20
 AXES = 64
@@ -129,6 +131,11 @@ class _Step(StrictModel):
 Step = Annotated[_Step, AfterValidator(_one_action)]
 
 
+def _as_choice(how: object) -> object:
+    """Read the other words for ways to stop."""
+    return filled("run", (HOW_TO_STOP,), {"how": how})[0].get("how", how)
+
+
 class RunDocument(StrictModel):
     """A run."""
 
@@ -142,10 +149,12 @@ class RunDocument(StrictModel):
     profile: Literal["trapezoid", "s_curve"] = Field(
         default="s_curve", description="Of moves and lines: limits of acceleration, or of jerk too."
     )
-    on_fault: Literal["grace", "prejudice"] = Field(
-        default="grace", description="How the others stop when an axis fails."
+    on_fault: Annotated[Literal["grace", "prejudice"], BeforeValidator(_as_choice)] = Field(
+        default="grace",
+        description="How the others stop when an axis fails: `grace` or `controlled` with a ramp,"
+        " `prejudice` or `immediate` at once.",
     )
-    start_in_s: Seconds = Field(default=0.0, description="So long after it was accepted it starts.")
+    start_in_s: Seconds = Field(default=0.0, description="Time from its acceptance to its start.")
     steps: list[Step] = Field(min_length=1, max_length=STEPS, description="In their order.")
 
 

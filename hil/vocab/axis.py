@@ -13,7 +13,7 @@ from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 
 How = Literal["grace", "prejudice"]
-"""Ways to stop: on a ramp, or at once."""
+"""Ways to stop: a controlled stop, with a ramp, or an immediate one."""
 
 Sample = tuple[float, ...]
 """Time in nanoseconds, set-point and position in degrees."""

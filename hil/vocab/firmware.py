@@ -24,9 +24,9 @@ class Delay:
 
 @dataclass(frozen=True)
 class ByteAvailable:
-    """Wait until a UART of the board has an unread byte, at most ``timeout_ns`` (None: for ever).
+    """Wait until a UART of the board has an unread byte, at most ``timeout_ns`` (None: forever).
 
-    Answers True, or False on the time-out. A byte that arrives at the very end is too late.
+    Answers True, or False on the time-out. A byte that arrives exactly at the time-out is too late.
     """
 
     timeout_ns: int | None = None

@@ -93,7 +93,7 @@ class Motion(Protocol):
         """End the command and go on with the next: ``n`` (its deceleration) or ``N`` (at once)."""
 
     def finish(self) -> None:
-        """End with grace whatever runs (``l`` alone)."""
+        """End what runs in a controlled way (``l`` alone)."""
 
     def loop_start(self, slot: int) -> None:
         """Set a loop's start (``ls``)."""
@@ -102,10 +102,10 @@ class Motion(Protocol):
         """Set a loop's end (``lf``)."""
 
     def loop_passes(self, passes: int) -> None:
-        """Set a loop's passes (``ln``); 0: for ever."""
+        """Set a loop's passes (``ln``); 0: forever."""
 
     def loop_array(self, passes: int) -> None:
-        """Run the xRef array (``lnn``) so many times; 0: for ever."""
+        """Run the xRef array (``lnn``) so many times; 0: forever."""
 
     def xref(self) -> tuple[int, ...]:
         """The 31 entries of the xRef array."""

@@ -25,6 +25,8 @@ class Parameter:
     """Default value; None: it has to be given, unless ``is_optional``."""
     choices: tuple[str, ...] = ()
     """Allowed words; if there are any, it takes one of these instead of a number."""
+    also: tuple[str, ...] = ()
+    """Other words for the choices, in their order: taken, and read as the choice."""
     is_text: bool = False
     """True if the value is a text of at most ``maximum`` characters instead of a number."""
     is_whole: bool = False
@@ -60,6 +62,8 @@ class Parameter:
     def described(self) -> str:
         """Text of values, unit and default, in one line."""
         values = " or ".join(self.choices) or self._range
+        if self.also:
+            values += f" (also {' or '.join(self.also)})"
         if self.is_text:
             values = f"text, at most {self.maximum:g} characters"
         if self.form:
@@ -86,6 +90,8 @@ def filled(
             problems[name] = f"parameters of {what} are {', '.join(names) or 'none'}"
     for name, parameter in names.items():
         value = given.get(name, parameter.default)
+        if value in parameter.also:
+            value = dict(zip(parameter.also, parameter.choices, strict=True))[str(value)]
         if value is None:
             if not parameter.is_optional:
                 problems[name] = f"this one is missing: {parameter.about}"

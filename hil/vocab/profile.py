@@ -85,7 +85,7 @@ class Profile:
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
     starve: Callable[..., bool | None] | None = None
-    """``starve(firmware, policy, acceleration_rpm_per_s)`` stops an axis whose set-points stay away; False:
+    """``starve(firmware, policy, acceleration_rpm_per_s)`` stops an axis on a set-point time-out; False:
     those were no stream, and nothing was stopped. None: it has no stream of them. On a board with several
     axes it, ``follow`` and each ``Verb.is_of_axis`` get ``axis``, the axis's name."""
     follow: Callable[..., None] | None = None

@@ -11,6 +11,15 @@ from typing import Any
 
 from hil.vocab.parameters import Parameter, Values, filled
 
+HOW_TO_STOP = Parameter(
+    "how",
+    "a controlled stop, with a ramp, or an immediate one",
+    choices=("grace", "prejudice"),
+    also=("controlled", "immediate"),
+    default="grace",
+)
+"""Parameter of verbs that stop: the two ``hil.vocab.axis.How``."""
+
 
 class Role(IntEnum):
     """Roles of askers, ascending: each may do what those before it may."""

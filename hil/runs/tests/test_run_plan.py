@@ -208,3 +208,10 @@ def test_what_a_real_board_cannot_do_is_found() -> None:
         with pytest.raises(ConfigError) as refused:
             with_real(*steps, **rules)
         assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(("said", "means"), [("controlled", "grace"), ("immediate", "prejudice")])
+def test_ways_to_stop_have_two_words_each(said: str, means: str) -> None:
+    data = {"run": "r", "axes": {"m1": {}}, "on_fault": said, "steps": [{"dwell_s": 0.1}]}
+    document, _ = run_from_data(data)
+    assert document.on_fault == means

@@ -1,6 +1,7 @@
 """Check of given values against a table, with every problem told."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from hil.vocab.verbs import CODES, COMMON, Role, Verb, VerbRefused, described, t
 NUMBER = Parameter("angle_deg", "an angle", "deg", -90.0, 90.0)
 WHOLE = Parameter("count", "how many", "", 1, 1e6, is_whole=True)
 CHOICE = Parameter("how", "in which way", choices=("grace", "prejudice"), default="grace")
+SYNONYMS = replace(CHOICE, also=("controlled", "immediate"))
 TEXT = Parameter("text", "what", maximum=5, is_text=True)
 OPTIONAL = Parameter("speed_rpm", "a speed", "rpm", 0.0, 10.0, is_optional=True)
 DEFAULT = Parameter("rate_Hz", "how fast", "Hz", 1.0, 10.0, 2.5)
@@ -74,6 +76,21 @@ def test_every_problem_is_told() -> None:
     }
     assert values == {}
     assert filled("rest", (), {"x": 1}) == ({}, {"x": "parameters of rest are none"})
+
+
+@pytest.mark.parametrize(
+    ("said", "means"), [("immediate", "prejudice"), ("controlled", "grace"), ("grace", "grace")]
+)
+def test_other_words_for_a_choice_are_taken(said: str, means: str) -> None:
+    assert filled("stop", (SYNONYMS,), {"how": said}) == ({"how": means}, {})
+
+
+def test_what_is_no_word_of_a_choice_is_refused() -> None:
+    assert filled("stop", (SYNONYMS,), {"how": ["immediate"]})[1] == {"how": "write grace or prejudice"}
+    assert (
+        SYNONYMS.described()
+        == "in which way, grace or prejudice (also controlled or immediate), default grace"
+    )
 
 
 def test_null_is_as_missing() -> None:
