@@ -52,7 +52,7 @@ class Poller(Client):
 
 
 async def clients(port: int, every_s: float) -> None:
-    """Ask for ever. Prints every second how many answers there were."""
+    """Ask forever. Prints every second how many answers there were."""
     loop, asking = asyncio.get_running_loop(), []
     for _ in range(CLIENTS):
         asking.append((await loop.create_connection(lambda: Poller(every_s), "127.0.0.1", port))[1])

@@ -301,7 +301,7 @@ bridges:
         ("can0: {interface: usb}", "9:25", "udp_multicast"),
         ("can0: {interface: virtual, port: 5}", "9:40", "port is for udp_multicast alone"),
         ("can0: {interface: socketcan}", "9:25", "socketcan needs a channel"),
-        ("can0: {interface: virtual}\n      can0.b: {interface: virtual}", "10:7", "go round for ever"),
+        ("can0: {interface: virtual}\n      can0.b: {interface: virtual}", "10:7", "go round forever"),
         (
             "can0: {interface: virtual, channel: a}\n      can0.virtual: {interface: virtual, channel: b}",
             "10:7",

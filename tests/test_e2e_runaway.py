@@ -57,7 +57,7 @@ class Runaway:
                     kept = []
                     while True:
                         kept.append(bytearray(1_000_000))
-                case "r":  # a regular expression that backtracks for ever
+                case "r":  # a regular expression that backtracks forever
                     re.match("(a+)+$", "a" * 60 + "b")
                 case "s":  # C code that looks at no signals
                     sum(range(10**12))

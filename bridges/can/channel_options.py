@@ -134,7 +134,7 @@ class Options(BaseModel):
                 )
                 yield OptionProblem(("channels", key), message, remedy, at_key=True)
             elif (other := media.setdefault((node.owner, medium), key)) != key:
-                message = f"{other} is on {medium}, too: each frame would go round for ever"
+                message = f"{other} is on {medium}, too: each frame would go round forever"
                 yield OptionProblem(("channels", key), message, "leave one of them out", at_key=True)
 
     def bus_problems(self, buses: Collection[str]) -> Iterable[OptionProblem]:

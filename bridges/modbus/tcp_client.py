@@ -58,7 +58,7 @@ class TcpClient(asyncio.Protocol):
             self._transport.pause_reading()
 
     def has_turn(self, most: int) -> None:
-        """Answer some requests. Who does not read the answers gives way to others."""
+        """Answer some requests. A client that does not read the answers gives way to others."""
         self._visit.is_busy = False
         if self._can_write and not self._has_gone:
             self._answer_some(most)

@@ -78,7 +78,7 @@ KEYS = (
         "how a run does: queued, running, done, failed or cancelled, its step, its axes' following errors",
         '{"v":1,"run":"r1","state":"running","step":1,"steps":2}'),
     Key("run/<id>/cancel", (COMMAND,), JSON, "hil.run.v1", Role.OPERATOR,
-        'end a run, with {"how":"grace"} or {"how":"prejudice"}', "{}"),
+        'end a run: {"how":"grace"} is a controlled stop, {"how":"prejudice"} an immediate one', "{}"),
     Key("run/<id>/part", (COMMAND,), JSON, "hil.part.v1", Role.OPERATOR,
         "between benches: the one that leads a run asks the others to look, join, go, beat or stop",
         '{"do":"go","token":"...","phrase":0,"start_wall_ns":1795254243120000000}'),

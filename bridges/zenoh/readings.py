@@ -67,7 +67,7 @@ class Readings:
         """Readers of schema and content, by key."""
 
     def read(self, key: str, query: zenoh.Query) -> None:
-        """Answer a query; one of very many keys waits for its turn. Raises VerbRefused: too many such queries
+        """Answer a query; one of too many keys waits for its turn. Raises VerbRefused: too many such queries
         wait."""
         found = list(self._matching(key))
         if len(found) > SLICE:

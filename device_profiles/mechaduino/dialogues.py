@@ -59,7 +59,7 @@ class RunAxis:
             at_ns = yield from wait_until(min(at_ns + period_ns, end_ns))
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
-        """Stop: with grace the set-point comes to rest on a ramp; with prejudice it stays as typed last."""
+        """Stop: ``grace`` brings the set-point to rest on a ramp; ``prejudice`` leaves it as typed last."""
         now_ns = yield from _drain(QUIET_NS + self._delay_ns)
         path: Path = (PathPiece(0, self._typed_deg),)
         if how == "grace":

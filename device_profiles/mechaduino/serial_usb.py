@@ -40,6 +40,6 @@ class SerialUSB:
         return self._uart.read()
 
     def ask_float(self) -> Generator[Request, Any, float]:
-        """Wait for a first byte for ever, then parse a number as Stream::parseFloat does."""
+        """Wait for a first byte forever, then parse a number as Stream::parseFloat does."""
         yield from self.wait()
         return (yield from parse_float(self._uart))

@@ -202,7 +202,7 @@ COMMANDS = (
     Command(
         "vV", "velocity of the session, vd: of now", CommandLine.velocity, CommandLine.velocity_from_network
     ),
-    _quick_command("lL", "loops; alone: end with grace", lambda line, text: line.moves.loop(text)),
+    _quick_command("lL", "loops; alone: end in a controlled way", lambda line, text: line.moves.loop(text)),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
     _bare_command("S", "stop at once", lambda line: line.motion.stop(None)),
     _bare_command("s", "stop with the session's deceleration", lambda line: line.moves.stop_gracefully()),

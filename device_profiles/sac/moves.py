@@ -83,7 +83,7 @@ class Moves:
     # ---- loops ----
 
     def loop(self, text: Text) -> None:
-        """Execute ``l``: alone it ends a loop with grace, and any other motion (decision)."""
+        """Execute ``l``: alone it ends a loop after its last entry, and any other motion (decision)."""
         if not text.peek():
             self._motion.finish()
         elif text.is_digit():
@@ -100,7 +100,7 @@ class Moves:
             self._motion.loop_finish(position)
 
     def loop_array(self, text: Text) -> None:
-        """Run the xRef array so many times; 0, and no number: for ever."""
+        """Run the xRef array so many times; 0, and no number: forever."""
         self._motion.loop_array((text.number() or 0) % PASSES)
 
 

@@ -41,7 +41,7 @@ class Session:
             self.default = _at(now, velocity)
 
     def command(self, said: Attributes) -> MotionEntry:
-        """Make a typed motion command on the defaults, but for direction, wait and sync."""
+        """Make a typed motion command on the defaults, except direction, wait and sync."""
         if said.is_ccw is None:
             said.is_ccw = self.parameters.default_entry().is_ccw
         return said.apply(self.default, self.parameters.ramp)

@@ -52,7 +52,7 @@ class Terminal:
     ) -> Generator[Request, Any, str]:
         """Read the next line without its end; what is typed is echoed.
 
-        ``is_immediate`` is asked for each first byte of an empty line: True, and it has been acted upon.
+        ``is_immediate`` is asked for each first byte of an empty line: True, and the byte has been acted on.
         ``meanwhile`` runs whenever a byte has come at any port, before the terminal's is read; ``takes`` as
         ``ByteAvailable``'s. BS and DEL erase (decision).
         """

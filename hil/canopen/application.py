@@ -89,7 +89,7 @@ class SdoAbort(Exception):
 class Application(Protocol):
     """Device profile: what the objects of a node from 2000h on mean.
 
-    All times are nanoseconds of simulated time and never go back. What it raises but for ``SdoAbort`` is a
+    All times are nanoseconds of simulated time and never go back. What it raises except ``SdoAbort`` is a
     mistake in the program.
     """
 

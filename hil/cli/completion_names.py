@@ -118,7 +118,7 @@ def _targets(line: TypedLine) -> Names:
 
 
 def _on_buses(line: TypedLine) -> Names:
-    """Nodes of CAN buses, but for taps."""
+    """Nodes of CAN buses, except taps."""
     for row in line.ask("buses"):
         taps = {each["tap"] for each in row["taps"]}
         for node in row["nodes"]:

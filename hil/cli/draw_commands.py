@@ -228,7 +228,7 @@ def _recorded(signals: tuple[str, ...]) -> Any:
 def _watching(
     bench: str | None, runtime_dir: Path | None, device: str, signals: tuple[str, ...], interval_ms: float
 ) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
-    """Watch signals: their names, and pieces of samples for ever; the watch ends with the block."""
+    """Watch signals: their names, and pieces of samples forever; the watch ends with the block."""
     import time
 
     opened = ask_bench(

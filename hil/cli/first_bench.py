@@ -7,7 +7,7 @@ _TEXT = """\
 # A bench of hil: virtual boards behind real serial ports. The line above tells editors of the keys.
 #   hil check FILE    lists what is wrong with it
 #   hil serve FILE    runs it until Ctrl-C
-#   hil docs ports    tells of ports; hil docs lists all pages
+#   hil docs ports    describes ports; hil docs lists all pages
 
 # The bench's name: commands find it by that, and ports stand in a folder of that name.
 bench: $NAME

@@ -3,7 +3,7 @@ keys.
 
 Devices that are joined to others, by wires, a segment or a CAN bus, share one simulated time: a change of one
 of them is a change of the whole bench, which only a restart of the daemon makes. Keys of the bench are such a
-change too, but for faults, which belong to their targets.
+change too, except faults, which belong to their targets.
 """
 
 import json

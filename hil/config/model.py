@@ -156,8 +156,8 @@ class DeviceConfig(StrictModel):
     )
     setpoints: SetpointsConfig | None = Field(
         default=None,
-        description="What becomes of the axis when set-points of `position`, `velocity` or `torque` stay"
-        " away; null: it goes on as the last one says.",
+        description="Set-point time-out: what the axis does when no further `position`, `velocity` or"
+        " `torque` comes; null: it follows the last one.",
     )
     setpoint_rate_Hz: float | None = Field(
         default=None,

@@ -169,15 +169,15 @@ class Call(IntEnum):
     stop = 4
     """deceleration in hundredths, -1: at once"""
     next = 5
-    """1: with grace"""
+    """1: with this command's deceleration, 0: at once"""
     finish = 6
     """nothing"""
     loop_bounds = 7
     """start, finish; 0: leave it"""
     loop_passes = 8
-    """passes, 0: for ever"""
+    """passes, 0: forever"""
     loop_array = 9
-    """passes, 0: for ever"""
+    """passes, 0: forever"""
     release_sync = 10
     """nothing"""
     gap = 11

@@ -54,7 +54,7 @@ class Runtime:
         """Let the program run as far as it gets at ``now_ns``.
 
         Raises:
-            FirmwareStuck: it loops for ever at one instant.
+            FirmwareStuck: it loops forever at one instant.
             Exception: whatever the program raised.
         """
         for _ in range(STEPS_WITHOUT_TIME):

@@ -34,7 +34,7 @@ class Watches:
         self._timer: asyncio.TimerHandle | None = None
 
     def exchanged(self, names: Collection[str]) -> None:
-        """Note that these devices were added, removed or exchanged, in this very step."""
+        """Note that these devices were added, removed or exchanged in this step."""
         for axis in self.sampler.watched():
             if owner_of(axis) not in names:
                 continue

@@ -1,4 +1,4 @@
-"""Registers and bits that tell of an axis as it is at one time: a look at it, in the numbers of a map."""
+"""Registers and bits with the state of an axis at one time: a look at it, in the numbers of a map."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property

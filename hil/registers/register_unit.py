@@ -40,7 +40,7 @@ class RegisterUnit:
         self._stages: dict[int, VerbStage] = {}
 
     def needs_look(self, span: Span) -> bool:
-        """True if registers or bits of a span tell of the axis, as it is now."""
+        """True if registers or bits of a span have the present state of the axis."""
         end = span.address + span.count
         if not self.map.info.fields:
             return False

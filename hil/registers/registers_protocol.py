@@ -46,7 +46,7 @@ class Registers(Protocol):
     def map(self) -> UnitMap: ...
 
     def needs_look(self, span: Span) -> bool:
-        """True if registers or bits of a span tell of the axis, as it is now."""
+        """True if registers or bits of a span have the present state of the axis."""
 
     def read(self, span: Span, look: AxisLook | None, halves: Mapping[int, int]) -> Sequence[int]:
         """Read registers or bits. ``look``: the axis now, if ``needs_look``. Raises Refused."""

@@ -57,7 +57,7 @@ class Around:
     turn: Callable[[], Callable[[], bool] | None] = lambda: None
     """Real time: called when a group's turn begins; answers a function that says whether it is over. A group
     that is late goes on in its next turn, and others have theirs between. A group whose firmware takes more
-    time than there is falls behind for ever; its inputs then take effect at the time it has reached."""
+    time than there is falls behind forever; its inputs then take effect at the time it has reached."""
     guard: Guard = UNGUARDED
     """Guard around each turn of a firmware's own code."""
     on_failed: Callable[[Device], None] = lambda device: None

@@ -1,7 +1,7 @@
 """Guards over a firmware's own code: in a daemon a clock, in a replay its log.
 
-A firmware that is stopped is stopped at a point that no simulated time tells. So the turn in which it happens
-counts as if the firmware had not run in it, but for what it had sent, which stands in the log.
+The guard stops a firmware at a point that has no simulated time. So the turn in which it happens counts as if
+the firmware had not run in it. The log has what the firmware had already sent.
 """
 
 from collections.abc import Mapping

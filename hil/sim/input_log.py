@@ -27,7 +27,7 @@ Memories = Mapping[str, Mapping[str, bytes]]
 
 @dataclass(frozen=True)
 class Sent:
-    """Bytes that a device sent, and a checksum of its axes' state at that very time. ``port``: name of the
+    """Bytes that a device sent, and a checksum of its axes' state at that time. ``port``: name of the
     UART; empty: the first."""
 
     at_ns: SimTimeNs

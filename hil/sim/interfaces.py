@@ -153,7 +153,7 @@ class Interfaces:
     # ---- a turn that the firmware did not come through ----
 
     def cut(self) -> Words:
-        """Cut the output of a firmware that printed for ever to what a client may want to see. Returns it."""
+        """Cut the output of a firmware that printed forever to what a client may want to see. Returns it."""
         left, kept = LAST_WORDS_BYTES, self.written[: self._put]
         for uart, baud, data in self.written[self._put :]:
             kept.append((uart, baud, data[:left]))
@@ -165,7 +165,7 @@ class Interfaces:
         return tuple((names[uart], baud, data.hex()) for uart, baud, data in kept)
 
     def halt(self, words: Iterable[tuple[str, int | None, str]]) -> None:
-        """Undo all of a stopped firmware's turn, but for what it has written, which is ``words``."""
+        """Undo all of a stopped firmware's turn, except what it has written, which is ``words``."""
         for uart in self.all:
             uart.halt()
         self.written[:] = [(self.by_name[name], baud, bytes.fromhex(data)) for name, baud, data in words]

@@ -16,7 +16,7 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
     most_Nm = MOST_LOADS * holding_Nm
     words = (
         f"write {-most_Nm:g} to {most_Nm:g}, {MOST_LOADS} times what this motor holds"
-        f" ({holding_Nm:g} Nm): whatever is more only spins it"
+        f" ({holding_Nm:g} Nm): a larger torque only spins it"
     )
     if isinstance(torque_Nm, bool) or not isinstance(torque_Nm, int | float):
         return words

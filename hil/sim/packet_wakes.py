@@ -13,7 +13,7 @@ many costs time and changes nothing. That is so
 - for what is on the line already when the sketch says so: it may have read the beginning otherwise;
 - while the main loop does something else than wait for bytes, until what it has printed is out: meanwhile
   each byte takes room in the UART's buffer, and may find none (``loosen``, ``tighten``);
-- after bytes were lost so, for ever (``note_gap``);
+- after bytes were lost so, forever (``note_gap``);
 - after a collision has taken back what was announced: what stands before is not known (``forget``).
 """
 

@@ -80,7 +80,7 @@ class Power:
             listener(is_there)
 
     def close(self) -> None:
-        """Stop the firmware for ever; the axis goes with its group."""
+        """Stop the firmware forever; the axis goes with its group."""
         self.failed = "it was taken out"
         self.sketch.close()
 

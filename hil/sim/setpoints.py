@@ -22,7 +22,7 @@ class TimeOut:
 
 
 class Setpoints:
-    """Set-points of one device's axes; without a ``TimeOut`` they are awaited for ever. ``named``: arguments
+    """Set-points of one device's axes; without a ``TimeOut`` they are awaited forever. ``named``: arguments
     that tell a function of the profile which axis is meant, by the axis's name."""
 
     def __init__(self, time_out: TimeOut | None, named: Mapping[str, Mapping[str, str]]) -> None:

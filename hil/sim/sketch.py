@@ -79,7 +79,7 @@ class Sketch:
             return None
 
     def close(self) -> None:
-        """Stop the firmware for ever."""
+        """Stop the firmware forever."""
         try:
             with self._guard(self):
                 self.runtime.close()

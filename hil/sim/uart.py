@@ -21,7 +21,7 @@ USB_HELD_BYTES = 16
 """Maximum number of bytes taken from a USB host that the sketch has not read yet; more waits at the host.
 Each may be a command that answers 126 kB (q) at one instant: all of it stays below what a port queues."""
 UART_BUFFER_BYTES = 64
-"""Size of each buffer, both ways: SERIAL_BUFFER_SIZE of the Arduino SAMD core 1.6.20's RingBuffer."""
+"""Size of each buffer, both ways: SERIAL_BUFFER_SIZE of RingBuffer in the Arduino SAMD core 1.6.20."""
 
 
 class DeviceUart:

@@ -19,7 +19,7 @@ MAX_INTERVAL_NS = 3600 * NS_PER_S
 MAX_DENOMINATOR = 10**12
 """Maximum denominator of an interval that is no whole number of nanoseconds."""
 MAX_GRIDS = WATCHES - 1
-"""Maximum number of different intervals of one axis; one is kept for runs, which all record at the same."""
+"""Maximum number of intervals of one axis; one is kept for runs, which all record at the same."""
 MAX_SAMPLES_PER_S = 400_000
 """Maximum rate of all watchers of a bench in real time together, by simulated time: some tenths of a CPU."""
 RING_SAMPLES = 8192

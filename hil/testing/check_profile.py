@@ -274,8 +274,8 @@ def _examples(trial: Trial) -> str | None:
 
 
 CHECKS: dict[str, Callable[[Trial], str | None]] = {
-    "what it does does not depend on how time passes": _time,
-    "what it does does not depend on how bytes come in pieces": _chunks,
+    "it does the same however time passes": _time,
+    "it does the same however its bytes are cut into pieces": _chunks,
     "the same bytes at the same times give the same answers": _repeatable,
     "garbage does not stop it": _garbage,
     "a flood does not stop it": _flood,

@@ -29,7 +29,7 @@ class TrainError(Exception):
 @dataclass(frozen=True)
 class Edges:
     """A single edge: at ``at_ns`` the pin gets the level. With ``steps``: that many pulses on the step input;
-    edge j of the 2 * steps (a rise if even) is at at_ns + floor(j * duration_ns / (2 * steps))."""
+    edge j of the 2 * steps (a rise if even) is at ``at_ns`` + floor(j * duration_ns / (2 * steps))."""
 
     at_ns: int
     pin: str = "step"

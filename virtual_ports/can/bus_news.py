@@ -51,13 +51,13 @@ class BusNews:
                 self.note_state(node, wire, now_ns)
 
     def note_state(self, node: BusNode, wire: BitWire, now_ns: SimTimeNs) -> None:
-        """Tell of a node's state, if it is another than before."""
+        """Report a node's state if it has changed."""
         if node.note_state(wire, now_ns):
             for watcher in self.watchers:
                 watcher(BusEvent(now_ns, now_ns, node.name, state=node.state.value))
 
     def _tell_frame(self, wire: BitWire, sender: BusNode, now_ns: SimTimeNs) -> None:
-        """Tell of a frame that one node has sent, and the others have heard."""
+        """Report a frame that one node has sent and the others have received."""
         frame = sender.mailboxes.sent(wire.sent_slot(sender.index))
         start_ns = SimTimeNs(wire.started_ns(sender.index))
         for node in self._nodes.wanting(frame):

@@ -91,7 +91,7 @@ class CanBus:
         self.nodes.changed()
 
     def set_listening(self, name: str, is_listening: bool) -> None:
-        """Set whether a node never drives the wire. What it has to send waits meanwhile, but for a frame that
+        """Set whether a node never drives the wire. What it has to send waits meanwhile, except a frame that
         is on the wire."""
         node = self.nodes[name]
         node.is_listening = is_listening

@@ -91,7 +91,7 @@ class Clients:
         # A next client may be there already, but all that was written so far was for those before it.
         baud = None
         with self._pair.failing_loudly():
-            # Also if the next is there: it would be held up for ever.
+            # Also if the next is there: it would be held up forever.
             terminal_settings.let_go_on(self._pair.slave)
             terminal_settings.discard_unread(self._pair.slave)
             baud = terminal_settings.baud(self._pair.master)

@@ -90,7 +90,7 @@ class Telnet:
             self._state = _State.SUB
 
     def _negotiate(self, verb: int, option: int) -> bytes:
-        """Agree to what is known, refuse the rest; say it once, so that nobody answers answers."""
+        """Accept known options and refuse the rest; answer each once, so that answers do not loop."""
         is_ours = verb in (DO, DONT)  # it is about what we do
         agrees = option in _AGREED and verb in (DO, WILL)
         key = (is_ours, option)

@@ -93,8 +93,8 @@ class DisturbedLine:
             self._lows[way] = joined(self._lows[way], lows)
 
     def _sends(self, name: str, from_ns: int) -> tuple[tuple[int, int], ...]:
-        """Spans in which a station's driver is on, from a time on. One that lets go at that very time still
-        hides what was before: a line that is low then falls for its receiver."""
+        """Spans in which a station's driver is on, from a time on. A driver that turns off exactly at that
+        time still hides the level before it: a line that is low then falls for its receiver."""
         spans = self._own.get(name)
         if not spans:
             return ()

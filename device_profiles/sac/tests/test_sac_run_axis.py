@@ -154,7 +154,7 @@ def test_one_release_starts_others_over_a_wire() -> None:
 
 
 def test_a_board_that_never_comes_to_its_end_is_given_up() -> None:
-    """Let a packet make the board turn for ever."""
+    """Let a packet make the board turn forever."""
     bench, axis = taken()
     begun_ns = int(bench.now_ns)
     move = axis.move_abs(36.0, 60, begun_ns + LEAD_NS)

@@ -23,7 +23,7 @@ class DriveError(IntEnum):
 
 ABOUT: Mapping[DriveError, str] = {
     DriveError.COMMUNICATION: "the node was stopped while operation was enabled",
-    DriveError.HEARTBEAT: "the master's heartbeat or guarding stayed away; the node itself sends it",
+    DriveError.HEARTBEAT: "the master's heartbeat or guarding timed out; the node itself sends it",
     DriveError.BUS_OFF: "the node was bus-off; the node itself sends it",
     DriveError.FOLLOWING: "the shaft was too far from the set-point for too long (6065h, 6066h)",
     DriveError.SYNC: "no SYNC came for three periods of 60C2h, at least 50 ms, in a cyclic mode",

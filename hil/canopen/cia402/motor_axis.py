@@ -96,4 +96,4 @@ class MotorAxis(Protocol):
         """Go to an angle by the board's own ramps; for boards that follow no paths."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
-        """Stop: ``grace`` with a ramp, ``prejudice`` at once."""
+        """Stop: ``grace`` with a ramp (controlled), ``prejudice`` at once (immediate)."""

@@ -179,7 +179,7 @@ class RampMover:
         self.due_ns = look.at_ns if look.is_moving else FOREVER
 
     def check(self, look: MotorLook) -> None:
-        """Do nothing: where it is is asked each time."""
+        """Do nothing: the position is read each time."""
 
     def where(self, now_ns: int) -> SetPointNow:
         look = self._axis.look()

@@ -19,7 +19,7 @@ class TimeWindow:
         return now_ns - self._since_ns >= for_ns
 
     def assume(self) -> None:
-        """Take it that it has been so for ever."""
+        """Take it that it has been so forever."""
         self._since_ns = -FOREVER
 
     def clear(self) -> None:

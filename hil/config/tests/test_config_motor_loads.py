@@ -16,7 +16,7 @@ faults:
   - {{fault: shaft_load, target: s1.main, torque_Nm: {torque_Nm}}}
   - {{fault: shaft_load, target: s1, torque_Nm: -1}}
 """
-LIMIT = "write -1.085 to 1.085, 10 times what this motor holds (0.1085 Nm): whatever is more only spins it"
+LIMIT = "write -1.085 to 1.085, 10 times what this motor holds (0.1085 Nm): a larger torque only spins it"
 
 
 def said(own_Nm: float, torque_Nm: float) -> list[str]:

@@ -5,7 +5,7 @@ Steps that can fail come first, in this order; when one fails, nothing has chang
 configuration, memories and tables. ``reload.py`` checks that the running bench can be changed so (at a start
 there is nothing to check). ``staging.py`` makes new devices and opens new ports beside what runs.
 ``fail_first.py`` calls these in this order, waits for memories that are being written, and puts away files of
-other boards. Then ``swap.py`` puts the new in the old's place. That cannot fail any more, but for a fault of
+other boards. Then ``swap.py`` puts the new in the old's place. That cannot fail any more, except a fault of
 the configuration that a start refuses; errors of old ports that are closed at last are only logged.
 ``docs/follow-a-reload.md`` walks these files.
 """

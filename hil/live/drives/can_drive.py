@@ -72,7 +72,7 @@ class CanDrive(RealDrive):
     # ---- begin and end ----
 
     def start(self, join: Callable[["CanDrive"], CanLine], session: Coroutine[Any, Any, None]) -> None:
-        """Begin with it, on the bus that ``join`` gives. ``session``: what keeps to it for ever."""
+        """Begin with it, on the bus that ``join`` gives. ``session``: what keeps to it forever."""
         self._line = join(self)
         self._task = asyncio.get_running_loop().create_task(session)
 

@@ -30,7 +30,7 @@ class CanSession:
         self._drive, self._link = drive, drive.link
 
     async def run(self) -> None:
-        """Keep to the drive for ever."""
+        """Keep to the drive forever."""
         drive = self._drive
         while True:
             if self._is_away:

@@ -35,7 +35,7 @@ class DrivePolls:
         self._refusals = 0
 
     async def run(self) -> None:
-        """Poll for ever."""
+        """Poll forever."""
         loop = asyncio.get_running_loop()
         due_s = loop.time()
         while True:

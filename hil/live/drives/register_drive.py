@@ -53,7 +53,7 @@ class RegisterDrive(RealDrive):
     # ---- begin and end ----
 
     def start(self, join: Callable[["RegisterDrive"], DriveLine], polls: Coroutine[Any, Any, None]) -> None:
-        """Begin to ask it, on the line that ``join`` gives. ``polls``: what polls it for ever."""
+        """Begin to ask it, on the line that ``join`` gives. ``polls``: what polls it forever."""
         self._line = join(self)
         self._task = asyncio.get_running_loop().create_task(polls)
 

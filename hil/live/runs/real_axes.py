@@ -48,7 +48,7 @@ class RealAxes:
         return board
 
     async def carry_out(self, name: str, verb: str, dialogue: Dialogue[Any]) -> None:
-        """Carry out a verb of a board that no run has; the verb that takes it in hand does so.
+        """Carry out a verb of a board that no run has. ``RealAxis.taken_by`` is the verb that takes control.
 
         Raises:
             DialogueError: it is away, or does not answer as it should.

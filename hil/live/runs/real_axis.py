@@ -1,8 +1,9 @@
 """Real board as an axis of runs: what a run gives it is typed at its terminal.
 
-The daemon knows what a board does only if it was the last to type at it. So a board is first taken in hand,
-by the verb that its profile names (``enable``, ``reset``); when a program has typed at it, or it was away, or
-a motion was cut short, that has to be done again. While a run has a board, programs' bytes for it wait.
+The daemon knows what a board does only if it was the last to type at it. So it first takes control of the
+board, by the verb that its profile names (``enable``, ``reset``). It loses control when a program types at
+the board, when the board is away, or when a motion is cut short. While a run has a board, programs' bytes for
+it wait.
 """
 
 import asyncio
@@ -62,11 +63,11 @@ class RealAxis:
 
     @property
     def taken_by(self) -> str:
-        """Verb that takes it in hand."""
+        """Verb by which the daemon takes control of the board."""
         return self._terminal.taken_by
 
     async def take(self) -> None:
-        """Take the board in hand. Raises DialogueError: it is away, or does not answer as it should."""
+        """Take control of the board. Raises DialogueError: it is away, or does not answer as it should."""
         self._known_as = None
         await self.through.talk(self._terminal.take())
         self._known_as = self._line()

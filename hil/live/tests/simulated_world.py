@@ -108,7 +108,7 @@ class World(asyncio.SelectorEventLoop):
                 return
 
     async def taken(self) -> None:
-        """Switch all axes on and take the boards in hand."""
+        """Switch all axes on and take control of the boards."""
         await asyncio.sleep(UP_S)
         self.near.axis("m1").do("enable")
         for name, verb in (("m2", "enable"), ("s2", "reset")):

@@ -32,8 +32,8 @@ class CardSpec:
 
 
 class CanOpenCard:
-    """Node ``name`` on a bus. It has its power from its board: without it it is silent, and with each
-    power-up it boots.
+    """Node ``name`` on a bus. Its board powers it: it is silent while the board is off, and boots with
+    each power-up.
 
     The node is asked only when a frame that it wants has come, or when it is due.
     """

@@ -90,12 +90,12 @@ def test_a_board_without_a_mistake_passes(tmp_path: Path) -> None:
         (
             "SEEN.append(1); self.uart.write(b'start %d' % len(SEEN))",
             'self.uart.write(b"here\\r\\n")',
-            "what it does does not depend on how time passes: at main once b'start ",
+            "it does the same however time passes: at main once b'start ",
         ),
         (
             "SEEN.append(byte); byte ^= len(SEEN) & 0xFF",
             "%s",
-            "what it does does not depend on how bytes come in pieces: at main once b'",
+            "it does the same however its bytes are cut into pieces: at main once b'",
         ),
         (
             "SEEN.append(byte); byte = byte if len(SEEN) < 4_000 else 1 // 0",

@@ -1,4 +1,4 @@
-"""Set-points that stay away stop the axis: to the nanosecond, with each policy, on both boards."""
+"""Set-point time-out: it stops the axis to the nanosecond, with each policy, on both boards."""
 
 from typing import Any
 

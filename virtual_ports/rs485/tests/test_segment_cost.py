@@ -74,7 +74,7 @@ def test_in_a_collision_all_are_told_at_once() -> None:
 
 
 def babble(wire: Wire, name: str, every_ns: int) -> None:
-    """20 bytes at a time, for ever. They take 5.2 ms, so that more often is always."""
+    """20 bytes at a time, forever. They take 5.2 ms, so that more often is always."""
 
     def speak(now_ns: Any) -> None:
         data = bytes((now_ns * place >> 7) & 0xFF for place in range(1, 21))

@@ -211,7 +211,7 @@ class DriveRig:
         until_ns = round(ms * NS_PER_MS)
         count = 0
         while self.drive.due_ns <= until_ns:
-            assert self.drive.due_ns > self.axis.now_ns or count < 3, "it wants to run for ever"
+            assert self.drive.due_ns > self.axis.now_ns or count < 3, "it wants to run forever"
             count = 0 if self.drive.due_ns > self.axis.now_ns else count + 1
             self.axis.now_ns = max(self.axis.now_ns, self.drive.due_ns)
             self.drive.step(self.axis.now_ns)

@@ -311,7 +311,7 @@ DIALOGUES: dict[str, list[Step]] = {
         Read(0x6062, 720),
         Read(0x606B, 0),
     ],
-    "csv: it does not turn for ever without SYNC": [
+    "csv: it does not turn forever without SYNC": [
         Write(0x6060, 9),
         Write(0x60FF, 360_000),
         Sync(51),

@@ -26,7 +26,7 @@ enum { WHAT_NOTHING, WHAT_START, WHAT_PULSE, WHAT_END };
 
 typedef struct motion_loop {
     int32_t start, finish, is_on, at; /* 0: not known */
-    int64_t passes;                   /* left; 0: for ever */
+    int64_t passes;                   /* left; 0: forever */
 } motion_loop;
 
 typedef struct motion {
