@@ -45,7 +45,7 @@ def test_the_program_prints_what_the_page_shows(place: Place, tmp_path: Path) ->
 
 def test_the_faults_are_taken(place: Place) -> None:
     where = ("--runtime-dir", str(place.runtime))
-    for command, said in re.findall(r"^\$ hil (.*)\n(.*)$", block(NAME, "Make it go wrong"), re.M):
+    for command, said in re.findall(r"^\$ hil (.*)\n(.*)$", block(NAME, "Inject faults"), re.M):
         assert fits(said, place.hil(*command.split(), *where))
     place.hil("fault", "clear", *where)
 
