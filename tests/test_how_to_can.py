@@ -23,7 +23,7 @@ def place() -> Iterator[Place]:
 
 
 def test_the_lists_are_what_the_page_shows(place: Place) -> None:
-    listed, _, status = block(NAME, "Look at it").partition("$ hil status\n")
+    listed, _, status = block(NAME, "Status").partition("$ hil status\n")
     where = ("--runtime-dir", str(place.runtime))
     shown = [re.sub(r"\s+", " ", each) for each in listed.splitlines()[2:]]
     said = re.sub(r"[ ]+", " ", place.hil("list", *where))

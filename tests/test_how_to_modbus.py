@@ -38,7 +38,7 @@ def server(place: Place, number: str) -> Server:
 
 
 def test_the_map_is_what_the_page_shows(place: Place, server: Server, number: str) -> None:
-    command, _, shown = block(NAME, "What is where").partition("\n")
+    command, _, shown = block(NAME, "Registers of a device").partition("\n")
     assert command == "$ hil modbus map m1"
     printed = place.hil("modbus", "map", "m1", "--runtime-dir", str(place.runtime))
     assert fits(shown.replace(PORT, number), printed), printed
@@ -91,12 +91,12 @@ def test_the_master_on_the_line_prints_what_the_page_shows(line: Place, tmp_path
 
 
 def test_a_cycle_of_polls_takes_what_the_page_shows(line: Place) -> None:
-    command, _, shown = block(NAME, "What a cycle of polls takes").partition("\n")
+    command, _, shown = block(NAME, "Duration of a poll cycle").partition("\n")
     assert fits(shown, line.hil(*command.split()[2:]))
 
 
 def test_faults_of_the_page_and_its_capture(line: Place, tmp_path: Path) -> None:
-    captured, faults = (block(NAME, "Watch it, and make it go wrong", at) for at in (0, 1))
+    captured, faults = (block(NAME, "Captures and faults", at) for at in (0, 1))
     where = ("--runtime-dir", str(line.runtime))
     for command, said in re.findall(r"^\$ hil (.*)\n(.*)$", faults, re.M):
         assert fits(said, line.hil(*command.split(), *where))
