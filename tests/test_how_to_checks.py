@@ -7,5 +7,5 @@ from markdown_blocks import block
 
 def test_the_pages_codec_passes() -> None:
     page: dict[str, Any] = {}
-    exec(block("docs/how-to/write-a-test.md", "What all keep to"), page)
+    exec(block("docs/how-to/write-a-test.md", "Checks of extensions"), page)
     page["test_lines_keep_to_what_codecs_keep_to"]()
