@@ -4,12 +4,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native device_profiles/sac/native virtual_ports/can/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
 
+# Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
+BYTECODE = $(BIN)/python -m compileall -q -j 0 hil device_profiles virtual_ports bridges
+
 .PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
 
 test: $(VENV)/.dev
+	@$(BYTECODE)
 	@$(MAKE) --no-print-directory test-native
 	$(BIN)/python -m pytest -q -n 4 --dist loadfile --no-loadscope-reorder
 
@@ -130,8 +134,10 @@ $(VENV)/bin/python:
 
 $(VENV)/.base: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
 	$(BIN)/pip install -q --disable-pip-version-check -e .
+	@$(BYTECODE)
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
 	$(BIN)/pip install -q --disable-pip-version-check -e '.[dev]'
+	@$(BYTECODE)
 	@touch $@ $(VENV)/.base

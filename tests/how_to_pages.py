@@ -17,7 +17,7 @@ from markdown_blocks import ROOT, blocks
 from hil.compose import find_catalogue
 from hil.config import parse
 from hil.daemon import Daemon, Serving
-from hil.discovery.installed import installed
+from hil.discovery.installed import every_point
 
 _PATH = re.compile(r"[\w/]+\.(py|yaml)")
 Answer = TypeVar("Answer")
@@ -55,9 +55,9 @@ def installed_from(page: str, root: Path, monkeypatch: pytest.MonkeyPatch) -> It
             file.write(f"[{group}]\n" + "".join(f"{name} = {package}\n" for name, package in points.items()))
             packages += points.values()
     monkeypatch.syspath_prepend(str(root))
-    installed.cache_clear()
+    every_point.cache_clear()
     yield written
-    installed.cache_clear()
+    every_point.cache_clear()
     for top in {package.partition(".")[0] for package in packages}:
         for name in [name for name in sys.modules if name == top or name.startswith(f"{top}.")]:
             del sys.modules[name]

@@ -2,11 +2,7 @@
 
 Each folder has a ``port.py`` with ``Options`` (a strict pydantic model) and
 ``make(options, context) -> Port``; ``rs485``, a wire for many stations, has a ``segment.py`` instead, and
-<<<<<<< HEAD
 ``can`` its bus in ``can/can_bus.py``. A port knows no device and no simulated time.
-=======
-``can`` a bus for many nodes. A port knows no device and no simulated time.
->>>>>>> w-bn
 
 Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 

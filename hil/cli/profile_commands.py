@@ -123,7 +123,7 @@ def say_what_is_spoilt(bench: "BenchConfig") -> str:
     catalogue, found = find_catalogue(path=bench.profile_path), find_places(bench.profile_path)
     of_hil = {name for name, place in found.places.items() if place.package.startswith(_OF_HIL)}
     used = {each.profile for each in bench.devices.values()}
-    others = {*catalogue.profiles, *catalogue.refused} - used - (of_hil - found.refused.keys())
+    others = {*found.places, *found.refused} - used - (of_hil - found.refused.keys())
     spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
     for problem in (each for problems in spoilt.values() for each in problems):
         typer.echo(problems_shown(str(problem)), err=True)

@@ -1,7 +1,6 @@
 """Kinds of boards, ports and bridges that exist, and how each is made."""
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,26 +9,25 @@ from pydantic import BaseModel
 
 from hil.compose.framings import Framings
 from hil.compose.kinds_of_doors import Kinds
-from hil.config import Catalogue, ConfigError, DeviceConfig, PortConfig, ProfileInfo, profile_from_yaml
+from hil.compose.profile_infos import NamedParts, ProfileInfos
+from hil.config import Catalogue, DeviceConfig, PortConfig
 from hil.core import Core
 from hil.discovery.board_loading import Boards
-from hil.discovery.board_places import YAML, BoardPlaces, find_places
+from hil.discovery.board_places import find_places
 from hil.discovery.installed import BRIDGES, PORTS
 from hil.host.regular_file import read_text
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.bridge_protocol import Bridge, DoorPort
-from hil.vocab.desk_protocol import Desk
-from hil.vocab.framing import Framing
-from hil.vocab.line_format import LineFormat
-from hil.vocab.ports import Port, PortContext
 from hil.vocab.profile import Profile
-from hil.vocab.segment import Segment
-from hil.vocab.time import Clock
 
 if TYPE_CHECKING:
     from hil.sim.can.bench_bus import BenchBus
-
-_profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
+    from hil.vocab.bridge_protocol import Bridge, DoorPort
+    from hil.vocab.desk_protocol import Desk
+    from hil.vocab.framing import Framing
+    from hil.vocab.line_format import LineFormat
+    from hil.vocab.ports import Port, PortContext
+    from hil.vocab.segment import Segment
+    from hil.vocab.time import Clock
 
 
 def _ports(extra: Mapping[str, type[BaseModel]] | None = None) -> Kinds:
@@ -48,12 +46,8 @@ def find_catalogue(
     for."""
     path = tuple(folder.resolve() for folder in path)
     found = find_places(path)
-    infos = _infos(found)
-    boards = Boards(
-        found.places,
-        {name: tuple(info.uarts) for name, info in infos.items()},
-        {name: tuple(info.named_axes) for name, info in infos.items()},
-    )
+    infos = ProfileInfos(found)
+    boards = Boards(found.places, NamedParts(infos))
     return Catalogue(
         infos,
         _ports(extra_ports),
@@ -67,26 +61,6 @@ def find_catalogue(
         read_text,
         Framings(boards),
     )
-
-
-def _infos(found: BoardPlaces) -> dict[str, ProfileInfo]:
-    """Read the descriptions of boards; those that cannot be used are refused from now on."""
-    infos: dict[str, ProfileInfo] = {}
-    for name, place in sorted(found.places.items()):
-        if name in found.refused:
-            continue
-        try:
-            infos[name] = _profile((place.folder / YAML).read_text(), place.folder, name)
-        except ConfigError as error:
-            found.refused[name] = error.problems
-        except UnicodeDecodeError as error:
-            found.refused[name] = [
-                place.problem(YAML, f"this is not UTF-8 text ({error})", "save it as UTF-8")
-            ]
-        except OSError as error:
-            remedy = "a board is described in this file: hil profile new writes one"
-            found.refused[name] = [place.problem(YAML, error.strerror or "it cannot be read", remedy)]
-    return infos
 
 
 def find_boards() -> Mapping[str, Profile]:
@@ -105,19 +79,19 @@ def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
     return refused
 
 
-def make_bridge(kind: str, options: BaseModel, desk: Desk) -> Bridge:
+def make_bridge(kind: str, options: BaseModel, desk: "Desk") -> "Bridge":
     """Make the bridge that a configuration describes, not yet open."""
     bridge: Bridge = _bridges().attribute(kind, "make")(options, desk)
     return bridge
 
 
-def make_port(config: PortConfig, context: PortContext) -> Port:
+def make_port(config: PortConfig, context: "PortContext") -> "Port":
     """Make the port that a configuration describes, not yet open."""
     port: Port = _ports().attribute(config.kind, "make")(config.options, context)
     return port
 
 
-def make_door_port(wanted: DoorPort, context: PortContext) -> Port:
+def make_door_port(wanted: "DoorPort", context: "PortContext") -> "Port":
     """Make a port that a bridge wants, not yet open."""
     options = _ports()[wanted.kind](**wanted.options)
     return make_port(PortConfig(kind=wanted.kind, options=options), context)
@@ -134,7 +108,7 @@ def bridge_reference(kind: str) -> str:
     return text
 
 
-def make_can_bus(clock: Clock, name: str, bit_rate: int) -> "BenchBus":
+def make_can_bus(clock: "Clock", name: str, bit_rate: int) -> "BenchBus":
     """Make a CAN bus without nodes, on which things happen at times of ``clock``."""
     from hil.sim.can.bench_bus import BenchBus  # most benches have none
 
@@ -142,7 +116,7 @@ def make_can_bus(clock: Clock, name: str, bit_rate: int) -> "BenchBus":
     return BenchBus(name, bus, import_module("virtual_ports.can.can_faults").CanFaults(bus))
 
 
-def make_segment(clock: Clock, framing: Framing, line_format: LineFormat) -> Segment:
+def make_segment(clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":
     """Make a wire without stations, on which things happen at times of ``clock``."""
     segment: Segment = import_module("virtual_ports.rs485.segment").Segment(clock, framing, line_format)
     return segment

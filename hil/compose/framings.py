@@ -6,9 +6,7 @@ from hil.config import Catalogue, ConfigError, SegmentConfig
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import FORMATS, LineFormat
 from hil.vocab.profile import Profile
-from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU, modbus_rtu
 
-COMMON = {framing.name: framing for framing in (MODBUS_RTU,)}
 LINE_FRAMING = "sac"
 """Framing of a line for which neither a board on it nor a tap says one: what all lines had before there was
 another."""
@@ -21,7 +19,7 @@ class Framings(Mapping[str, Framing]):
         self._boards = boards
 
     def __getitem__(self, name: str) -> Framing:
-        return COMMON[name] if name in COMMON else self._of_boards[name]
+        return _common()[name] if name in _common() else self._of_boards[name]
 
     @property
     def _of_boards(self) -> dict[str, Framing]:
@@ -35,14 +33,23 @@ class Framings(Mapping[str, Framing]):
             return None
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._of_boards | COMMON)
+        return iter(self._of_boards | _common())
 
     def __len__(self) -> int:
-        return len(self._of_boards | COMMON)
+        return len(self._of_boards | _common())
+
+
+def _common() -> dict[str, Framing]:
+    """Framings that belong to no board; most benches have no line."""
+    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+
+    return {MODBUS_RTU.name: MODBUS_RTU}
 
 
 def in_format(framing: Framing, line_format: LineFormat) -> Framing:
     """Framing on a line of this format: of those that are told apart by silence another one."""
+    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU, modbus_rtu
+
     return modbus_rtu(line_format) if framing is MODBUS_RTU else framing
 
 
@@ -50,6 +57,8 @@ def framing_of(config: SegmentConfig, boards: Iterable[Framing | None], catalogu
     """Find the framing of a line: Modbus RTU if it has to, what a tap says, or the first of the ``boards`` on
     it that says one."""
     if config.speaks_modbus:
+        from hil.wire.modbus_rtu.rtu_framing import modbus_rtu
+
         return modbus_rtu(FORMATS[config.format])
     said = [tap.framing for tap in config.taps.values() if tap.framing]
     name = said[0] if said else LINE_FRAMING

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -11,7 +11,9 @@ from hil.config.check_ports import PortsCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, shown, suggestion
 from hil.vocab.address import DeviceParts
-from hil.vocab.bridge_protocol import BridgeOptions, BusOptions, OptionProblem
+
+if TYPE_CHECKING:  # many benches have no bridge: the protocol is imported for one
+    from hil.vocab.bridge_protocol import OptionProblem
 
 BRIDGES = "bridges"
 Options = Mapping[str, BaseModel]
@@ -22,6 +24,8 @@ def read_bridges(
 ) -> tuple[dict[str, BaseModel], list[Finding]]:
     """Read the options of each bridge, and note its ports; answers the options and the findings. ``~`` stands
     for the defaults."""
+    from hil.vocab.bridge_protocol import BridgeOptions
+
     options: dict[str, BaseModel] = {}
     findings: list[Finding] = []
     for name, given in raw.items():
@@ -56,6 +60,8 @@ def bridge_findings(
 ) -> list[Finding]:
     """Findings of bridges on this bench. ``devices``: as they were written; ``profiles``: of all of them;
     ``buses``: names of the CAN buses."""
+    from hil.vocab.bridge_protocol import BridgeOptions, BusOptions
+
     axes = [
         axis
         for name, raw in devices.items()
@@ -77,6 +83,8 @@ def bridge_findings(
 
 def file_findings(options: Options) -> list[Finding]:
     """Findings in files that the options of bridges name."""
+    from hil.vocab.bridge_protocol import BridgeOptions
+
     return [
         _finding(name, problem)
         for name, each in options.items()
@@ -91,6 +99,6 @@ def _axes(device: str, profile: ProfileInfo, *, is_real: bool) -> Iterable[str]:
     return [device] if is_real else [device, *(axes.label(device, axis) for axis in list(axes)[1:])]
 
 
-def _finding(bridge: str, problem: OptionProblem) -> Finding:
+def _finding(bridge: str, problem: "OptionProblem") -> Finding:
     path: KeyPath = (BRIDGES, bridge, *problem.path)
     return Finding(path, problem.message, problem.remedy, problem.at_key)

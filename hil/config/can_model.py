@@ -52,7 +52,7 @@ class CanNodeConfig(StrictModel):
 
     id: Annotated[int, Field(ge=1, le=127)] = Field(description="Its node id.")
     switches: SwitchesConfig = Field(
-        default=SwitchesConfig(),
+        default=SwitchesConfig.model_construct(),
         description="Switches for homing and limits, a mapping of `home`, `negative` and `positive`; each is"
         " a cam, as in `{from_deg: 10, to_deg: 20}`, or a pin, as in `{pin: D3, active: low}`.",
     )

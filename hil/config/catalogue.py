@@ -70,7 +70,7 @@ class HardwareVersion(StrictModel):
     inputs_5V: list[str]
 
 
-ANY_SUPPLY = HardwareVersion(supply_min_V=0, supply_max_V=1000, inputs_5V=[])
+ANY_SUPPLY = HardwareVersion.model_construct(supply_min_V=0.0, supply_max_V=1000.0, inputs_5V=[])
 """Version of a board whose profile has none."""
 
 
@@ -104,7 +104,7 @@ class ProfileInfo(StrictModel):
     plant: Literal["simple", "full"] = "simple"
     usb: Literal["native"] | None = None
     """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
-    uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers()})
+    uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers.model_construct()})
     """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them; empty: it has none. The
     first one's port is at the device's own name."""
     greeting: str = ""
@@ -172,7 +172,8 @@ class Catalogue:
     """Profile of each board, from its ``board.py``, imported when it is asked for; raises ConfigError for one
     that cannot be used."""
     refused: Mapping[str, Sequence[Problem]] = field(default_factory=dict)
-    """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two."""
+    """Problems of boards whose ``profile.yaml`` cannot be used, or of which there are two; known once
+    ``profiles`` was asked for them."""
     path: tuple[Path, ...] = ()
     """Further folders in which boards were looked for."""
     wrong_paths: Mapping[int, tuple[str, str]] = field(default_factory=dict)
@@ -188,8 +189,8 @@ class Catalogue:
 
     def problems(self, profile: str) -> Sequence[Problem]:
         """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""
-        if profile in self.refused:
-            return self.refused[profile]
+        if profile not in self.profiles:
+            return self.refused.get(profile, ())
         try:
             self.boards.get(profile)
         except ConfigError as error:

@@ -5,7 +5,7 @@ import json
 import posixpath
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
@@ -14,7 +14,9 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.port_model import PortConfig
 from hil.vocab.address import CONTROL_SOCKET
-from hil.vocab.bridge_protocol import DoorPort
+
+if TYPE_CHECKING:
+    from hil.vocab.bridge_protocol import DoorPort
 
 DEFAULT_PORT = "pty"
 _Place = tuple[object, ...]
@@ -105,7 +107,7 @@ class PortsCheck:
             ]
             return None
 
-    def want(self, owner: str, path: KeyPath, port: DoorPort) -> None:
+    def want(self, owner: str, path: KeyPath, port: "DoorPort") -> None:
         """Note a port that a bridge will want; ``path``: the option that says where it is."""
         with suppress(Unusable):
             if model := self._kinds.get(port.kind):

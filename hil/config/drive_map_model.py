@@ -118,7 +118,7 @@ class MapText(StrictModel):
         default="high_first", description="Which word of a value in two registers comes first."
     )
     identity: IdentityText = Field(
-        default=IdentityText(),
+        default=IdentityText.model_construct(),
         description="Texts that function 43/14 tells: `vendor`, `product`, `revision`.",
     )
     position_deg: Entry = _entry(f"{TOLD['position_deg']}; needed")
@@ -129,7 +129,8 @@ class MapText(StrictModel):
     set_velocity_rpm: Entry = _entry(TAKEN["set_velocity_rpm"])
     acceleration_rpm_per_s: Entry = _entry(TAKEN["acceleration_rpm_per_s"])
     status: StatusText = Field(
-        default=StatusText(), description="Bits that the drive tells: `enabled`, `moving`, `fault`."
+        default=StatusText.model_construct(),
+        description="Bits that the drive tells: `enabled`, `moving`, `fault`.",
     )
     control: ControlText | None = Field(
         default=None,

@@ -19,7 +19,7 @@ from hil.vocab.near_words import nearest
 class StrictModel(BaseModel):
     """Model that takes no other keys and types than it has, and is not changed."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 _BOUNDS = {

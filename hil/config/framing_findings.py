@@ -11,7 +11,6 @@ from hil.vocab.address import Address, owner_of
 from hil.vocab.faults import OF_FRAMINGS
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import EIGHT_N_1
-from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
 Said = tuple[KeyPath, str, str]
 """Statement of what a line speaks: where it is said, who says so, and the framing's name."""
@@ -56,6 +55,8 @@ def _boards(
 
 def _modbus(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
     """What nodes and a format say; of a format that boards cannot have, ``modbus_findings`` tells."""
+    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+
     if isinstance(segment.get("modbus"), dict):
         yield ("segments", name, "modbus"), "modbus", MODBUS_RTU.name
     elif segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and not segment.get("stations"):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import (
     BaseModel,
@@ -24,12 +24,14 @@ from hil.config.port_model import Name, PortConfig
 from hil.config.real_places import real_address
 from hil.config.segment_model import SegmentConfig, WireConfig
 from hil.config.shaft_load import LoadConfig
-from hil.registers.drive_map import DriveMap
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
-from hil.wire.can_drive_address import CanDriveAddress, can_drive_address, is_can_address
-from hil.wire.drive_address import DriveAddress, drive_address, is_drive_address
+
+if TYPE_CHECKING:
+    from hil.registers.drive_map import DriveMap
+    from hil.wire.can_drive_address import CanDriveAddress
+    from hil.wire.drive_address import DriveAddress
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
@@ -115,7 +117,7 @@ class DeviceConfig(StrictModel):
         " port or on a segment, as in `{logger: 9600}`.",
     )
     flash: FlashConfig = Field(
-        default=FlashConfig(), description="What the board's non-volatile memory starts with."
+        default=FlashConfig.model_construct(), description="What the board's non-volatile memory starts with."
     )
     hardware: str = Field(
         description="The board's version, one of its profile's; left out: the profile's default."
@@ -191,14 +193,22 @@ class DeviceConfig(StrictModel):
     )
 
     @property
-    def drive_address(self) -> DriveAddress | None:
+    def drive_address(self) -> "DriveAddress | None":
         """Address on Modbus of a real drive; None: it is none."""
-        return drive_address(self.at) if self.at and is_drive_address(self.at) else None
+        if not self.at:
+            return None
+        from hil.wire.drive_address import drive_address, is_drive_address
+
+        return drive_address(self.at) if is_drive_address(self.at) else None
 
     @property
-    def can_address(self) -> CanDriveAddress | None:
+    def can_address(self) -> "CanDriveAddress | None":
         """Node on a CAN bus of a real drive; None: it is none."""
-        return can_drive_address(self.at) if self.at and is_can_address(self.at) else None
+        if not self.at:
+            return None
+        from hil.wire.can_drive_address import can_drive_address, is_can_address
+
+        return can_drive_address(self.at) if is_can_address(self.at) else None
 
     def port_of(self, uart: str) -> PortConfig | None:
         """Port of a UART by its name; empty: of the first."""
@@ -214,7 +224,7 @@ class DeviceConfig(StrictModel):
         own = {profile.first_uart: self.baud} | dict(self.bauds)
         return {name: own.get(name, numbers.baud) for name, numbers in profile.uarts.items()}
 
-    def drive_map(self, profile: ProfileInfo) -> DriveMap | None:
+    def drive_map(self, profile: ProfileInfo) -> "DriveMap | None":
         """Map of the board's own registers; None: it has none."""
         text = self.map or profile.map
         return drive_map_of(text) if text else None
@@ -263,7 +273,7 @@ class DeviceConfig(StrictModel):
 class FaultConfig(BaseModel):
     """A fault, where it is and from when to when; beside these keys those of its kind."""
 
-    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False, defer_build=True)
 
     fault: str = Field(description="Its kind.")
     target: str = Field(description="What it is on, as in `s2`.")

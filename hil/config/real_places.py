@@ -2,15 +2,17 @@
 with one unit or node."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic_core import PydanticCustomError
 
 from hil.config.document import Finding, KeyPath
 from hil.wire.address_keys import AddressRefused
-from hil.wire.can_drive_address import CanDriveAddress, can_drive_address, is_can_address
-from hil.wire.drive_address import DriveAddress, RtuPlace, drive_address, is_drive_address
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+
+if TYPE_CHECKING:  # most benches have no real drive: what reads their addresses is imported for one
+    from hil.wire.can_drive_address import CanDriveAddress
+    from hil.wire.drive_address import DriveAddress
 
 FORMS = (
     f"{SERIAL_FORMS}; of a Modbus drive modbus+tcp://host:port?unit=1 or modbus+rtu:///dev/ttyUSB0?unit=1,"
@@ -33,6 +35,9 @@ def real_address(value: Any) -> Any:
 
 def is_real_drive(text: str) -> bool:
     """True if a text is meant as the address of a drive, on Modbus or on CAN."""
+    from hil.wire.can_drive_address import is_can_address
+    from hil.wire.drive_address import is_drive_address
+
     return is_drive_address(text) or is_can_address(text)
 
 
@@ -56,11 +61,14 @@ def same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
             yield from on_lines.check(path, name, drive, raw.get("setpoint_rate_Hz"))
 
 
-def _read(at: str) -> DriveAddress | CanDriveAddress:
+def _read(at: str) -> "DriveAddress | CanDriveAddress":
+    from hil.wire.can_drive_address import can_drive_address
+    from hil.wire.drive_address import drive_address, is_drive_address
+
     return drive_address(at) if is_drive_address(at) else can_drive_address(at)
 
 
-def _drive(at: str) -> DriveAddress | CanDriveAddress | None:
+def _drive(at: str) -> "DriveAddress | CanDriveAddress | None":
     try:
         return _read(at) if is_real_drive(at) else None
     except AddressRefused:
@@ -75,14 +83,17 @@ class _OnLines:
         self._taken: dict[tuple[str, int], str] = {}
         self._rates: dict[str, object] = {}
 
-    def other(self, where: str, drive: DriveAddress | CanDriveAddress | None) -> str | None:
+    def other(self, where: str, drive: "DriveAddress | CanDriveAddress | None") -> str | None:
         """Name of a drive that is there and speaks another protocol; None: there is none."""
         name, first = self._first.get(where, (None, None))
         return name if type(first) is not type(drive) else None
 
     def check(
-        self, path: KeyPath, name: str, drive: DriveAddress | CanDriveAddress, rate: object
+        self, path: KeyPath, name: str, drive: "DriveAddress | CanDriveAddress", rate: object
     ) -> Iterator[Finding]:
+        from hil.wire.can_drive_address import CanDriveAddress
+        from hil.wire.drive_address import RtuPlace
+
         where = drive.place.where
         other, first = self._first.setdefault(where, (name, drive))
         is_can = isinstance(drive, CanDriveAddress)

@@ -1,7 +1,7 @@
 """Import of a board's ``PROFILE``, with the place of whatever is wrong with it."""
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module, invalidate_caches
 from importlib.machinery import ModuleSpec
@@ -20,36 +20,28 @@ SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 
 class Boards(Mapping[str, Profile]):
-    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``uarts``: serial
-    interfaces of each by its ``profile.yaml``, none where that was not read; ``axes``: the axes that it names
-    there.
+    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``named``: names of the
+    UARTs and axes of each by its ``profile.yaml``.
 
     Raises:
         KeyError: there is no such board.
         ConfigError: it cannot be used, with its problems.
     """
 
-    def __init__(
-        self,
-        places: Mapping[str, BoardPlace],
-        uarts: Mapping[str, Sequence[str] | None],
-        axes: Mapping[str, Sequence[str]],
-    ) -> None:
-        self._places, self._uarts, self._axes = places, uarts, axes
+    def __init__(self, places: Mapping[str, BoardPlace], named: Mapping[str, Named | None]) -> None:
+        self._places, self._named = places, named
 
     def __getitem__(self, name: str) -> Profile:
-        uarts = self._uarts[name]
-        named = None if uarts is None else (tuple(uarts), tuple(self._axes.get(name, ())))
-        return _load(self._places[name], named)
+        return _load(self._places[name], self._named[name])
 
     def __contains__(self, name: object) -> bool:
-        return name in self._uarts
+        return name in self._named
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._uarts)
+        return iter(self._named)
 
     def __len__(self) -> int:
-        return len(self._uarts)
+        return len(self._named)
 
 
 @cache

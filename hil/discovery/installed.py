@@ -14,14 +14,20 @@ class NotThere(Exception):
     """Error of an entry point whose package cannot be found: ``str(error)`` says why."""
 
 
-@cache
 def installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
     """Find entry points of a group by name, without importing anything; several of one name are a mistake."""
     found: dict[str, tuple[EntryPoint, ...]] = {}
-    for point in sorted(entry_points(group=group), key=lambda each: (each.name, each.value)):
+    for point in sorted(every_point()[group], key=lambda each: (each.name, each.value)):
         if point not in (same := found.get(point.name, ())):
             found[point.name] = (*same, point)
     return found
+
+
+@cache
+def every_point() -> Mapping[str, tuple[EntryPoint, ...]]:
+    """Entry points of hil's groups, by group; the files of all packages are read once."""
+    found = entry_points()
+    return {group: tuple(found.select(group=group)) for group in (BOARDS, PORTS, BRIDGES)}
 
 
 def folder_of(point: EntryPoint) -> Path:

@@ -1,7 +1,8 @@
 """A pseudo-terminal with a stable name, which terminal programs and pyserial open like a serial port.
 
-``port.py`` is the port; ``pair.py`` the pty's two ends, with ``terminal_settings.py``; ``clients.py`` counts
-who has it open, told by ``inotify.py``; ``stable_name.py`` is the symlink.
+``pty_port.py`` is the port, ``port.py`` what a configuration needs of it; ``pair.py`` is the pty's two
+ends, with ``terminal_settings.py``; ``clients.py`` counts who has it open, told by ``inotify.py``;
+``stable_name.py`` is the symlink.
 
 What a pty cannot do, whatever runs behind it: modem lines and break (a client that asks for DTR or RTS
 after opening gets ENOTTY), parity and 7 bits (the kernel drops them silently), and an entry in a

@@ -10,7 +10,7 @@ from kit_boards import BOARD, FIRMWARE, YAML, answers, bench, problems, write
 from hil.compose import find_catalogue
 from hil.compose.build import TableFileError
 from hil.config import from_dict
-from hil.discovery.installed import installed
+from hil.discovery.installed import every_point
 from hil.testing import Bench
 
 
@@ -138,9 +138,9 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     folder = tmp_path / "site"
     folder.mkdir()
     monkeypatch.syspath_prepend(folder)
-    installed.cache_clear()
+    every_point.cache_clear()
     yield folder
-    installed.cache_clear()
+    every_point.cache_clear()
     for name in [name for name in sys.modules if name.startswith("lab_")]:
         del sys.modules[name]
 

@@ -176,10 +176,11 @@ def test_a_directory_without_write_permission_is_refused_with_the_remedy() -> No
         "import asyncio\n"
         "from pathlib import Path\n"
         "from hil.vocab.ports import PortContext, PortError\n"
-        "from virtual_ports.pty.port import Options, make\n"
+        "from virtual_ports.pty.port import Options\n"
+        "from virtual_ports.pty.pty_port import PtyPort\n"
         "if os.geteuid() == 0: os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
         "for options in (Options(), Options(group=sys.argv[2])):\n"
-        "    try: asyncio.run(make(options, PortContext('b', 'm1', Path(sys.argv[1]))).open(None))\n"
+        "    try: asyncio.run(PtyPort(options, PortContext('b', 'm1', Path(sys.argv[1]))).open(None))\n"
         "    except PortError as error: print(error)\n"
     )
     foreign = next(group.gr_name for group in grp.getgrall() if group.gr_gid not in (65534, *os.getgroups()))

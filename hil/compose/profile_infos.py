@@ -1,0 +1,62 @@
+"""Descriptions of boards, each read when it is asked for: most benches have one or two kinds of them."""
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+from hil.config import ConfigError, ProfileInfo, profile_from_yaml
+from hil.discovery.board_loading import Named
+from hil.discovery.board_places import YAML, BoardPlace, BoardPlaces
+
+_profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
+
+
+class ProfileInfos(Mapping[str, ProfileInfo]):
+    """Descriptions of boards by name, in the order of the names. One that cannot be used is not there, and is
+    in ``refused`` of the places once it was asked for."""
+
+    def __init__(self, found: BoardPlaces) -> None:
+        self._found = found
+        self._read: dict[str, ProfileInfo | None] = {}
+
+    def __getitem__(self, name: str) -> ProfileInfo:
+        if name not in self._read and name in self._found.places:
+            self._read[name] = None if name in self._found.refused else self._info(self._found.places[name])
+        if (info := self._read.get(name)) is None:
+            raise KeyError(name)
+        return info
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in sorted(self._found.places) if name in self)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def _info(self, place: BoardPlace) -> ProfileInfo | None:
+        try:
+            return _profile((place.folder / YAML).read_text(), place.folder, place.name)
+        except ConfigError as error:
+            problems = error.problems
+        except UnicodeDecodeError as error:
+            problems = [place.problem(YAML, f"this is not UTF-8 text ({error})", "save it as UTF-8")]
+        except OSError as error:
+            remedy = "a board is described in this file: hil profile new writes one"
+            problems = [place.problem(YAML, error.strerror or "it cannot be read", remedy)]
+        self._found.refused[place.name] = problems
+        return None
+
+
+class NamedParts(Mapping[str, Named | None]):
+    """Names of boards' UARTs and axes, by the board's."""
+
+    def __init__(self, infos: ProfileInfos) -> None:
+        self._infos = infos
+
+    def __getitem__(self, name: str) -> Named:
+        info = self._infos[name]
+        return tuple(info.uarts), tuple(info.named_axes)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._infos)
+
+    def __len__(self) -> int:
+        return len(self._infos)
