@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 NATIVE := $(shell find hil/core/native device_profiles/sac/native virtual_ports/can/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
 
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
-BYTECODE = $(BIN)/python -m compileall -q -j 0 hil device_profiles virtual_ports bridges
+BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
 
 .PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 

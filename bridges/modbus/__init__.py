@@ -1,7 +1,7 @@
 """Modbus: axes as units of Modbus TCP, with or without TLS, and of serial lines.
 
-``bridge.py`` opens the door, ``door_options.py`` says how; ``door_units.py`` knows which unit is which axis,
-``request_handler.py`` carries requests out at the desk, ``motion_ends.py`` awaits the ends of motions,
+``modbus_bridge.py`` opens the door, ``door_options.py`` says how; ``door_units.py`` knows which unit is which
+axis, ``request_handler.py`` carries requests out at the desk, ``motion_ends.py`` awaits the ends of motions,
 ``tcp_connections.py`` lets clients in, ``tcp_client.py`` answers one when ``turns.py`` says so,
 ``client_role.py`` reads certificates, ``certificate_files.py`` the door's own;
 ``rtu_server.py`` has a serial line, whose silences ``silence_timer.py`` times.

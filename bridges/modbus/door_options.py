@@ -3,16 +3,17 @@
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from bridges.modbus import certificate_files
-from bridges.modbus.certificate_files import CertificateFiles
 from hil.net.endpoint import endpoint, is_loopback
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+
+if TYPE_CHECKING:
+    from bridges.modbus.certificate_files import CertificateFiles
 
 UNITS = range(1, 248)
 """Numbers of units; those above are reserved (MODBUS over Serial Line V1.02, 2.2)."""
@@ -37,7 +38,9 @@ class Certificates(BaseModel):
     )
 
     @property
-    def files(self) -> CertificateFiles:
+    def files(self) -> "CertificateFiles":
+        from bridges.modbus.certificate_files import CertificateFiles
+
         return CertificateFiles(self.certificate, self.key, self.clients)
 
 
@@ -162,5 +165,7 @@ class Options(BaseModel):
     def file_problems(self) -> Iterable[OptionProblem]:
         """Files of certificates that cannot be used."""
         if self.tls:
+            from bridges.modbus import certificate_files
+
             for what, message, remedy in certificate_files.problems(self.tls.files):
                 yield OptionProblem(("tls", what), message, remedy)

@@ -1,6 +1,6 @@
 """The zenoh bridge: axes, segments and ports of a bench under ``hil/<bench>/``.
 
-``keys.py`` is the table of the keys; ``bridge.py`` has the session, ``command_handler.py`` and
+``keys.py`` is the table of the keys; ``bench_session.py`` has the session, ``command_handler.py`` and
 ``readings.py`` answer, ``publications.py`` publishes. Permissions: ``users.py`` reads the users' file,
 ``gate.py`` checks signatures, ``zenoh_config.py`` is zenoh's own access control.
 """

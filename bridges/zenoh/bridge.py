@@ -1,208 +1,24 @@
-"""Session of a bench: opened, its keys declared, put away. Zenoh's threads only fill an inbox."""
+"""The zenoh bridge's options, and how it is made. A configuration is checked without the rest of it."""
 
-import asyncio
-import logging
-import os
-import time
-from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
-import zenoh
-
-from bridges.zenoh.command_handler import CommandHandler
-from bridges.zenoh.gate import Gate
-from bridges.zenoh.inbox import Inbox
-from bridges.zenoh.keys import prefix, reference
 from bridges.zenoh.options import Options
-from bridges.zenoh.others import Others
-from bridges.zenoh.publications import Publications
-from bridges.zenoh.readings import Readings
-from bridges.zenoh.sender import Sender
-from bridges.zenoh.users import SecurityError, read_users, refuse_endless
-from bridges.zenoh.work import Work
-from bridges.zenoh.zenoh_config import made, session_config
-from hil.vocab.address import owner_of
-from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError
-from hil.vocab.desk_protocol import Desk, Source
+
+if TYPE_CHECKING:
+    from hil.vocab.bridge_protocol import Bridge
+    from hil.vocab.desk_protocol import Desk
 
 __all__ = ["Options", "make", "reference"]
 
-log = logging.getLogger("hil")
 
-_NOBODY_THERE = "Unable to connect"
+def make(options: Options, desk: "Desk") -> "Bridge":
+    from bridges.zenoh.bench_session import ZenohBridge
 
-
-class _Joined:
-    """Parts of the bridge while a session is open."""
-
-    def __init__(
-        self,
-        session: zenoh.Session,
-        gate: Gate | None,
-        desk: Desk,
-        options: Options,
-        sender: Sender,
-        work: Work,
-    ) -> None:
-        here = desk.describe()
-        self.session = session
-        self.others = Others(session, here, gate)
-        self.publications = Publications(session, desk, options)
-        self.readings = Readings(desk, self.publications, sender, work.begin)
-        self.commands = CommandHandler(desk, gate, self.publications, self.readings, sender, work)
-        self.inbox = Inbox(sender, self.commands.handle)
-        everything, remote = f"{prefix(here.bench)}/**", zenoh.Locality.REMOTE
-        self._devices = here.devices
-        self._live_prefix = f"{prefix(here.bench)}/@live"
-        self._entities: list[Any] = [
-            session.declare_subscriber(everything, self.inbox.on_put, allowed_origin=remote),
-            session.declare_queryable(everything, self.inbox.on_query, complete=True),
-            *(self._live(name) for name in ("daemon", *(f"segment/{name}" for name in here.segments))),
-        ]
-        self._tokens = {name: self._live(f"axis/{name}") for name in here.devices}
-        self.publications.start()
-
-    def _live(self, name: str) -> Any:
-        return self.session.liveliness().declare_token(f"{self._live_prefix}/{name}")
-
-    def devices_changed(self, names: Collection[str]) -> None:
-        for address in [each for each in self._tokens if owner_of(each) in names]:
-            self._tokens.pop(address).undeclare()
-        self.publications.devices_changed(names)
-        self.readings.refresh()
-        begun = [address for address in self._devices if owner_of(address) in names]
-        self._tokens |= {address: self._live(f"axis/{address}") for address in begun}
-
-    def undeclare(self) -> None:
-        for entity in reversed([*self._entities, *self._tokens.values()]):
-            entity.undeclare()
+    return ZenohBridge(options, desk)
 
 
-class ZenohBridge:
-    """Zenoh bridge, a ``hil.vocab.bridge_protocol.Bridge``."""
+def reference() -> str:
+    """Part of the reference about the keys."""
+    from bridges.zenoh.keys import reference as part
 
-    def __init__(self, options: Options, desk: Desk) -> None:
-        self._options = options
-        self._desk = desk
-        self._bench = desk.describe().bench
-        self._work = Work()
-        self._sender: Sender | None = None
-        self._joined: _Joined | None = None
-        self._is_closed = False
-
-    async def open(self) -> None:
-        self._sender = Sender()
-        try:
-            opened = await self._open_session()
-        except SecurityError as error:
-            raise BridgeError(str(error)) from None
-        except zenoh.ZError as error:
-            if self._options.listen or not str(error).startswith(_NOBODY_THERE):
-                raise BridgeError(
-                    f"{first_line(error)}; listen: choose another address, or [] for none"
-                ) from None
-            log.warning("zenoh: nobody at %s yet, tried again each second", ", ".join(self._options.connect))
-            self._work.begin(self._join(self._sender))
-        else:
-            self._joined = _Joined(*opened, self._desk, self._options, self._sender, self._work)
-
-    async def _open_session(self) -> tuple[zenoh.Session, Gate | None]:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(None, open_session, self._options, self._bench)
-
-    async def _join(self, sender: Sender) -> None:
-        """Join the router that was away at the start."""
-        while self._joined is None:
-            try:
-                opened = await self._open_session()
-            except zenoh.ZError:
-                continue  # it took a second
-            if self._is_closed:
-                await asyncio.get_running_loop().run_in_executor(None, opened[0].close)
-                return
-            self._joined = _Joined(*opened, self._desk, self._options, sender, self._work)
-            log.info("zenoh: joined %s", ", ".join(self._options.connect))
-
-    async def devices_changed(self, names: Collection[str]) -> None:
-        if self._joined is None:
-            return
-        try:
-            self._joined.devices_changed(names)
-        except zenoh.ZError as error:
-            raise BridgeError(first_line(error)) from None
-
-    async def close(self) -> None:
-        self._is_closed = True
-        loop, joined = asyncio.get_running_loop(), self._joined
-        if joined:
-            joined.inbox.close()
-            await joined.publications.stop()
-        await self._work.close()
-        if self._sender:
-            await loop.run_in_executor(None, self._sender.close)
-        if joined:
-            joined.undeclare()
-            self._joined = None
-            await loop.run_in_executor(None, joined.session.close)
-
-    async def ask_bench(
-        self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
-    ) -> Answered:
-        if self._joined is None:
-            raise BenchGone(f"the bench {bench} cannot be reached: this one is not joined yet")
-        return await self._joined.others.ask(source, bench, rest, given, timeout_s)
-
-    async def benches(self) -> Sequence[str]:
-        return await self._joined.others.benches() if self._joined else []
-
-    def status(self) -> Mapping[str, Any]:
-        counters = {"links": 0, "commands": 0, "rejected": 0, "dropped": 0}
-        if self._sender:
-            counters["dropped"] = self._sender.dropped
-        if joined := self._joined:
-            counters["links"] = len(list(joined.session.info.links()))
-            counters["commands"] = joined.commands.carried_out
-            counters["rejected"] = joined.publications.rejections
-            counters["dropped"] += joined.inbox.dropped + joined.publications.dropped
-        return {
-            "root": prefix(self._bench),
-            "listen": list(self._options.listen),
-            "connect": list(self._options.connect),
-            **counters,
-            "waiting": self._work.waiting,
-            "insecure": self._options.insecure,
-        }
-
-
-make = ZenohBridge
-
-
-def first_line(error: Exception) -> str:
-    """First line of a zenoh error, which ends in a path of its sources."""
-    return str(error).partition(" at /")[0].partition("\n")[0]
-
-
-def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | None]:
-    """Open a daemon's session; answers it with the gate that checks its commands, None where there are no
-    users and everybody may do all.
-
-    Raises:
-        SecurityError: strangers could reach the bench, or the users' file is wrong.
-        zenoh.ZError: an address is taken, a certificate cannot be read.
-    """
-    users = read_users(options.users) if options.users else []
-    for path in (options.tls.ca, options.tls.certificate, options.tls.key) if options.tls else ():
-        try:
-            refuse_endless(path)
-            path.open("rb").close()  # zenoh would only say that nobody is there
-        except OSError as error:
-            why = f"cannot be read: {error.strerror}"
-            raise SecurityError(f"tls: {path} {why}; `hil zenoh keys` makes such files") from None
-    # Zenoh wants passwords in a file. This one is in memory, of this process, and gone afterwards.
-    memory = os.memfd_create("users")
-    try:
-        os.write(memory, "".join(f"{user.name}:{user.secret}\n" for user in users).encode())
-        entries = session_config(options, bench, users, f"/proc/self/fd/{memory}")
-        return zenoh.open(made(entries)), Gate(users, time.time_ns()) if users else None
-    finally:
-        os.close(memory)
+    return part()

@@ -80,8 +80,14 @@ def _refused_motors(plans: Mapping[str, AxisPlan]) -> dict[str, str]:
 
 
 def make_bridge(kind: str, options: BaseModel, desk: "Desk") -> "Bridge":
-    """Make the bridge that a configuration describes, not yet open."""
-    bridge: Bridge = _bridges().attribute(kind, "make")(options, desk)
+    """Make the bridge that a configuration describes, not yet open. Raises BridgeError: a package that it
+    needs cannot be imported."""
+    from hil.vocab.bridge_protocol import BridgeError
+
+    try:
+        bridge: Bridge = _bridges().attribute(kind, "make")(options, desk)
+    except ImportError as error:
+        raise BridgeError(f"bridges.{kind}: {error}; install what is missing") from None
     return bridge
 
 

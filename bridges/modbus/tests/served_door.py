@@ -7,7 +7,8 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from bridges.modbus.bridge import ModbusBridge, Options
+from bridges.modbus.door_options import Options
+from bridges.modbus.modbus_bridge import ModbusBridge
 from hil.testing import RecordingDesk
 from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisLook

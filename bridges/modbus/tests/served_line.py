@@ -7,7 +7,8 @@ from collections.abc import Awaitable, Callable
 from served_door import LOOK, READ, R
 from simulated_loop import Simulated
 
-from bridges.modbus.bridge import ModbusBridge, Options
+from bridges.modbus.door_options import Options
+from bridges.modbus.modbus_bridge import ModbusBridge
 from hil.testing import RecordingDesk
 from hil.vocab.ports import PortHost, PortStats
 from hil.wire.modbus_rtu.frame import encode

@@ -10,7 +10,8 @@ import pytest
 from served_door import LOOK, READ, WAVE
 from served_line import GOOD, Line, MemoryPort, good, on_line
 
-from bridges.modbus.bridge import ModbusBridge, Options
+from bridges.modbus.door_options import Options
+from bridges.modbus.modbus_bridge import ModbusBridge
 from hil.testing import RecordingDesk
 from hil.vocab.desk_protocol import Source
 from hil.vocab.parameters import Parameter

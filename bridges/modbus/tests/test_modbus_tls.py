@@ -16,9 +16,9 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from cryptography.x509.oid import NameOID
 from served_door import READ, WAVE, Door, RawClient, packet, with_door
 
-from bridges.modbus.bridge import ModbusBridge, Options
 from bridges.modbus.client_role import CertifiedClient, NoRole, read_client, role_of
-from bridges.modbus.door_options import Certificates
+from bridges.modbus.door_options import Certificates, Options
+from bridges.modbus.modbus_bridge import ModbusBridge
 from hil.testing import RecordingDesk
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.verbs import Role

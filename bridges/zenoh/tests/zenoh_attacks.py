@@ -15,7 +15,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.bridge import open_session
+from bridges.zenoh.bench_session import open_session
 from bridges.zenoh.gate import Gate, Rejected
 from bridges.zenoh.options import Options
 from bridges.zenoh.zenoh_config import made
