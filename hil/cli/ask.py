@@ -56,11 +56,12 @@ def found(runtime_dir: Path | None) -> "Found":
     """Find the benches that run here; says which folders are not looked into."""
     import os
 
-    from hil.host.journal import say
     from hil.net.benches_here import find
 
     here = find(runtime_dir, os.environ).running()
-    if here.benches:
+    if here.benches and here.left_out:
+        from hil.host.journal import say
+
         for why in here.left_out:
             say(f"hil: not looked into: {why}", sys.stderr)
     elif here.left_out:

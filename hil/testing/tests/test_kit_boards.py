@@ -3,15 +3,19 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 from kit_boards import BOARD, FIRMWARE, YAML, answers, bench, problems, write
 
 from hil.compose import find_catalogue
 from hil.compose.build import TableFileError
+from hil.compose.find import make_bridge
 from hil.config import from_dict
 from hil.discovery.installed import every_point
 from hil.testing import Bench
+from hil.vocab.bridge_protocol import BridgeError
+from hil.vocab.desk_protocol import Desk
 
 
 def test_a_board_in_a_folder_beside_the_configuration(tmp_path: Path) -> None:
@@ -227,6 +231,19 @@ def test_a_bridge_of_an_installed_package(tmp_path: Path, packages: Path) -> Non
     assert found.startswith("bench.yaml:5:3: bridges.shut: bridge shut cannot be used: ")
     assert "lab_shut/bridge.py:3: OSError: no key (mend the package lab_shut.bridge)" in found
     assert "door" in find_catalogue().bridges
+
+
+def test_a_bridge_whose_package_is_missing_says_so_when_it_is_made(packages: Path) -> None:
+    (packages / "lab_radio").mkdir()
+    (packages / "lab_radio" / "bridge.py").write_text(
+        PORT.replace("    return", "    import lab_aerial\n    return")
+    )
+    install(packages, "lab-radio", "hil.bridges", radio="lab_radio")
+    options = find_catalogue().bridges["radio"]()
+    with pytest.raises(
+        BridgeError, match=r"bridges.radio: No module named 'lab_aerial'; install what is missing"
+    ):
+        make_bridge("radio", options, cast(Desk, None))
 
 
 def test_a_configuration_knows_its_folders_wherever_it_is_read(tmp_path: Path) -> None:
