@@ -1,4 +1,5 @@
-"""Time from `hil serve` to a port that takes bytes. The board's own four seconds come after."""
+"""Time from `hil serve` to a port that takes bytes, the board's own four seconds come after; and what
+`hil status` and `hil check` take."""
 
 import os
 import statistics
@@ -8,11 +9,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from _processes import HIL
+from _processes import HIL, daemon
 from _report import is_quick, report
 
 CONFIG = "bench: bench\ndevices: {m1: {profile: mechaduino}}\n"
 LIMIT_S = 1.0
+WITH_BRIDGES = CONFIG + "bridges: {metrics: {}, modbus: {}, zenoh: {}}\n"
+COMMAND_RATIO = 1.6
 
 
 def start_s() -> float:
@@ -48,6 +51,36 @@ def import_s() -> float:
     return time.perf_counter() - began
 
 
+def cpu_ms(command: list[str]) -> float:
+    """CPU time of a program, which other programs on the machine change less than its wall time."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, state, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(state)
+    assert process.returncode == 0, f"{command} ended with {process.returncode}"
+    return (used.ru_utime + used.ru_stime) * 1e3
+
+
+def commands() -> None:
+    """What commands take, in turns with the reference. Bytecode of hil is written by the first, unseen run."""
+    reference = [sys.executable, "-c", "import pydantic, yaml"]
+    with daemon(CONFIG) as running:
+        file = running.folder / "bridges.yaml"
+        file.write_text(WITH_BRIDGES)
+        tried = {
+            "status": [HIL, "status", "--runtime-dir", str(running.folder / "run")],
+            "check": [HIL, "check", str(running.folder / "bench.yaml")],
+            "check_bridges": [HIL, "check", str(file)],
+        }
+        taken: dict[str, list[float]] = {name: [] for name in ("reference", *tried)}
+        for _ in range(6 if is_quick() else 21):
+            for name, command in {"reference": reference, **tried}.items():
+                taken[name].append(cpu_ms(command))
+    medians = {name: statistics.median(times[1:]) for name, times in taken.items()}
+    for name in tried:
+        extra = {"reference": "python -c 'import pydantic, yaml'", "runs_ms": taken[name][1:]}
+        report(f"start_{name}", medians[name], "ms", medians["reference"], COMMAND_RATIO, extra)
+
+
 def main() -> None:
     """Medians of alternating runs."""
     starts, imports = [], []
@@ -63,6 +96,7 @@ def main() -> None:
     }
     report("start_up", value, "s", statistics.median(imports), None, extra)
     print(f"  to be at most {LIMIT_S:g} s: {'yes' if value <= LIMIT_S else 'NO'}")
+    commands()
 
 
 if __name__ == "__main__":
