@@ -61,7 +61,7 @@ def cpu_ms(command: list[str]) -> float:
 
 
 def commands() -> None:
-    """What commands take, in turns with the reference. Bytecode of hil is written by the first, unseen run."""
+    """What commands take, in turns with the reference. The first, unseen run writes the bytecode of hil."""
     reference = [sys.executable, "-c", "import pydantic, yaml"]
     with daemon(CONFIG) as running:
         file = running.folder / "bridges.yaml"
