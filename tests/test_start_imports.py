@@ -28,10 +28,11 @@ OF_BENCHES = {
     *("virtual_ports.pty.pty_port",),
 }
 OF_SOME_BENCHES = {
+    *("hil.config.can_model", "hil.config.drive_map_model", "hil.config.segment_model"),
     *("hil.vocab.bridge_protocol", "hil.wire.can_drive_address", "hil.wire.drive_address"),
-    *("hil.wire.modbus_rtu", "device_profiles.sac"),
+    *("hil.registers", "hil.wire.modbus", "hil.wire.modbus_rtu", "device_profiles.sac"),
 }
-"""What a bench of one Mechaduino has not: bridges, real drives, segments."""
+"""What a bench of one Mechaduino has not: bridges, real drives, maps, wires, segments, CAN buses."""
 
 
 def imported(folder: Path, *arguments: str) -> set[str]:

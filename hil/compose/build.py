@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
-from hil.config import BenchConfig, Catalogue, DeviceConfig, SegmentConfig
+from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.firmware.idle import Idle
@@ -19,6 +20,9 @@ from hil.sim.setpoints import TimeOut
 from hil.vocab.address import Address
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
+
+if TYPE_CHECKING:
+    from hil.config.segment_model import SegmentConfig
 
 LEAST_AXES = 8
 
@@ -170,7 +174,7 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
         add_buses(bench, config, catalogue)
 
 
-def _add_segment(bench: BenchRuntime, name: str, config: SegmentConfig, catalogue: Catalogue) -> None:
+def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:
     stations, members = config.addresses(), config.members()
     group = bench.roster.group_of(members[0]) if members else bench.open_group()
     framings = (bench.devices[device].framing for device, _ in stations)

@@ -1,11 +1,15 @@
 """Framings of lines by name: those of boards, and those that belong to no board."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
-from hil.config import Catalogue, ConfigError, SegmentConfig
+from hil.config import Catalogue, ConfigError
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import FORMATS, LineFormat
 from hil.vocab.profile import Profile
+
+if TYPE_CHECKING:
+    from hil.config.segment_model import SegmentConfig
 
 LINE_FRAMING = "sac"
 """Framing of a line for which neither a board on it nor a tap says one: what all lines had before there was
@@ -53,7 +57,7 @@ def in_format(framing: Framing, line_format: LineFormat) -> Framing:
     return modbus_rtu(line_format) if framing is MODBUS_RTU else framing
 
 
-def framing_of(config: SegmentConfig, boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
+def framing_of(config: "SegmentConfig", boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
     """Find the framing of a line: Modbus RTU if it has to, what a tap says, or the first of the ``boards`` on
     it that says one."""
     if config.speaks_modbus:

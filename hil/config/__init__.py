@@ -17,7 +17,6 @@ from hil.config.model import BenchConfig, DeviceConfig
 from hil.config.port_model import PortConfig
 from hil.config.reference_page import reference
 from hil.config.schema import schema
-from hil.config.segment_model import SegmentConfig
 from hil.vocab.problem import ConfigError
 
 __all__ = [
@@ -28,7 +27,6 @@ __all__ = [
     "DeviceConfig",
     "PortConfig",
     "ProfileInfo",
-    "SegmentConfig",
     "diff",
     "from_dict",
     "parse",

@@ -5,14 +5,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.drive_map_model import MapText
-from hil.config.drive_map_text import map_findings
 from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
+from hil.config.later import Later
 from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
 from hil.core.kinds import KINDS
@@ -22,6 +21,19 @@ from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.problem import ConfigError, Problem
 from hil.vocab.profile import Profile
+
+
+def map_text() -> type[BaseModel]:
+    """Import the model of a map of registers, which few boards have."""
+    from hil.config.drive_map_model import MapText
+
+    return MapText
+
+
+if TYPE_CHECKING:
+    from hil.config.drive_map_model import MapText
+else:
+    MapText = Annotated[Any, Later(map_text)]
 
 ONLY_AXIS = "axis"
 """Name of the axis of a profile that does not name it."""
@@ -256,6 +268,8 @@ def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> Profi
     if wrong := list(_fit_motors(document)):
         raise document.error([*findings, *wrong])
     if isinstance(document.value, dict) and document.value.get("map") is not None:
+        from hil.config.drive_map_text import map_findings
+
         findings += map_findings(document, ("map",))
     try:
         info = ProfileInfo.model_validate(document.value)

@@ -6,7 +6,6 @@ from typing import Any
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
-from hil.config.device_map import MapCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import no_such, suggestion
@@ -91,6 +90,8 @@ class DeviceCheck:
     def _map(self, result: dict[str, Any]) -> None:
         """Read the map of the board's own registers."""
         if self.raw.get("map") is not None:
+            from hil.config.device_map import MapCheck
+
             check = MapCheck(self.path, self.raw, self.document, self.profile, self._read_text)
             result["map"] = check.read()
             self.findings += check.findings

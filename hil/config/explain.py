@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ErrorType
 
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.later import Later
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.near_words import nearest
@@ -190,6 +191,8 @@ def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseMo
 def _needed(annotation: Any) -> Any:
     """Type beside ``None`` in an annotation, where that is one thing."""
     if get_origin(annotation) is Annotated:
-        annotation = get_args(annotation)[0]
+        annotation, *metadata = get_args(annotation)
+        if later := next((each for each in metadata if isinstance(each, Later)), None):
+            return later.load()
     others = [each for each in get_args(annotation) if each is not NoneType]
-    return others[0] if len(others) == 1 and NoneType in get_args(annotation) else annotation
+    return _needed(others[0]) if len(others) == 1 and NoneType in get_args(annotation) else annotation

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     BaseModel,
@@ -12,26 +12,46 @@ from pydantic import (
     SerializeAsAny,
 )
 
-from hil.config.can_model import CanConfig
-from hil.config.catalogue import ONLY_AXIS, ProfileInfo
-from hil.config.drive_map_model import MapText
-from hil.config.drive_map_text import drive_map_of
+from hil.config.catalogue import ONLY_AXIS, ProfileInfo, map_text
 from hil.config.drive_units_model import UnitsConfig
 from hil.config.explain import StrictModel
 from hil.config.flash_model import FlashConfig
+from hil.config.later import Later
 from hil.config.path_values import usable_path
 from hil.config.port_model import Name, PortConfig
 from hil.config.real_places import real_address
-from hil.config.segment_model import SegmentConfig, WireConfig
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
 
 if TYPE_CHECKING:
+    from hil.config.can_model import CanConfig
+    from hil.config.drive_map_model import MapText
+    from hil.config.segment_model import SegmentConfig, WireConfig
     from hil.registers.drive_map import DriveMap
     from hil.wire.can_drive_address import CanDriveAddress
     from hil.wire.drive_address import DriveAddress
+else:
+
+    def _can() -> type[BaseModel]:
+        from hil.config.can_model import CanConfig
+
+        return CanConfig
+
+    def _segment() -> type[BaseModel]:
+        from hil.config.segment_model import SegmentConfig
+
+        return SegmentConfig
+
+    def _wire() -> type[BaseModel]:
+        from hil.config.segment_model import WireConfig
+
+        return WireConfig
+
+    CanConfig, SegmentConfig, WireConfig, MapText = (
+        Annotated[Any, Later(load)] for load in (_can, _segment, _wire, map_text)
+    )
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
@@ -226,6 +246,8 @@ class DeviceConfig(StrictModel):
 
     def drive_map(self, profile: ProfileInfo) -> "DriveMap | None":
         """Map of the board's own registers; None: it has none."""
+        from hil.config.drive_map_text import drive_map_of
+
         text = self.map or profile.map
         return drive_map_of(text) if text else None
 
