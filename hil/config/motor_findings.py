@@ -6,6 +6,7 @@ from hil.config.catalogue import Catalogue
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
 from hil.config.model import BenchConfig
+from hil.config.motor_bounds import numbers_beyond, pulls_beyond
 from hil.config.shaft_load import ConstantLoad
 from hil.core.kinds import KINDS
 from hil.sim.load_limit import load_problem
@@ -28,14 +29,20 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
         path: KeyPath = ("devices", at.owner, "axes", at.part)
         if at.part not in device.axes:  # the axis's keys are the device's own, or the profile's
             path = ("devices", at.owner)
+        info, load = profile.axes[at.part], device.axis_config(profile, at.part).load
+        usual = {name: parameter.default(plan.plant) for name, parameter in info.axis.items()}
+        beyond = [*numbers_beyond(plan, usual)]
+        yield from (Finding((*path, *key), what, remedy) for key, what, remedy in beyond)
+        if beyond:  # what follows is reckoned with these numbers
+            continue
         if str(at) in refused:
             what, _, remedy = refused[str(at)].partition(": ")
             yield Finding((*path, "axis"), what, remedy)
         yield from _load_findings(config, at, (*path, "axis", LOAD), plan, DeviceParts(profile.axes))
-        load = device.axis_config(profile, at.part).load
-        torque_Nm = load.torque_Nm if isinstance(load, ConstantLoad) else 0.0
-        if problem := load_problem(torque_Nm, _holding_Nm(plan)):
-            yield _refused((*path, "load", "torque_Nm"), torque_Nm, problem)
+        if isinstance(load, ConstantLoad) and (problem := load_problem(load.torque_Nm, _holding_Nm(plan))):
+            yield _refused((*path, "load", "torque_Nm"), load.torque_Nm, problem)
+        elif load:
+            yield from (Finding((*path, "load"), *pull) for pull in pulls_beyond(plan))
 
 
 def _load_findings(

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo
+from hil.config.motor_bounds import BOUNDS
 from hil.config.motors import MEANINGS, MOTORS
 from hil.config.schema import schema
 from hil.config.shaft_load import LOAD_KINDS
@@ -70,6 +71,13 @@ def reference(catalogue: Catalogue) -> str:
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])
     sections += [
+        "## Bounds of motors and loads",
+        "What a motor holds is its torque constant times the largest current of a coil. The reasons are in"
+        " [decision 0034](decisions/0034-bounds-of-motors.md).",
+        _table(
+            ("Parameters", "Bound", "Reason"),
+            ((", ".join(f"`{name}`" for name in names), *texts) for names, texts in BOUNDS.items()),
+        ),
         "## Motors: `motor` of a `profile.yaml`",
         "A profile that names one has its numbers, and writes in `axis` only what differs or comes besides.",
         *_motors(),

@@ -15,6 +15,11 @@ WATCHES = 17
 """Watches of an axis."""
 WIRES = 16
 """Wires from the outputs of an axis."""
+LIMIT_TEETH_RPM = 500000
+"""The most a shaft turns, times its rotor's teeth: 10,000 rpm with 50 teeth, a third of an electrical turn in
+a step of the full plant."""
+LIMIT_RPM = 30000
+"""The most that a shaft turns, whatever its teeth."""
 MOTION_QUEUE = 30
 """Positions of a motion engine's queue."""
 MOTION_SLOTS = 32

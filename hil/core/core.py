@@ -1,5 +1,6 @@
 """Facade of a core and its axes, with names instead of numbers."""
 
+import math
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -8,7 +9,7 @@ from fractions import Fraction
 from hil.core._native import NativeCore
 from hil.core.abi import Call, Event, Fault, Law
 from hil.core.fields import INDEX, Snapshot
-from hil.core.kinds import CLOCK_OUT, CLOCK_OUT_HZ, KINDS, AxisKind
+from hil.core.kinds import CLOCK_OUT, CLOCK_OUT_HZ, KINDS, AxisKind, speed_limit_rpm
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
@@ -57,6 +58,8 @@ class CoreAxis:
         """Supply of the full plant as it was opened, 0 for the simple one."""
         self.holding_Nm = 0.0
         """Maximum torque of the motor, without that of its magnets."""
+        self.speed_limit_rpm = math.inf
+        """Maximum speed of the shaft, whatever drags it."""
         self.set_load_Nm = 0.0
         """Load torque as it was set last, without that of faults."""
 
@@ -279,6 +282,7 @@ class Core:
         axis = self.native.axis_open(group, kind.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
         made = _FACES[kind.law](self.native, axis, kind)
         made.holding_Nm = kind.holding_Nm(plan.parameters)
+        made.speed_limit_rpm = speed_limit_rpm(plan.parameters)
         made.set_load_Nm = motor["load_torque_Nm"]
         return made
 

@@ -8,6 +8,8 @@ cdef extern from "native/hil_core.h" nogil:
         HIL_HISTOGRAM_LEN
         HIL_WATCHES
         HIL_WIRES
+        HIL_LIMIT_TEETH_RPM
+        HIL_LIMIT_RPM
         MOTION_QUEUE
         MOTION_SLOTS
         MOTION_CONTINUOUS_SLOT

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from hil.core._native import axis_bytes
-from hil.core.abi import Kind, Law, Output, ServoInput, StepperInput
+from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Kind, Law, Output, ServoInput, StepperInput
 from hil.core.fields import INDEX, Snapshot, fields_of
 from hil.vocab.axis import AxisState
 from hil.vocab.faults import SERVO, SHAFT
@@ -64,6 +64,11 @@ class AxisKind:
     def holding_Nm(self, parameters: Mapping[str, float]) -> float:
         """Maximum torque of the motor, without that of its magnets."""
         return parameters["torque_constant_Nm_per_A"] * self.max_current_A(parameters)
+
+
+def speed_limit_rpm(parameters: Mapping[str, float]) -> float:
+    """Maximum speed of a shaft, whatever drags it: the native core's, by the teeth of its rotor."""
+    return min(LIMIT_RPM, LIMIT_TEETH_RPM / parameters["rotor_teeth"])
 
 
 _LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (

@@ -1,7 +1,7 @@
 """Reports on a bench: its devices, segments and bridges, and their state."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,6 +21,8 @@ from hil.operations.bus_reports import listed_buses, listed_nodes
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
+from hil.sim.device import Device
+from hil.sim.load_limit import load_notes
 from hil.vocab.address import Address, address_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
@@ -122,18 +124,20 @@ class Reports:
 
     def _of_twin(self, name: str) -> dict[str, Any]:
         place, device = self.places.uarts.get(name), self.sim.devices[name]
+        shots = {axis: each.published().as_dict() for axis, each in device.axes.items()}
         note = self.notes.get(name)
         return {
             **_counters(place.port.stats() if place else NO_PORT),
             "backlog_bytes": place.port.backlog() if place else 0,
             "overrun_bytes": sum(uart.overrun_bytes for uart in device.uarts.values()),
-            "note": "; ".join([*([note] if note else []), *device.notes.values()]) or None,
+            "note": "; ".join([*([note] if note else []), *device.notes.values(), *_of_loads(device, shots)])
+            or None,
             "flash": self.commits.failures.get(name, "ok"),
             "port_failure": place.failure if place else None,
-            "snapshot": device.axes[""].published().as_dict() if device.axes else None,
+            "snapshot": shots.get(device.axes.first),
             "snapshots": {
-                device.axes.label(name, axis): each.published().as_dict()
-                for axis, each in device.axes.items()
+                device.axes.label(name, axis): shot
+                for axis, shot in shots.items()
                 if axis != device.axes.first
             },
         }
@@ -157,6 +161,13 @@ class Reports:
         from hil.registers.units import unit_of
 
         return map_rows(unit_of(self.devices[asked.target]).map)
+
+
+def _of_loads(device: Device, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+    """Notes on the loads of a device's axes."""
+    for part, axis in device.axes.items():
+        for said in load_notes(shots[part], axis.holding_Nm, axis.speed_limit_rpm):
+            yield said if part == device.axes.first else f"{part}: {said}"
 
 
 def _counters(stats: PortStats) -> dict[str, int]:

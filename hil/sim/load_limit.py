@@ -1,7 +1,8 @@
-"""Limit of the torque on a shaft, whoever sets it: the configuration, a command or a fault."""
+"""Limit of the torque on a shaft, whoever sets it: the configuration, a command or a fault; and what an
+operator is told of a shaft that a load drags."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 from hil.vocab.faults import MOST_LOADS
 
@@ -29,3 +30,13 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
         if beside_Nm
         else words
     )
+
+
+def load_notes(shot: Mapping[str, float], holding_Nm: float, speed_limit_rpm: float) -> Iterator[str]:
+    """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, and a
+    shaft at its largest speed."""
+    load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
+    if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm):
+        yield f"the load of {load_Nm:g} Nm is more than the motor holds ({holding_Nm:g} Nm)"
+    if abs(speed_rpm) > speed_limit_rpm or math.isclose(abs(speed_rpm), speed_limit_rpm):
+        yield f"the shaft turns at {speed_rpm:.0f} rpm, the limit of its model"

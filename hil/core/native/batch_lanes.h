@@ -3,6 +3,7 @@
 #include "lanes.h"
 #define REAL_LANES 4
 #include "plant/real.h"
+#include "plant/speed_kernel.h"
 #include "plant/trig_kernel.h"
 #include "plant/simple_kernel.h"
 #include "plant/full_kernel.h"

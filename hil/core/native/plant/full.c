@@ -109,7 +109,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
                 .motor = {.R = m->phase_resistance_ohm, .K = params->torque_constant_Nm_per_A,
                           .supply_V = m->supply_V, .detent_Nm = m->detent_torque_Nm,
                           .viscous = params->viscous_Nm_s_per_rad, .coulomb_Nm = m->coulomb_torque_Nm,
-                          .teeth = params->rotor_teeth}};
+                          .teeth = params->rotor_teeth, .limit = plant_limit_rev_per_s(params->rotor_teeth)}};
     full_motor *of = &p->motor;
     of->emf_V_s = -0.5 * TWO_PI * of->K;
     wave(m->full_step_error_pct / 100 / (4 * params->rotor_teeth), phase(params->seed, 1), &of->step_c, &of->step_s);

@@ -8,6 +8,7 @@
 #define HIL_PLANT_FULL_H
 
 #include "../types.h"
+#include "speed.h"
 #include "trig.h"
 #include "full_kernel.h"
 

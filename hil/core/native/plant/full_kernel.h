@@ -12,7 +12,7 @@ typedef struct NAME(full_rate) { /* of a length of step */
 } NAME(full_rate);
 
 typedef struct NAME(full_motor) {
-    REAL R, K, emf_V_s, supply_V, detent_Nm, viscous, coulomb_Nm, teeth, whole_s;
+    REAL R, K, emf_V_s, supply_V, detent_Nm, viscous, coulomb_Nm, teeth, whole_s, limit; /* limit: rev/s */
     REAL step_s, step_c, once_s, once_c, twice_s, twice_c; /* the errors of motor and encoder, rev */
 } NAME(full_motor);
 
@@ -170,7 +170,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
         at_c = mean_b_A * w->c - mean_a_A * w->s;
         speed = NAME(full_kicked)(r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
     }
-    speed = NAME(within)(speed, 1e6);
+    speed = NAME(turning)(speed, m->limit);
     q->rev_per_s = speed;
     q->rev = middle_rev + r->half_s * speed;
 

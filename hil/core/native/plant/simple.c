@@ -36,7 +36,7 @@ int plant_init(plant *p, double inertia_kg_m2, double viscous_Nm_s_per_rad, doub
 {
     double per_inertia = 1 / (inertia_kg_m2 * TWO_PI);
     *p = (plant){.moving = {.rev = start_rev}, .node_ns = now_ns, .torque_constant_Nm_per_A = torque_constant_Nm_per_A,
-                 .motor = {.pull = torque_constant_Nm_per_A * per_inertia, .teeth = teeth}, .per_inertia = per_inertia,
+                 .motor = {.pull = torque_constant_Nm_per_A * per_inertia, .teeth = teeth, .limit = plant_limit_rev_per_s(teeth)}, .per_inertia = per_inertia,
                  .damping_per_s = viscous_Nm_s_per_rad / inertia_kg_m2, .part_ns = {-1, -1}};
     sincos_turns(p->motor.teeth * start_rev, &p->moving.s, &p->moving.c);
     plant_set_load(p, load_torque_Nm);

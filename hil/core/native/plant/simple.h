@@ -9,6 +9,7 @@
 
 #include <stdint.h>
 
+#include "speed.h"
 #include "trig.h"
 #include "simple_kernel.h"
 

@@ -9,7 +9,7 @@ typedef struct NAME(plant_rate) { /* of a length of step */
 } NAME(plant_rate);
 
 typedef struct NAME(plant_motor) {
-    REAL pull, load, teeth; /* pull: rev/s2 of an ampere; load: rev/s2 */
+    REAL pull, load, teeth, limit; /* pull: rev/s2 of an ampere; load: rev/s2; limit: rev/s */
 } NAME(plant_motor);
 
 typedef struct NAME(plant_moving) {
@@ -27,5 +27,5 @@ INLINE void NAME(plant_step)(const NAME(plant_motor) *m, const NAME(plant_rate) 
     v = r->keep * v + r->middle_kick_s * (accel + r->gradient_s2 * accel * gradient);
     x->rev = middle_rev + r->reach_s * v;
     NAME(sincos_turns)(m->teeth * x->rev, &x->s, &x->c);
-    x->rev_per_s = r->keep * v + r->kick_s * (m->load - m->pull * (a_A * x->c + b_A * x->s));
+    x->rev_per_s = NAME(turning)(r->keep * v + r->kick_s * (m->load - m->pull * (a_A * x->c + b_A * x->s)), m->limit);
 }
