@@ -100,11 +100,11 @@ INLINE void NAME(full_open)(const NAME(full_motor) *m, NAME(full_moving) *x)
     w->last_half_s = CONSTANT(0.0);
 }
 
-INLINE REAL NAME(full_kicked)(const NAME(full_rate) *r, REAL rev_per_s, REAL torque_Nm)
+INLINE REAL NAME(full_kicked)(const NAME(full_motor) *m, const NAME(full_rate) *r, REAL rev_per_s, REAL torque_Nm)
 {
     REAL v = r->slow * rev_per_s + r->push * torque_Nm; /* viscous friction at the mean speed */
     /* The impulse of dry friction at most stops the shaft: it stays until the torque exceeds it. */
-    return v - GREATER(LESSER(v, r->dry), -r->dry);
+    return NAME(turning)(v - GREATER(LESSER(v, r->dry), -r->dry), m->limit);
 }
 
 /* One coil. The bridge's mean voltage is the one that brings the current to the command, as far as the supply
@@ -154,7 +154,7 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
     REAL other_Nm = load_Nm - m->detent_Nm * (2.0 * s2 * c2 * by_c4 + (c2 * c2 - s2 * s2) * by_s4);
     REAL a_A = q->a_A, b_A = q->b_A, mean_a_A = 0.5 * (a_A + command_a_A), mean_b_A = 0.5 * (b_A + command_b_A);
     REAL at_s = mean_a_A * w->c + mean_b_A * w->s, at_c = mean_b_A * w->c - mean_a_A * w->s;
-    REAL speed = NAME(full_kicked)(r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
+    REAL speed = NAME(full_kicked)(m, r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
     REAL emf_V = m->emf_V_s * (before + speed);
     x->a_V = NAME(full_wanted_V)(m, r, a_A, command_a_A, mean_a_A, emf_V * c);
     x->b_V = NAME(full_wanted_V)(m, r, b_A, command_b_A, mean_b_A, emf_V * s);
@@ -168,9 +168,8 @@ INLINE void NAME(full_step)(const NAME(full_motor) *m, const NAME(full_rate) *r,
         mean_b_A = 0.5 * (b_A + q->b_A);
         at_s = mean_a_A * w->c + mean_b_A * w->s;
         at_c = mean_b_A * w->c - mean_a_A * w->s;
-        speed = NAME(full_kicked)(r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
+        speed = NAME(full_kicked)(m, r, before, other_Nm - m->K * (at_s * by_c + at_c * by_s));
     }
-    speed = NAME(turning)(speed, m->limit);
     q->rev_per_s = speed;
     q->rev = middle_rev + r->half_s * speed;
 

@@ -50,7 +50,7 @@ static void disturb(hil_core *c, int axis, uint64_t *seed)
     switch (random_below(seed, 14)) {
     case 0: hil_axis_loop(c, axis, 0); break;
     case 1: hil_axis_set(c, axis, HIL_FIELD_mode, MODES[random_below(seed, 6)]); break;
-    case 2: hil_axis_set(c, axis, HIL_FIELD_load_torque_Nm, number / 5000); break;
+    case 2: hil_axis_set(c, axis, HIL_FIELD_load_torque_Nm, number / (random_below(seed, 4) ? 5000 : 500)); break; /* up to the limit of speed */
     case 3: hil_axis_spi(c, axis, 0xFFFC); break;
     case 4: hil_axis_set(c, axis, HIL_FIELD_print_yw, (double)random_below(seed, 2)); break;
     case 5: hil_axis_output(c, axis, (float)number, 100); break;

@@ -191,6 +191,24 @@ static void end_stops_hold_and_let_go(void)
     CHECK(p.moving.state.rev * 360 < 10);
 }
 
+/* At the limit of speed the coils carry what their inductance lets through, not what a few ohms would. */
+static void a_dragged_shaft_has_a_limit(void)
+{
+    static const double LOADS[] = {0.35, 3.4, -3.4, 1e6};
+    for (int i = 0; i < 4; i++) {
+        hil_axis_params params = FULL;
+        full p = motor(&params);
+        full_set_currents(&p, 1, 1);
+        full_set_load(&p, LOADS[i]);
+        full_advance(&p, 500000000);
+        CHECK_NEAR(60 * p.moving.state.rev_per_s, copysign(10000, LOADS[i]), 1e-6);
+        for (int64_t t_ns = 500000000; t_ns < 510000000; t_ns += 10000) {
+            full_node(&p, t_ns);
+            CHECK(hypot(p.moving.state.a_A, p.moving.state.b_A) < 4);
+        }
+    }
+}
+
 static void extremes_are_defined(void)
 {
     static const double LOADS[] = {NAN, INFINITY, -INFINITY, -1e300, 1e300, 1e15, 1};
@@ -231,5 +249,6 @@ void full_tests(void)
     RUN(looking_changes_nothing);
     RUN(noise_is_a_function_of_seed_and_time);
     RUN(end_stops_hold_and_let_go);
+    RUN(a_dragged_shaft_has_a_limit);
     RUN(extremes_are_defined);
 }

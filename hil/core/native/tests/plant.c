@@ -137,6 +137,38 @@ static void sines(void)
     CHECK(worst < 1e-14);
 }
 
+/* Whatever drags it: the limit and no more, and the usual speed as soon as it is let go. */
+static void a_dragged_shaft_has_a_limit(void)
+{
+    static const struct { int teeth; double rpm; } LIMITS[] = {{50, 10000}, {200, 2500}, {1000, 500}, {4, 30000}, {1, 30000}};
+    static const double LOADS[] = {4.95, -4.95, 0.5, -0.5};
+    for (int i = 0; i < 5; i++) CHECK_NEAR(60 * plant_limit_rev_per_s(LIMITS[i].teeth), LIMITS[i].rpm, 1e-9);
+    for (int i = 0; i < 4; i++) {
+        plant p = rotor(0, 0, LOADS[i]);
+        plant_advance(&p, 100000000);
+        CHECK(60 * p.moving.rev_per_s == copysign(10000, LOADS[i]));
+        CHECK(isfinite(p.moving.rev));
+        CHECK_NEAR(p.moving.rev, copysign(0.1 * 10000 / 60, LOADS[i]), 1);
+    }
+    plant p = rotor(0.004, 0, 4.95);
+    plant_advance(&p, 1000000000);
+    plant_set_load(&p, 0.02);
+    plant_advance(&p, 2000000000);
+    CHECK_NEAR(p.moving.rev_per_s * TAU / (0.02 / 0.004), 1, 1e-3);
+}
+
+/* Friction alone brings it to a stand, and not to ever smaller speeds. */
+static void a_free_shaft_comes_to_rest(void)
+{
+    plant p = rotor(0.004, 0, 0.02);
+    plant_advance(&p, 1000000000);
+    plant_node(&p, 1000000000);
+    plant_set_load(&p, 0);
+    plant_advance(&p, 1200000000);
+    CHECK(p.moving.rev_per_s == 0 && !signbit(p.moving.rev_per_s));
+    CHECK(p.at_rest);
+}
+
 /* Friction without a limit, and a load that sends the rotor away, end in numbers, not in a hang. */
 static void extremes_are_defined(void)
 {
@@ -163,6 +195,8 @@ void plant_tests(void)
     RUN(looking_changes_nothing);
     RUN(terminal_speed);
     RUN(energy_stays);
+    RUN(a_dragged_shaft_has_a_limit);
+    RUN(a_free_shaft_comes_to_rest);
     RUN(sines);
     RUN(extremes_are_defined);
 }
