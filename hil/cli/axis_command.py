@@ -53,8 +53,10 @@ def axis(
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
         ended = ask_bench(bench, runtime_dir, "wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
+    from hil.cli.views import shown_number
+
     lines = [
-        f"{key}: {value:.10g}" if isinstance(value, float) else f"{key}: {value}"
+        f"{key}: {shown_number(value)}" if isinstance(value, float) else f"{key}: {value}"
         for key, value in answer.items()
     ]
     if answer.get("interrupted"):

@@ -1,4 +1,4 @@
-"""``hil monitor``, ``hil state``, ``hil reset``, ``hil pin`` and ``hil set``: one device."""
+"""``hil monitor``, ``hil state``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
 
 from contextlib import suppress
 from typing import Annotated
@@ -78,3 +78,21 @@ def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = Non
 
     fields = ask_bench(bench, runtime_dir, "state", device=device)
     return CommandAnswer(fields, "\n".join(field_lines(fields)))
+
+
+def zero(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+    """Let the angle that hil shows of a shaft be 0 where it is now.
+
+    It is the zero of position_deg, as of a dial at the shaft. Nothing turns. The board knows nothing of it: a
+    servo's set-points and move-abs go by the board's own angle. A stepper's board has none: its move-abs and
+    its runs count from this zero.
+
+    Example: hil zero m1
+    """
+    answer = ask_bench(bench, runtime_dir, "zero", device=device)
+    said = f"{device}: the shaft's angle is 0 now; it was {answer['was_deg'] + 0.0:.2f} deg"
+    if (board_deg := answer["board_deg"]) is not None:
+        said += (
+            f"\nThe board still counts {board_deg + 0.0:.2f} deg, by which its set-points and move-abs go."
+        )
+    return CommandAnswer(answer, said)

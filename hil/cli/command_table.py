@@ -34,6 +34,7 @@ _ROWS = (
     CommandRow("reset", BOARD, "board_access:reset"),
     CommandRow("pin", BOARD, "board_access:pin"),
     CommandRow("set", BOARD, "board_access:set_field", takes_negative=True),
+    CommandRow("zero", BOARD, "board_access:zero"),
     CommandRow("profile", BOARD, "profile_commands:profile_app"),
     CommandRow("axis", MOTION, "axis_command:axis", takes_negative=True),
     CommandRow("run", MOTION, "run_command:run"),

@@ -17,6 +17,18 @@ MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
 """Names of the native core's states of a motion engine, by their numbers; its import would take long."""
 RUNS = 5
 """Maximum number of runs that the status has."""
+MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
+"""Columns of an axis in the status: the angle of its shaft, and the one that its board counts itself."""
+DUST = 1e-12
+"""Magnitude below which a field's value is 0, whatever its unit."""
+_ANGLES = {
+    "yw": "position_deg: the shaft's angle, from the encoder's count 0 or `hil zero`\n"
+    "r, y, yw: the board's own angles, by its calibration",
+    "pulses": "position_deg: the shaft's angle, from start_deg or `hil zero`\n"
+    "commanded_deg: the angle that the board has the shaft turn to, from the same zero",
+    "enabled": "position_deg, commanded_deg: the drive's own angles, as it tells them",
+}
+"""Meanings of angles, by a field that only such axes have."""
 _BAR = "▁▂▃▄▅▆▇█"
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
@@ -52,7 +64,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         f"firmware lag  {_histogram(status['lag'])}",
     )
     table = Table(box=None)
-    for column in ("device", "clients", "in", "out", "dropped", "deg", "rpm", "mode", "state"):
+    for column in ("device", "clients", "in", "out", "dropped", *MOTION, "state"):
         justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
         table.add_column(column, justify=justify, no_wrap=True)
     for row in status["devices"]:
@@ -61,7 +73,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         counts = [str(row[name]) if row["address"] else "-" for name in of_port]
         state = "see below" if _state(row) else "ok"
         is_real = row["hardware"] == "real"
-        moves = _motion(shot) if shot else ("-", "-", "real" if is_real else "-")
+        moves = _motion(shot) if shot else ("-", "-", "-", "real" if is_real else "-")
         table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
@@ -133,9 +145,21 @@ def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
     return table
 
 
-def _motion(shot: dict[str, Any]) -> tuple[str, str, str]:
+def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
+    """Columns ``MOTION`` of an axis. A servo that is off counts no angle; a real drive tells only its own."""
+    told = {"shaft": shot["position_deg"], "board": shot.get("commanded_deg")}
+    if "enabled" in shot:
+        told = {"shaft": None, "board": shot["position_deg"]}
+    elif "yw" in shot:
+        told["board"] = shot["yw"] if shot["loop_on"] else None
     speed = shot.get("velocity_rpm")
-    return f"{shot['position_deg']:.2f}", "-" if speed is None else f"{speed:.1f}", _mode(shot)
+    angles = (_fixed(told["shaft"], 2), _fixed(told["board"], 2))
+    return *angles, _fixed(speed, 1), _mode(shot)
+
+
+def _fixed(value: float | None, decimals: int) -> str:
+    """Format with so many decimals; 0 has no sign."""
+    return "-" if value is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
 def _mode(shot: dict[str, Any]) -> str:
@@ -214,6 +238,13 @@ def _duration(power: int) -> str:
     return f"{ns:.3g} s"
 
 
+def shown_number(value: float | None) -> str:
+    """Format a field's value: without the dust of decays and sums, which is 0 in any field's unit."""
+    if value is None:
+        return "-"
+    return "0" if abs(value) < DUST else f"{value:.10g}"
+
+
 def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
     """Lines of an axis's fields: name, value and unit, in columns."""
     from hil.core.fields import FIELDS
@@ -221,4 +252,5 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
     width = max(map(len, fields), default=0)
     for name, value in fields.items():
         unit = FIELDS[name].unit if name in FIELDS else ""
-        yield f"{name:{width}}  {'-' if value is None else f'{value + 0.0:.10g}'} {unit or ''}".rstrip()
+        yield f"{name:{width}}  {shown_number(value)} {unit or ''}".rstrip()
+    yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)

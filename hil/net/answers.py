@@ -122,6 +122,7 @@ _RUN: dict[str, Any] = {
 _PROBLEMS: dict[str, Any] = {"problems": str}
 _DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "stop")
 FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
+    "zero": _AT | {"was_deg": float, "board_deg": _MAYBE_NUMBER},
     "list": _LIST,
     "status": _STATUS,
     "registers": {

@@ -19,7 +19,7 @@ from hil.sim.device import Device
 from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
-from hil.sim.settable import SETTABLE, setting_problem
+from hil.sim.settable import ANGLE, SETTABLE, setting_problem
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import Axes
 from hil.vocab.desk_protocol import AxisLook, Done
@@ -82,6 +82,20 @@ class BoardOperations:
         if problem := setting_problem(self._sim.faults, device, field, value, part):
             raise VerbRefused("bad_parameter", problem)
         return self._give(asked, SetField(field, float(value)), {field: value})
+
+    def zero(self, asked: Asked) -> Done:
+        """Let the shaft's angle be 0 here; answers what it was, and the angle that the board itself counts,
+        None for one that counts none or does not count now."""
+        if asked.target in self._drives:
+            raise VerbRefused("cannot", f"{asked.target} is a real drive: its own homing makes its zero")
+        device, part = self._twin(asked.target), address_of(asked.target).part
+        if problem := setting_problem(self._sim.faults, device, ANGLE, 0.0, part):
+            raise VerbRefused("not_now", problem)
+        shot, kind = self._sim.snapshot(asked.target), self._axis(asked).kind
+        counts = kind.follows_paths and shot.as_dict()["loop_on"]
+        board_deg = kind.motion(shot).position_deg if counts else None
+        answer = {"was_deg": shot.position_deg, "board_deg": board_deg}
+        return self._give(asked, SetField(ANGLE, 0.0), answer)
 
     def type(self, asked: Asked, text: str) -> Done:
         r"""Type a text with ``\r``, ``\xHH`` and the like."""

@@ -61,6 +61,7 @@ def make_desk(
         "reset": boards.reset,
         "pin": boards.pin,
         "set": boards.set_field,
+        "zero": boards.zero,
         "type": boards.type,
         "send": boards.send,
         "do": boards.do,

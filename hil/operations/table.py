@@ -143,6 +143,8 @@ _ROWS = (
     _asked("set", TWIN, OPERATOR,
            "set what surrounds the board, or a gain of its firmware (see Fields of an axis)",
            _name("field", "its name"), Parameter("value", "in the field's unit", form=VALUE)),
+    _asked("zero", TWIN, OPERATOR,
+           "let the shaft's angle, position_deg, be 0 here; answers what it was, and what the board counts"),
     _common("type", UART),
     _asked("send", UART, OPERATOR,
            "type bytes at a serial interface (s1.network: the second one), as a client does",

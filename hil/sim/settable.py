@@ -3,10 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # who only reads the names starts quickly
+    from hil.core import CoreAxis
     from hil.sim.device import Device
     from hil.sim.faults.in_force import Faults
 
-SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl")
+ANGLE = "position_deg"
+"""Angle of the shaft as it is told: setting it sets its zero, and turns nothing."""
+SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl", ANGLE)
 """Fields that are the world around the board and not the firmware's memory."""
 SETTABLE = (*SURROUNDINGS, "clock_Hz", "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 _RANGES = {
@@ -30,8 +33,19 @@ def setting_problem(
     if name == "load_torque_Nm":
         problem = faults.load_problem(axis, value)
         return problem and f"{name}: {problem}"
+    if name == ANGLE and (problem := _zero_problem(axis)):
+        return f"{name}: {problem}"
     low, high = _range(device, name)
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
+
+
+def _zero_problem(axis: "CoreAxis") -> str | None:
+    """Reason why the zero of an axis's angle stays where it is, or None."""
+    if axis.is_on_bus:
+        return "masters of the CAN bus count by it; let them home the drive (607Ch, 6098h)"
+    if not axis.kind.follows_paths and axis.kind.motion(axis.published()).is_under_way:
+        return "its motions end at angles; wait until it stands"
+    return None
 
 
 def _range(device: "Device", name: str) -> tuple[float, float]:

@@ -122,6 +122,11 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     if (field >= HIL_FIELDS) return -1;
     int kind = hil_field_table[field].kind;
     if (kind != HIL_KIND_ANY && kind != a->law->kind) return -1;
+    if (field == HIL_FIELD_position_deg) {
+        (void)hil_axis_get(c, axis, field); /* a look, which does not move the plant's nodes */
+        a->zero_rev = a->view.rev - value / 360;
+        return 0;
+    }
     if (field != HIL_FIELD_load_torque_Nm) return a->law->set(a, field, value, now_ns);
     axis_node(a, now_ns);
     a->load_torque_Nm = value;

@@ -55,6 +55,7 @@ typedef struct hil_axis {
     encoder encoder;
     axis_fault fault;
     double load_torque_Nm; /* as it was set, without the fault's */
+    double zero_rev;       /* of the angles that are told: what turns the shaft knows nothing of it */
     plant plant; /* from here on lanes touch little */
     full full;
     struct {

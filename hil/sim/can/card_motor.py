@@ -57,6 +57,7 @@ class CardMotor:
         self._device, self._part, self._group, self._carry_out = device, part, group, carry_out
         self._axis: CoreAxis = device.axes[part]
         self._switches = switches
+        self._axis.is_on_bus = True
         self._motion = self._axis.kind.motion
         is_servo = self._axis.kind.law is MECHADUINO.law
         self.verbs: Collection[str] = [name for name in _USED if name in device.verbs]

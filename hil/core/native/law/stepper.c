@@ -31,7 +31,7 @@ static double commanded_rev(const stepper *s)
 double stepper_commanded_deg(const hil_axis *a)
 {
     const stepper *s = stepper_of(a);
-    return s ? commanded_rev(s) * 360 : 0;
+    return s ? (commanded_rev(s) - a->zero_rev) * 360 : 0;
 }
 
 double stepper_lag_steps(const hil_axis *a)

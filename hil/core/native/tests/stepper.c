@@ -35,6 +35,36 @@ static void the_rotor_follows(void)
     hil_core_free(c);
 }
 
+/* A zero is of what is told: the shaft and its board know nothing of it. */
+static void a_zero_moves_nothing(void)
+{
+    hil_core *c = new_sac(&MOVE), *other = new_sac(&MOVE);
+    hil_snapshot a, b;
+    for (int i = 0; i < 2; i++) {
+        start(i ? other : c);
+        hil_group_advance(i ? other : c, 0, INT64_C(400000007));
+    }
+    double here_deg = hil_axis_get(c, 0, HIL_FIELD_position_deg);
+    CHECK(here_deg > 10);
+    CHECK_INT(hil_axis_set(c, 0, HIL_FIELD_position_deg, 0), 0);
+    CHECK(hil_axis_get(c, 0, HIL_FIELD_position_deg) == 0);
+    hil_group_advance(c, 0, INT64_C(5000000000));
+    hil_group_advance(other, 0, INT64_C(5000000000));
+    hil_axis_snapshot(c, 0, &a);
+    hil_axis_snapshot(other, 0, &b);
+    CHECK_NEAR(a.position_deg, b.position_deg - here_deg, 1e-9);
+    CHECK_NEAR(a.commanded_deg, b.commanded_deg - here_deg, 1e-9);
+    a.position_deg = b.position_deg;
+    a.commanded_deg = b.commanded_deg;
+    CHECK(!memcmp(&a, &b, sizeof a));
+    CHECK_INT(hil_axis_set(c, 0, HIL_FIELD_position_deg, 90), 0);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_position_deg), 90, 1e-9);
+    hil_axis_power_up(c, 0);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_position_deg), 90, 1e-9);
+    hil_core_free(c);
+    hil_core_free(other);
+}
+
 static void a_ramp_that_is_too_steep_loses_whole_teeth(void)
 {
     motion_entry steep = MOVE;
@@ -403,6 +433,7 @@ void stepper_tests(void)
     RUN(a_ring_grows_with_its_group);
     RUN(a_stepper_is_no_servo);
     RUN(the_rotor_follows);
+    RUN(a_zero_moves_nothing);
     RUN(a_ramp_that_is_too_steep_loses_whole_teeth);
     RUN(what_is_published_is_what_it_is);
     RUN(looking_changes_nothing);
