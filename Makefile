@@ -19,7 +19,7 @@ test: $(VENV)/.dev
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:
-	$(MAKE) --no-print-directory -C hil/core/native/tests
+	@$(MAKE) -s --no-print-directory -j $$(nproc) -C hil/core/native/tests
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -129,15 +129,25 @@ bench: $(VENV)/.dev
 clean:
 	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so
 
+# What a compiler would say of it is pages long.
 $(VENV)/bin/python:
-	$(PYTHON) -m venv $(VENV)
+	@command -v gcc >/dev/null || { echo "gcc is missing: sudo apt install gcc"; exit 1; }
+	@$(PYTHON) -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
+	  || { echo "the headers of Python are missing: sudo apt install python3-dev"; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.base: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	$(BIN)/pip install -q --disable-pip-version-check -e .
+	@$(call install,hil,.,30 s)
 	@$(BYTECODE)
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	$(BIN)/pip install -q --disable-pip-version-check -e '.[dev]'
+	@$(call install,hil and what its tests need,'.[dev]',1 minute)
 	@$(BYTECODE)
 	@touch $@ $(VENV)/.base
+
+# What is installed, from where, and how long that takes on two cores.
+define install
+echo "Building $(1) in $(VENV): Python packages are installed, C is compiled. About $(3) on two cores."; \
+begun=$$(date +%s); $(BIN)/pip install -q --disable-pip-version-check -e $(2) && echo "Built in $$(($$(date +%s) - begun)) s."
+endef

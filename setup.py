@@ -1,10 +1,15 @@
 """Parts of the build that pyproject.toml cannot say yet: the native core, the planner, the packet codec, the
-byte faults, Modbus RTU's CRC, bits of CAN, and that packages are made of what git tracks."""
+byte faults, Modbus RTU's CRC, bits of CAN, that they are compiled on all CPUs, and that packages are made of
+what git tracks."""
 
+import os
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 from setuptools.errors import FileError
@@ -33,6 +38,28 @@ def headers(folder: str) -> list[str]:
     return sorted(path.as_posix() for path in found if "tests" not in path.parts)
 
 
+class BuildOnAllCpus(build_ext):
+    """Translates and compiles sources side by side: in half the time on two CPUs."""
+
+    def build_extensions(self) -> None:
+        from Cython.Build import cythonize  # metadata is made without it
+
+        cpus = len(os.sched_getaffinity(0))
+        cythonize(self.extensions, nthreads=cpus, force=self.force, quiet=True)
+        for extension in self.extensions:
+            extension.extra_compile_args.append("-g1")  # lines for debuggers; Python's own -g takes twice as long
+        compile_one_by_one = self.compiler.compile
+        with ThreadPoolExecutor(cpus) as pool:
+
+            def compile(sources: list[str], **options: Any) -> list[str]:
+                objects = pool.map(lambda source: compile_one_by_one([source], **options), sources)
+                return [each for made in objects for each in made]
+
+            self.compiler.compile = compile
+            self.parallel = len(self.extensions)  # those wait; the pool has the work
+            super().build_extensions()
+
+
 class BuildOfTracked(build_py):
     """Refuses what git does not track: a file that lies around, or one that somebody has forgotten."""
 
@@ -55,7 +82,7 @@ class SdistOfTracked(sdist):
 
 
 setup(
-    cmdclass={"build_py": BuildOfTracked, "sdist": SdistOfTracked},
+    cmdclass={"build_ext": BuildOnAllCpus, "build_py": BuildOfTracked, "sdist": SdistOfTracked},
     ext_modules=[
         Extension(
             "hil.core._native",
