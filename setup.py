@@ -47,7 +47,7 @@ class BuildOnAllCpus(build_ext):
         cpus = len(os.sched_getaffinity(0))
         cythonize(self.extensions, nthreads=cpus, force=self.force, quiet=True)
         for extension in self.extensions:
-            extension.extra_compile_args.append("-g1")  # lines for debuggers; Python's own -g takes twice as long
+            extension.extra_compile_args.append("-g1")  # lines for debuggers; -g takes twice as long
         compile_one_by_one = self.compiler.compile
         with ThreadPoolExecutor(cpus) as pool:
 

@@ -137,12 +137,33 @@ def test_monitor_in_a_terminal(place: Place, device: str) -> None:
 
     os.write(terminal, b"p")  # before it has begun: the terminal keeps it
     until(lambda: shows(b"Ctrl-] ends the monitor."), "the monitor's start")
+    hint = f"\r\n{device} does not repeat what it said at power-up: type p to see it answer.\r\n"
+    until(lambda: shows(hint.encode()), "what to type")
     until(lambda: shows(b"raw encoder: "), "an answer")
     os.write(terminal, b"\x03")  # Ctrl-C is a byte for the board, which ignores it
     os.write(terminal, b"m")
     until(lambda: shows(b"print main menu"), "the menu")
     os.write(terminal, b"\x1d")
     assert exit_code(child, terminal) == 0
+
+
+def test_monitor_pipes_what_the_board_says_and_no_more(place: Place) -> None:
+    place.serve(config()).ready()
+    terminal, inner = pty.openpty()
+    streams = {"stdin": inner, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    command = [HIL, "monitor", "m1", "--runtime-dir", str(place.runtime)]
+    with subprocess.Popen(command, **streams) as process:
+        os.close(inner)
+        assert process.stdout
+        assert process.stderr
+        os.write(terminal, b"p")
+        piped = process.stdout.readline()
+        os.write(terminal, b"\x1d")
+        piped += process.stdout.read()
+        assert process.stderr.read().startswith(b"Ctrl-] ends the monitor.\r\n")
+    os.close(terminal)
+    assert process.returncode == 0
+    assert re.fullmatch(rb"stepNumber: 0 , Angle: [^\n]*raw encoder: [^\n]*\r\n", piped)
 
 
 def test_reset_boots_again_and_keeps_the_shaft(place: Place) -> None:

@@ -26,9 +26,10 @@ def test_the_tour(place: Place) -> None:
     log = place.folder / "run.jsonl"
     demo = (ROOT / "examples" / "demo.yaml").read_text()
     server = place.serve(f"{demo}\nspeed: 20\n", "--log", str(log), bench="demo")
-    python = r"(?m:^  \S+python\S*)"
+    machine = r"(?m:^  \S+python\S*)", r"(?m:^  \S*hil)(?= monitor )"
+    said = server.output.replace(f" --runtime-dir {place.runtime}", "")
     for page, heading in ((README, "Start"), (TOUR, "Tour")):  # fits what was printed before and after, too
-        assert fits(f"...\n{shown(page, heading, place)}...", server.output, RT, python), server.output
+        assert fits(f"...\n{shown(page, heading, place)}...", said, RT, *machine), said
 
     server.ready()
     program, printed = (block(TOUR, "Use it from a program", index) for index in range(2))

@@ -15,6 +15,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
 
     Example: hil monitor m1
     """
+    from hil.cli.first_keys import first_keys
     from hil.cli.monitor import monitor as run
     from hil.net.port_client import PortUnreachable
 
@@ -26,9 +27,11 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
         reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
         raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")
     address = port_of(rows[device]["address"], bench, runtime_dir)
+    keys = first_keys(rows[device].get("greeting", ""))
+    hint = f"{device} does not repeat what it said at power-up: {keys} to see it answer." if keys else ""
     try:
         with suppress(KeyboardInterrupt):
-            run(address)
+            run(address, hint=hint)
     except PortUnreachable as error:
         raise fail(f"hil: {error}") from None
 

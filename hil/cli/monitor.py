@@ -8,36 +8,39 @@ import tty
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from hil.host.journal import say
 from hil.net.port_client import opened_port
 
 QUIT = 0x1D  # Ctrl-]
 _READ_BYTES = 4096
 
 
-def monitor(address: str, seconds: float | None = None) -> None:
+def monitor(address: str, seconds: float | None = None, hint: str = "") -> None:
     """Copy the terminal to the port and the port to the terminal, until Ctrl-], the end of standard
     input (if it is not a terminal: and until ``seconds`` have passed without an answer), or the port's end.
+    ``hint``: what somebody who types is told first.
 
     Raises:
         PortUnreachable: the address cannot be opened.
     """
-    with opened_port(address) as port, _raw_terminal():
+    with opened_port(address) as port, _raw_terminal(hint):
         _copy(port, 1.0 if seconds is None else seconds)
 
 
 @contextmanager
-def _raw_terminal() -> Iterator[None]:
+def _raw_terminal(hint: str) -> Iterator[None]:
     if not sys.stdin.isatty():
         yield
         return
     before = termios.tcgetattr(0)
     try:
         tty.setraw(0, termios.TCSADRAIN)  # what was typed already is for the board, too
-        print("Ctrl-] ends the monitor.\r", flush=True)
+        lines = ["Ctrl-] ends the monitor.", *filter(None, [hint])]
+        say("\r\n".join(lines) + "\r", sys.stderr)  # standard output has the board's bytes alone
         yield
     finally:
         termios.tcsetattr(0, termios.TCSADRAIN, before)
-        print()
+        say("", sys.stderr)
 
 
 def _copy(port: int, quiet_s: float) -> None:

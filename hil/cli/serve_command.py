@@ -82,7 +82,7 @@ def serve(
 
         def begun(serving: Serving) -> None:
             if not as_json:
-                started(serving, writer)
+                started(serving, writer, runtime)
             telling.begin(serving)
 
         try:

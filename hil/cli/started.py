@@ -1,12 +1,17 @@
 """Message of ``hil serve`` when everything serves."""
 
 import os
+import shlex
+import shutil
 import sys
+from pathlib import Path
 
 from hil import __version__
+from hil.cli.first_keys import first_keys
 from hil.daemon import Serving
 from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
+from hil.host.paths import runtime_base
 from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
 
@@ -14,17 +19,18 @@ MOST_NODES = 8
 """Maximum number of nodes that are named of a CAN bus."""
 
 
-def started(serving: Serving, writer: LogWriter) -> None:
-    """Write the message, after what is in the log already. Without a standard output nobody is told."""
+def started(serving: Serving, writer: LogWriter, runtime: Path | None = None) -> None:
+    """Write the message, after what is in the log already. Without a standard output nobody is told.
+    ``runtime``: folder of the benches, if commands have to be told it."""
     try:
         fd = sys.stdout.fileno()
     except (OSError, ValueError):
         return
-    text = "\n".join(_lines(serving, is_journal(sys.stdout, os.environ)))
+    text = "\n".join(_lines(serving, is_journal(sys.stdout, os.environ), runtime))
     writer.write(fd, text + "\n")
 
 
-def _lines(serving: Serving, for_journal: bool) -> list[str]:
+def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[str]:
     config, catalogue = serving.live.configured.config, serving.live.configured.catalogue
     lines = [f"hil {__version__}  bench {config.bench}  {serving.grant.line()}"]
     if for_journal:  # nobody types from there
@@ -43,9 +49,11 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
             lines.append(f"  {name} at {address}{speaks}")
             continue
         baud = device.baud or 115200
-        lines.append(
-            f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
-        )
+        head = f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
+        keys = first_keys(profile.greeting)
+        lines.append(f"{head}, then is silent until you {keys}" if keys else head)
+        if not address.startswith("rfc2217:"):
+            lines.append(f"  {_monitor(name, runtime)}")
         if "://" not in address:
             lines.append(f"  picocom -b {baud} {address}")
         client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
@@ -78,3 +86,18 @@ def _lines(serving: Serving, for_journal: bool) -> list[str]:
             lines.append(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
     lines.append("\nCtrl-C ends the bench.")
     return lines
+
+
+def _monitor(name: str, runtime: Path | None) -> str:
+    """Command line of ``hil monitor``, as it works in this folder."""
+    default = runtime_base(None, None, os.environ)
+    where = ["--runtime-dir", str(runtime)] if runtime not in (None, default) else []
+    return shlex.join([_hil(), "monitor", name, *where])
+
+
+def _hil() -> str:
+    """This hil as a shell finds it: by its name, or by a path, short where it is below this folder."""
+    own, known = Path(sys.executable).with_name("hil"), shutil.which("hil")
+    if not own.exists() or (known and own.samefile(known)):
+        return "hil"
+    return str(own.relative_to(Path.cwd()) if own.is_relative_to(Path.cwd()) else own)

@@ -120,7 +120,7 @@ class ProfileInfo(StrictModel):
     """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them; empty: it has none. The
     first one's port is at the device's own name."""
     greeting: str = ""
-    """Text that the line for trying a port sends."""
+    """Text that a board answers at once: the line for trying a port sends it, `hil monitor` names it."""
     ready_after_s: float = 0.0
     """Time from power-up to the board's first answer."""
     hardware: dict[str, HardwareVersion] = Field(default={"1": ANY_SUPPLY}, min_length=1)

@@ -16,6 +16,7 @@ _ROW: dict[str, Any] = {
     "profile": str,
     "hardware": str,
     "port": _MAYBE_TEXT,
+    "greeting": str,
     "address": _MAYBE_TEXT,
     "clients": int,
     "network": _MAYBE_TEXT,

@@ -68,6 +68,7 @@ class Reports:
             "profile": config.profile,
             "hardware": config.hardware,
             "port": config.port.kind if config.port else None,
+            "greeting": self.configured.catalogue.profiles[config.profile].greeting,
             "address": place.port.address if place else None,
             "clients": place.port.stats().clients if place else 0,
             "network": None,

@@ -1,0 +1,17 @@
+import pytest
+
+from hil.cli.first_keys import first_keys
+
+
+@pytest.mark.parametrize(
+    ("greeting", "words"),
+    [
+        ("", ""),
+        ("p", "type p"),
+        ("\r", "press Enter"),
+        ("v?\r\n", "type v? and press Enter"),
+        ("\x1b", r"type '\x1b'"),
+    ],
+)
+def test_words_for_what_is_typed(greeting: str, words: str) -> None:
+    assert first_keys(greeting) == words
