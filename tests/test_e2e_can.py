@@ -150,11 +150,12 @@ def test_a_node_that_is_bus_off_comes_back(place: Place, server: Server, pty: ca
     assert place.hil("fault", "inject", "wire_swapped", "can0.a", *where, code=1).startswith("hil: ")
 
 
-def test_a_client_with_another_rate_makes_the_bench_degraded(server: Server) -> None:
+def test_a_client_with_another_rate_is_a_failure_of_the_bench(server: Server) -> None:
     with Client(address(server, "can0.b")) as client:
         assert client.ask(b"S3\rO\r", b"\r\r") == b"\r\r"
         (problem,) = [each for each in server.ask("health")["problems"] if each["kind"] == "bus"]
         assert problem["about"] == "can0.b"
+        assert server.ask("health")["state"] == "failed"
         client.ask(b"C\r", b"\r")
         assert not [each for each in server.ask("health")["problems"] if each["kind"] == "bus"]
 

@@ -77,18 +77,19 @@ def test_health_is_one_truth(place: Place, server: Server) -> None:
     server.ask("inject", fault="node_brown_out", target="m1", parameters={})
     until(lambda: server.status("m1")["failed"], "the failure")
     health = server.ask("status")["health"]
-    assert health["state"] == "degraded"
+    assert health["state"] == "failed"
     (problem,) = [each for each in health["problems"] if each["kind"] == "device"]
     assert problem["about"] == "m1"
     assert problem["remedy"] == "`hil fault clear` ends the fault"
     now = scrape(server)
     assert now["hil_healthy",] == 0
+    assert (now["hil_health", "failed"], now["hil_health", "ok"], now["hil_health", "late"]) == (1, 0, 0)
     assert now["hil_problems", "device"] == 1
     assert now["hil_device_failed", "m1"] == 1
     text = place.cli("status")
-    assert "health: degraded" in text
+    assert "health: failed" in text
     assert f"m1: {problem['what']}; `hil fault clear` ends the fault" in text
-    assert json.loads(place.cli("status", "--json"))["health"]["state"] == "degraded"
+    assert json.loads(place.cli("status", "--json"))["health"]["state"] == "failed"
     place.cli("reset", "m1")
     assert scrape(server)["hil_problems", "device"] == 1
     server.ask("clear", number=1)

@@ -64,7 +64,7 @@ KEYS = (
         '{"v":1,"sim_ns":7400000000,"wall_ns":1795254243120000000}'),
     Key("sim/health", (PUBLISH, QUERY), JSON, "hil.health.v1", Role.VIEWER,
         "health and what is wrong, ticks, missed wakes, rejected commands, failed devices, once a second",
-        '{"v":1,"state":"ok","problems":[],"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}'),
+        '{"v":1,"state":"ok","late_ms":0.4,"problems":[],"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}'),
     Key("sim/rejected", (PUBLISH,), JSON, "hil.error.v1", Role.VIEWER,
         "each command that was refused, for its sender or for others",
         '{"v":1,"key":"hil/b/axis/m1/cmd/jump","code":"no_verb","error":"m1, a mechaduino, has no '

@@ -15,6 +15,7 @@ from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
 from hil.vocab.address import CONTROL_SOCKET
+from hil.vocab.health_words import LATE_KINDS
 
 PATIENCE_S = 3.0
 _OWN_REMEDY = "mend what else is listed here; `hil docs real-time` says what helps"
@@ -77,9 +78,11 @@ def _starting_s(socket: Path) -> float | None:
 def _judge_running(name: str, pid: int, status: dict[str, Any]) -> Iterator[Diagnosis]:
     problems = status["health"]["problems"]
     for problem in problems:
+        is_late = problem["kind"] in LATE_KINDS
         found = f"{problem['about']}: {problem['what']}" if problem["about"] else problem["what"]
         remedy = problem["remedy"] if "hil doctor" not in problem["remedy"] else _OWN_REMEDY
-        yield Diagnosis(name, "problem", found, "it runs degraded", remedy)
+        cost = "its answers are right, and come late" if is_late else "it runs, and this does not work"
+        yield Diagnosis(name, "note" if is_late else "problem", found, cost, remedy)
     paths = [row["address"] for row in status["devices"] if (row["address"] or "").startswith("/")]
     lost = [path for path in paths if not os.path.exists(path)]
     closed = [path for path in paths if path not in lost and not os.access(path, os.R_OK | os.W_OK)]

@@ -25,6 +25,7 @@ from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
 from hil.sim.twin_info import twin_info
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, STATES
 from hil.vocab.verbs import CODES, COMMON, Verb
 
 
@@ -130,13 +131,21 @@ def _device_verbs() -> str:
     return "\n".join(parts)
 
 
+def _state(kind: str) -> str:
+    return LATE if kind in LATE_KINDS else FAILED
+
+
 def _metrics() -> str:
     rows = [
         "## Health\n",
-        "`hil status`, `sim/health` over zenoh and the metrics say `ok`, or `degraded` and why:\n",
-        "| kind | meaning |",
+        "`hil status`, `sim/health` over zenoh and the metrics have one of three states:\n",
+        "| state | meaning |",
         "|---|---|",
-        *(f"| `{kind}` | {_cell(meaning)} |" for kind, meaning in KINDS.items()),
+        *(f"| `{state}` | {meaning} |" for state, meaning in STATES.items()),
+        "\nWhat makes a bench late or failed:\n",
+        "| kind | state | meaning |",
+        "|---|---|---|",
+        *(f"| `{kind}` | {_state(kind)} | {_cell(meaning)} |" for kind, meaning in KINDS.items()),
         "\n## Metrics\n",
         "With `bridges: {metrics: {}}`. Names and units follow Prometheus; a histogram has buckets by powers"
         " of two from 1 us to 1 s.\n",

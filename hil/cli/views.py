@@ -30,6 +30,7 @@ _ANGLES = {
 }
 """Meanings of angles, by a field that only such axes have."""
 _BAR = "▁▂▃▄▅▆▇█"
+_HEALTH_STYLE = {"ok": "green", "late": "yellow"}
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
 
@@ -98,7 +99,9 @@ def status_view(status: dict[str, Any]) -> RenderableType:
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    yield f"health: {health['state']}\n", "green" if health["state"] == "ok" else "bold red"
+    late = f": answers are right, and at most {health['late_ms']:.0f} ms late in the last minute"
+    said = f"health: {health['state']}{late if health['state'] == 'late' else ''}\n"
+    yield said, _HEALTH_STYLE.get(health["state"], "bold red")
     for problem in health["problems"]:
         about = f"{problem['about']}: " if problem["about"] else ""
         yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"

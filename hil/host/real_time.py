@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 WANTED_PRIORITY = 80
 """Wanted priority: above interrupt threads (50) of a real-time kernel, below its watchdogs (99)."""
 
+UNASKED = "answers are right, and late when this computer is busy; `hil doctor` tells more"
+
 
 @dataclass(frozen=True)
 class Grant:
@@ -26,24 +28,33 @@ class Grant:
     missing: Mapping[str, str]
     more: str = ""
     """Remedy where a lower priority than wanted was granted."""
+    is_asked: bool = True
+    """Whether the user asked for real time: who did not is spared the remedies."""
 
     @property
     def state(self) -> str:
-        """State of real time: ``ok`` or ``degraded``."""
-        return "degraded" if self.missing else "ok"
+        """State of real time: ``ok``, or ``late`` where answers are late on a busy computer."""
+        return "late" if self.missing else "ok"
 
     def line(self) -> str:
         lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
         pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
         if not self.missing:
             return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower})"
-        return f"rt: degraded (no {' and no '.join(self.missing)}): {'; '.join(self.missing.values())}"
+        cost = "; ".join(self.missing.values()) if self.is_asked else UNASKED
+        return f"rt: late (no {' and no '.join(self.missing)}): {cost}"
 
 
 def wanted_priority() -> int:
     """Priority to ask for: what RLIMIT_RTPRIO allows, if it allows any."""
     soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
     return min(WANTED_PRIORITY, soft) if soft > 0 else WANTED_PRIORITY
+
+
+def is_asked(configured_cpu: int | None, require_rt: bool) -> bool:
+    """Answer whether the user asked for real time: by ``cpu:``, by ``--require-rt``, or by a limit that
+    allows its priority."""
+    return require_rt or configured_cpu is not None or resource.getrlimit(resource.RLIMIT_RTPRIO)[0] > 0
 
 
 def wanted_cpu(configured: int | None) -> int:
@@ -54,11 +65,14 @@ def wanted_cpu(configured: int | None) -> int:
     return allowed[-1] if len(allowed) > 1 else -1
 
 
-def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = None) -> Grant:
-    """Describe the core's report in words. The system is read where something was refused."""
+def grant(
+    stats: "RtStats", priority: int, cpu: int, system: System | None = None, *, asked: bool = True
+) -> Grant:
+    """Describe the core's report in words. The system is read where something was refused. ``asked``: whether
+    the user asked for real time."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
         more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
-        return Grant(priority, cpu, {}, more)
+        return Grant(priority, cpu, {}, more, asked)
     system = system or read_system()
     missing = {}
     if stats["fifo_errno"]:
@@ -67,7 +81,7 @@ def grant(stats: "RtStats", priority: int, cpu: int, system: System | None = Non
         missing[f"CPU {cpu}"] = pin_refused(cpu).line()
     if stats["lock_errno"]:
         missing["locked memory"] = memory_refused(system).line()
-    return Grant(priority, cpu, missing)
+    return Grant(priority, cpu, missing, is_asked=asked)
 
 
 def refused(configured_cpu: int | None) -> str | None:

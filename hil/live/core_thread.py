@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import AsyncExitStack
 
 from hil.config import BenchConfig
-from hil.host.real_time import Grant, grant, refused, wanted_cpu, wanted_priority
+from hil.host.real_time import Grant, grant, is_asked, refused, wanted_cpu, wanted_priority
 from hil.live.clock import WallClock
 from hil.live.refusals import StartError
 from hil.sim.bench import BenchRuntime
@@ -41,7 +41,8 @@ def start_core(
     except OSError as error:
         raise StartError(f"the core's thread could not be started: {error.strerror}") from error
     epoch_ns = time.time_ns() - round(bench.now_ns / config.speed)
-    granted = grant(bench.core.native.rt_stats(), priority, cpu)
+    asked = is_asked(config.cpu, require_rt)
+    granted = grant(bench.core.native.rt_stats(), priority, cpu, asked=asked)
     if granted.missing and require_rt:
         raise StartError(granted.line())
     loop = asyncio.get_running_loop()

@@ -38,6 +38,7 @@ _SHOT: Any = (
     {"position_deg": float, "enabled": int, "age_ms": float},
 )
 _FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict}
+_PROBLEM: dict[str, Any] = {"kind": str, "about": str, "what": str, "remedy": str}
 _SEGMENT: dict[str, Any] = {
     "segment": str,
     "stations": dict,
@@ -87,7 +88,7 @@ _STATUS: dict[str, Any] = (
                 "snapshots": {str: _SHOT},
             }
         ],
-        "health": {"state": str, "problems": [{"about": str, "what": str, "remedy": str}]},
+        "health": {"state": str, "late_ms": float, "problems": [_PROBLEM]},
         "bridges": {str: _BRIDGE},
         "segments": [_SEGMENT],
         "buses": [_BUS],

@@ -14,10 +14,11 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
-from hil.operations.health import KINDS, Health
+from hil.operations.health import KINDS, Health, state_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.health_words import STATES
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import Port, PortStats
 
@@ -135,6 +136,11 @@ def _of_bridges(counter: str) -> Callable[[Scrape], Values]:
     return lambda s: (((name,), b.status().get(counter, 0)) for name, b in s.of.bridges.items())
 
 
+def _health(s: Scrape) -> Values:
+    present = state_of(s.of.health.problems())
+    return [((state,), int(state == present)) for state in STATES]
+
+
 def _problems(s: Scrape) -> Values:
     found = [problem.kind for problem in s.of.health.problems()]
     return [((kind,), found.count(kind)) for kind in KINDS]
@@ -186,6 +192,7 @@ METRICS = (
             lambda s: [((s.of.configured.config.bench, __version__), 1)], ("bench", "version")),
     _metric("hil_healthy", "gauge", "1 if nothing is wrong, as `hil status` says",
             _one(lambda s: int(not s.of.health.problems()))),
+    _metric("hil_health", "gauge", "1 for the present state, as `hil status` says", _health, ("state",)),
     _metric("hil_problems", "gauge", "what is wrong now, by kind", _problems, ("kind",)),
     _metric("hil_rt_granted", "gauge", "1 if the core has real-time priority, its cpu, locked memory",
             _granted, ("what",)),

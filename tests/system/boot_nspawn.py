@@ -192,7 +192,7 @@ def test_the_realtime_drop_in_gives_real_time(lab: Lab) -> None:
     assert capabilities
     if not int(capabilities[1], 16) & CAP_SYS_RESOURCE:
         pytest.skip("this machine gives nobody CAP_SYS_RESOURCE, so that systemd cannot raise limits")
-    assert lab.ask("status")["rt"] == "degraded"
+    assert lab.ask("status")["rt"] == "late"
     with lab.with_drop_in("realtime"):
         assert lab.ask("status")["rt"] == "ok", lab.ask("status")["rt_line"]
         assert "Max realtime priority     80" in Path(f"/proc/{lab.pid()}/limits").read_text()

@@ -112,9 +112,13 @@ def test_serve_gives_the_same_remedies(machine: Machine) -> None:
     tried = replace(TRIED, fifo_errno=EPERM, lock_errno=EPERM, pin_errno=EACCES)
     stats = {"fifo_errno": EPERM, "lock_errno": EPERM, "pin_errno": EACCES}
     line = grant(stats, 80, 3, system).line()  # type: ignore[typeddict-item]
-    assert line.startswith("rt: degraded (no real-time priority and no CPU 3 and no locked memory): ")
+    assert line.startswith("rt: late (no real-time priority and no CPU 3 and no locked memory): ")
     for name in ("real-time priority", "locked memory", "CPUs"):
         assert found(system, name, tried).remedy in line
+    line = grant(stats, 80, 3, system, asked=False).line()  # type: ignore[typeddict-item]
+    assert line.startswith(
+        "rt: late (no real-time priority and no CPU 3 and no locked memory): answers are right"
+    )
 
 
 def test_ranges() -> None:
