@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from device_profiles.sac.packet import Malformed, Packet, PacketDecoder, frame
 from device_profiles.sac.packet_faults import ACK, KINDS, NAK, packet_fault
 from device_profiles.sac.packet_text import packet_text
-from hil.vocab.framing import Item, Transform
+from hil.vocab.framing import EVERYBODY, Item, Party, Transform
 
 NUL, ETX = 0, 3
 TURNAROUND_CHARACTERS = 2
@@ -37,6 +37,11 @@ class SacFraming:
     def text(self, item: Item) -> str:
         assert isinstance(item, Packet | Malformed)
         return packet_text(item)
+
+    def parties(self, item: Item) -> tuple[Party, Party]:
+        if not isinstance(item, Packet):
+            return None, None
+        return item.origin, EVERYBODY if item.destination == 0 else item.destination
 
     def fault(self, kind: str, rate: float, seed: int) -> Transform:
         return packet_fault(kind, rate, seed)

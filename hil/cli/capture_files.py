@@ -6,13 +6,13 @@ are closed.
 
 import io
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 from hil.host.new_file import begin_file
 from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_log
+from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_lines
 from hil.wire.can.socketcan import ERROR as ERROR_FLAG
 from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, from_word, unpack
 from hil.wire.pcapng import CaptureError, Record, header_length, read, whole_blocks
@@ -21,8 +21,8 @@ LOG_ENDINGS = (".log", ".asc", ".blf")
 _SHOWN = 200
 MAGIC = b"\x0a\x0d\x0d\x0a"
 """First bytes of pcapng."""
-Receive = Callable[[int], bytes]
-"""Receives at most so many bytes, and none at the end."""
+Receive = Callable[[int], bytes | None]
+"""Receives at most so many bytes, and none at the end; None: nothing has come for a while."""
 
 
 class CaptureFile(Protocol):
@@ -33,12 +33,35 @@ class CaptureFile(Protocol):
 
     def close(self) -> None: ...
 
+    def told(self) -> str:
+        """Say where it is, and how large; after ``close``."""
+
 
 def capture_file(write: str, rotate_bytes: int, files: int) -> CaptureFile:
     """Begin a file, by the end of its name; "-" is the standard output, as pcapng."""
     if is_log(write):
         return _CanLog(Path(write))
+    if write == "-":
+        return Stream(sys.stdout.buffer, "the standard output")
     return _Pcapng(write, rotate_bytes, files)
+
+
+class Stream:
+    """Stream of pcapng: the standard output, or a program's input."""
+
+    def __init__(self, out: BinaryIO, name: str) -> None:
+        self._out, self._name, self._written = out, name, 0
+
+    def take(self, blocks: bytes) -> None:
+        self._out.write(blocks)
+        self._out.flush()
+        self._written += len(blocks)
+
+    def close(self) -> None:
+        """Leave it open: it is somebody else's."""
+
+    def told(self) -> str:
+        return f"{self._written} bytes to {self._name}"
 
 
 def is_log(name: str) -> bool:
@@ -46,12 +69,17 @@ def is_log(name: str) -> bool:
     return Path(name).suffix.lower() in LOG_ENDINGS
 
 
+def _told(name: str) -> str:
+    path = Path(name)
+    return f"{path.stat().st_size} bytes in {name}" if path.is_file() else name
+
+
 class _Pcapng:
     """Files of pcapng, each with the header at its beginning."""
 
     def __init__(self, write: str, rotate_bytes: int, files: int) -> None:
         self._write, self._rotate_bytes, self._files = write, rotate_bytes, files
-        self._out = sys.stdout.buffer if write == "-" else begin_file(Path(write))
+        self._out = begin_file(Path(write))
         self._head, self._written, self._number = b"", 0, 0
 
     def take(self, blocks: bytes) -> None:
@@ -71,15 +99,20 @@ class _Pcapng:
         self._written += len(blocks)
 
     def close(self) -> None:
-        if self._write != "-":
-            self._out.close()
+        self._out.close()
+
+    def told(self) -> str:
+        first = max(self._number - self._files + 1, 0)
+        if first == self._number:
+            return _told(self._name(first))
+        return f"{self._number - first + 1} files, {self._name(first)} to {self._name(self._number)}"
 
     def _name(self, number: int) -> str:
         path = Path(self._write)
         return self._write if number == 0 else str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
 
 
-class _Records:
+class Records:
     """Records of a capture whose blocks come in pieces."""
 
     def __init__(self) -> None:
@@ -98,12 +131,12 @@ class _CanLog:
     """Log of CAN buses."""
 
     def __init__(self, path: Path) -> None:
-        self._ending = path.suffix.lower()
+        self._path, self._ending = path, path.suffix.lower()
         self._out: BinaryIO = begin_file(path)
         self._writer = _writer(self._ending, self._out)
         self._channels: list[str] = []
         """Buses, in the order of their first frames: those logs have numbers for them."""
-        self._records = _Records()
+        self._records = Records()
 
     def take(self, blocks: bytes) -> None:
         for record in self._records.take(blocks):
@@ -115,6 +148,9 @@ class _CanLog:
         if self._writer:
             self._writer.stop()
         self._out.close()
+
+    def told(self) -> str:
+        return _told(str(self._path))
 
     def _put(self, frame: LoggedFrame) -> None:
         if not self._writer:
@@ -135,23 +171,20 @@ def logged(record: Record) -> LoggedFrame:
         raise CaptureError(f"{error}, at byte {record.offset}") from None
 
 
-def read_log(path: Path, data: bytes) -> Iterator[LoggedFrame]:
-    """Read a log of CAN by the end of its name.
+def read_log(ending: str, data: bytes) -> Iterator[LoggedFrame]:
+    """Read a log of CAN by the end of its name, one of ``LOG_ENDINGS``.
 
     Raises:
         CaptureError: after all that can be read.
     """
-    if path.suffix.lower() == ".log":
-        try:
-            yield from read_candump_log(data.decode("utf-8", "replace"))
-        except ValueError as error:
-            raise CaptureError(str(error)) from None
+    if ending == ".log":
+        yield from read_candump(data.decode("utf-8", "replace").split("\n"))
         return
     reader: Any
     from can import ASCReader, BLFReader
 
     try:
-        if path.suffix.lower() == ".asc":
+        if ending == ".asc":
             reader = ASCReader(io.StringIO(data.decode("utf-8", "replace")))
         else:
             reader = BLFReader(io.BytesIO(data))
@@ -162,6 +195,18 @@ def read_log(path: Path, data: bytes) -> Iterator[LoggedFrame]:
     except Exception as error:  # python-can's readers raise whatever the content makes them
         why = str(error)[:_SHOWN] or type(error).__name__
         raise CaptureError(f"python-can cannot read it: {why}") from None
+
+
+def read_candump(lines: Iterable[str]) -> Iterator[LoggedFrame]:
+    """Read lines of a candump log, as they come.
+
+    Raises:
+        CaptureError: after all that can be read.
+    """
+    try:
+        yield from read_candump_lines(lines)
+    except ValueError as error:
+        raise CaptureError(str(error)) from None
 
 
 def _writer(ending: str, out: BinaryIO) -> Any:
@@ -208,25 +253,30 @@ def _logged(message: Any) -> LoggedFrame:
     return LoggedFrame(at_ns, bus, frame)
 
 
-def records_of(receive: Receive) -> Iterator[Record]:
-    """Records of a capture that is still being written, each as it comes.
+def records_of(receive: Receive) -> Iterator[Record | None]:
+    """Records of a capture that is still being written, each as it comes; None where nothing has come for a
+    while.
 
     Raises:
         CaptureError: it is no capture of hil's, or cut off at its end.
     """
-    records = _Records()
+    records = Records()
     for blocks in blocks_of(receive, has_end=True):
-        yield from records.take(blocks)
+        yield from records.take(blocks) if blocks else (None,)
 
 
 def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:
-    """Whole blocks of pcapng as hil writes it, until there is nothing more. ``has_end``: it ends with one.
+    """Whole blocks of pcapng as hil writes it, until there is nothing more; b"" where none have come for some
+    time. ``has_end``: it ends with one.
 
     Raises:
         CaptureError: it is none, or cut off where it has to end with a block.
     """
     held, is_first = b"", True
-    while data := receive(65536):
+    while (data := receive(65536)) != b"":
+        if data is None:
+            yield b""
+            continue
         held += data
         if is_first and len(held) >= len(MAGIC) and not held.startswith(MAGIC):
             raise CaptureError("this is no pcapng")

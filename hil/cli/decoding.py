@@ -1,25 +1,27 @@
-"""Captures as text: each packet a line, by the framing that the capture names; each frame of CAN a line, with
-what it says by CANopen."""
+"""Captures in words: each packet by the framing that the capture names, each frame of CAN with what it says
+by CANopen, bytes of a terminal by lines."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
 from hil.cli.capture_files import logged
+from hil.cli.decoded_item import DecodedItem, DecodedKind
+from hil.cli.terminal_lines import TerminalLines
 from hil.compose.find import find_catalogue
 from hil.compose.framings import LINE_FRAMING, in_format
-from hil.vocab.framing import Framing, Splitter
+from hil.vocab.framing import Framing, Item, Splitter
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
 from hil.wire.canopen.canopen_words import CanOpenWords
 from hil.wire.canopen.eds_names import EdsObjects
-from hil.wire.pcapng import EVENT_NAMES, CaptureError, Interface, Record, RecordKind, read
+from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind, read
 
 LINE_BAUD = 38400
 """Speed of a line whose capture does not say it."""
 
 
 class _Line:
-    """One direction of an interface, or both."""
+    """Packets of one direction of an interface, or of both."""
 
     def __init__(self, line: Interface) -> None:
         framings = find_catalogue().framings
@@ -31,13 +33,24 @@ class _Line:
         self._splitter: Splitter = self._framing.splitter()
         self.has_ends = self._framing.has_ends
 
-    def packets(self, data: bytes, at_ns: int) -> Iterator[tuple[int, str]]:
-        for item in self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items:
-            yield item.at_ns, f"{self._name} {self._framing.text(item)}"
+    def packets(self, data: bytes, at_ns: int) -> Iterator[DecodedItem]:
+        yield from map(self._decoded, self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items)
 
-    def silent(self, now_ns: int) -> Iterator[tuple[int, str]]:
-        for item in self._splitter.silence(SimTimeNs(now_ns)):
-            yield item.at_ns, f"{self._name} {self._framing.text(item)}"
+    def silent(self, now_ns: int) -> Iterator[DecodedItem]:
+        yield from map(self._decoded, self._splitter.silence(SimTimeNs(now_ns)))
+
+    def _decoded(self, item: Item) -> DecodedItem:
+        origin, destination = self._framing.parties(item)
+        return DecodedItem(
+            item.at_ns,
+            self._name,
+            DecodedKind.PACKET,
+            lambda: self._framing.text(item),
+            origin,
+            destination,
+            item.fault,
+            item.raw,
+        )
 
 
 Eds = Mapping[int, EdsObjects]
@@ -51,73 +64,130 @@ class _Buses:
         self._eds = eds
         self._words: dict[str, CanOpenWords] = {}
 
-    def text(self, each: LoggedFrame, comment: str = "") -> str:
-        """Say a frame or an error; ``comment``: who sent or found it."""
+    def decoded(self, each: LoggedFrame, comment: str = "") -> DecodedItem:
+        """Decode a frame or an error; ``comment``: who sent or found it."""
         by = f" ({comment})" if comment else ""
-        if not isinstance(each.frame, CanFrame):
-            return f"{each.bus} {each.frame}{by}"
-        if each.bus not in self._words:
+        frame = each.frame
+        if not isinstance(frame, CanFrame):
+            error = str(frame)
+            return DecodedItem(
+                each.at_ns, each.bus, DecodedKind.EVENT, lambda: f"{error}{by}", comment or None, error=error
+            )
+        return DecodedItem(
+            each.at_ns,
+            each.bus,
+            DecodedKind.FRAME,
+            lambda: f"{frame!s:20} {self._of(each.bus).say(frame)}{by}".rstrip(),
+            comment or None,
+            data=frame.data,
+            can_id=frame.id,
+        )
+
+    def _of(self, bus: str) -> CanOpenWords:
+        if bus not in self._words:
             names = {node: objects.names for node, objects in self._eds.items()}
             values = {node: objects.values for node, objects in self._eds.items()}
-            self._words[each.bus] = CanOpenWords(names, values)
-        return f"{each.bus} {each.frame!s:20} {self._words[each.bus].say(each.frame)}{by}".rstrip()
+            self._words[bus] = CanOpenWords(names, values)
+        return self._words[bus]
 
 
-def decoded_log(frames: Iterable[LoggedFrame], eds: Eds) -> Iterator[str]:
-    """Decode a log of CAN; times are seconds since its first frame.
+class Decoder:
+    """Decoder of one capture, whose records come in their order. ``eds``: of CANopen nodes."""
+
+    def __init__(self, eds: Eds | None = None) -> None:
+        self._lines: dict[tuple[Interface, int], _Line] = {}
+        self._terminals: dict[Interface, TerminalLines] = {}
+        self._buses = _Buses(eds or {})
+        self.first_ns: int | None = None
+        """Time of the first record; None: there was none."""
+        self.lost = 0
+        """Number of records that were lost while it was captured."""
+
+    def take(self, record: Record) -> Iterator[DecodedItem]:
+        """Take a record; answers what it completes.
+
+        Raises:
+            CaptureError: it is of a framing that is not here, or no frame.
+        """
+        self._begin(record.at_ns)
+        self.lost += record.lost
+        yield from self._silent(record.at_ns)
+        if record.line.is_can:
+            yield self._buses.decoded(logged(record), record.comment)
+        elif record.event not in (RecordKind.TX, RecordKind.RX):
+            yield _event(record)
+        elif record.line.framing == RAW:
+            if record.line not in self._terminals:
+                self._terminals[record.line] = TerminalLines(record.interface)
+            yield from self._terminals[record.line].take(record)
+        else:
+            yield from self._line(record).packets(record.data, record.at_ns)
+
+    def take_logged(self, frame: LoggedFrame) -> Iterator[DecodedItem]:
+        """Take a frame of a log of CAN."""
+        self._begin(frame.at_ns)
+        yield self._buses.decoded(frame)
+
+    def silence(self) -> Iterator[DecodedItem]:
+        """Note that nothing follows for long; answers what that completes."""
+        return self._silent(FOREVER)
+
+    def _begin(self, at_ns: int) -> None:
+        if self.first_ns is None:
+            self.first_ns = at_ns
+
+    def _silent(self, now_ns: int) -> Iterator[DecodedItem]:
+        for line in dict.fromkeys(self._lines.values()):
+            yield from line.silent(now_ns)
+        for terminal in self._terminals.values():
+            yield from terminal.silent(now_ns)
+
+    def _line(self, record: Record) -> _Line:
+        key = record.line, record.event
+        if key not in self._lines:
+            other = RecordKind.RX if record.event == RecordKind.TX else RecordKind.TX
+            known = self._lines.get((record.line, other))
+            # Where silence alone ends a packet, both directions are one wire: an answer follows its question.
+            self._lines[key] = known if known and not known.has_ends else _Line(record.line)
+        return self._lines[key]
+
+
+def _event(record: Record) -> DecodedItem:
+    name = EVENT_NAMES.get(record.event, f"event {record.event}")
+    about = f" ({record.comment})" if record.comment else ""
+    data = f": {record.data.hex(' ')}" if record.data else ""
+    return DecodedItem(
+        record.at_ns,
+        record.interface,
+        DecodedKind.EVENT,
+        lambda: f"{name}{about}{data}",
+        error=name,
+        data=record.data,
+    )
+
+
+def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[DecodedItem]:
+    """Decode a log of CAN.
 
     Raises:
         CaptureError: as who reads it.
     """
-    buses, first_ns = _Buses(eds), None
     for each in frames:
-        first_ns = each.at_ns if first_ns is None else first_ns
-        yield f"{(each.at_ns - first_ns) / 1e9:12.6f} {buses.text(each)}"
+        yield from decoder.take_logged(each)
 
 
-def decoded(capture: bytes | Iterable[Record], eds: Eds | None = None) -> Iterator[str]:
-    """Decode a capture, or its records as they come; times are seconds since its first record. ``eds``: of
-    CANopen nodes.
+def decoded(capture: bytes | Iterable[Record | None], decoder: Decoder) -> Iterator[DecodedItem]:
+    """Decode a capture, or its records as they come; None: nothing has come for a while.
 
     Raises:
         CaptureError: after all that is whole, as ``hil.wire.pcapng.read``; or a framing that is not here.
     """
-    records = read(capture) if isinstance(capture, bytes) else capture
-    lines: dict[tuple[Interface, int], _Line] = {}
-    buses = _Buses(eds or {})
-    first_ns: int | None = None
     error: CaptureError | None = None
     try:
-        for record in records:
-            first_ns = record.at_ns if first_ns is None else first_ns
-            for at_ns, text in _of_record(record, lines, buses):
-                yield f"{(at_ns - first_ns) / 1e9:12.6f} {text}"
+        for record in read(capture) if isinstance(capture, bytes) else capture:
+            yield from decoder.take(record) if record else decoder.silence()
     except CaptureError as caught:
         error = caught
-    for line in lines.values():  # silence follows the last record
-        for at_ns, text in line.silent(FOREVER):
-            yield f"{(at_ns - (first_ns or 0)) / 1e9:12.6f} {text}"
+    yield from decoder.silence()  # follows the last record
     if error:
         raise error
-
-
-def _of_record(
-    record: Record, lines: dict[tuple[Interface, int], _Line], buses: _Buses
-) -> Iterator[tuple[int, str]]:
-    for line in lines.values():
-        yield from line.silent(record.at_ns)
-    if record.line.is_can:
-        yield record.at_ns, buses.text(logged(record), record.comment)
-        return
-    if record.event not in (RecordKind.TX, RecordKind.RX):
-        name = EVENT_NAMES.get(record.event, f"event {record.event}")
-        about = f" ({record.comment})" if record.comment else ""
-        yield record.at_ns, f"{record.interface} {name}{about}: {record.data.hex(' ')}"
-        return
-    key = record.line, record.event
-    if key not in lines:
-        other = RecordKind.RX if record.event == RecordKind.TX else RecordKind.TX
-        known = lines.get((record.line, other))
-        # Where silence alone ends a packet, both directions are one wire: an answer follows its question.
-        lines[key] = known if known and not known.has_ends else _Line(record.line)
-    yield from lines[key].packets(record.data, record.at_ns)

@@ -24,7 +24,7 @@ class Capture:
         self.sources = sources
         self._epoch_ns = epoch_ns
         self._writer: asyncio.StreamWriter | None = None
-        self._is_losing = False
+        self._lost = 0
 
     def begin(self, writer: asyncio.StreamWriter) -> None:
         """Send records to this writer from now on."""
@@ -67,17 +67,18 @@ class Capture:
         if writer is None or writer.is_closing():
             return None
         if writer.transport.get_write_buffer_size() > BACKLOG_BYTES:
-            self._is_losing = True
+            self._lost += 1
             return None
-        if self._is_losing:
-            self._is_losing = False
-            writer.write(self._lost(source, time_ns))
+        if self._lost:
+            writer.write(self._loss(source, time_ns))
+            self._lost = 0
         return writer
 
-    def _lost(self, source: int, time_ns: int) -> bytes:
-        why = "the reader was too slow"
+    def _loss(self, source: int, time_ns: int) -> bytes:
+        """Record of what was lost: of all sources, at the first that has something again."""
+        why = f"the reader was too slow: {self._lost} lost"
         if self.sources[source].is_can:
             from hil.wire.can.socketcan import pack_error
 
-            return can_record(source, time_ns, pack_error("frames lost"), why)
-        return record(source, time_ns, RecordKind.LOST, comment=why)
+            return can_record(source, time_ns, pack_error("frames lost"), why, self._lost)
+        return record(source, time_ns, RecordKind.LOST, comment=why, lost=self._lost)

@@ -5,6 +5,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+from hil.config.station_names import station_uart
 from hil.live.captures import Capture
 from hil.live.clock import WallClock
 from hil.live.places import Places
@@ -14,11 +15,13 @@ from hil.operations.drive_operations import DriveSamples
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
+from hil.sim.segment_tap import Tap
 from hil.telemetry import Sampler, check_signals
+from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import Watch, Watched
 from hil.vocab.near_words import meant
 from hil.vocab.verbs import VerbRefused
-from hil.wire.pcapng import Interface
+from hil.wire.pcapng import RAW, Interface
 
 SAMPLES_AT_A_TIME = 5000
 
@@ -116,9 +119,22 @@ class LookingOn:
         """Line of a place: a segment's, a CAN bus, or the one that a node is on."""
         if bus := self._sim.buses.get(name):
             return Interface(name, baud=bus.bus.bit_rate, is_can=True)
-        node = self._sim.nodes.get(name)
+        node, tap = self._sim.nodes.get(name), self._sim.taps.get(name)
         line = node.segment if node else self._sim.segments.get(name)
-        return Interface(name, line.framing.name, line.baud, line.line_format) if line else Interface(name)
+        if isinstance(tap, Tap):
+            line = tap.segment
+        if line:
+            return Interface(name, line.framing.name, line.baud, line.line_format)
+        return self._terminal(name)
+
+    def _terminal(self, name: str) -> Interface:
+        """Line of a port: packets at the UART with which its board could be on a segment, else bytes."""
+        owner, part = address_of(name)
+        if (device := self._sim.devices.get(owner)) and device.framing and part in device.uarts:
+            uart = device.uarts[part]
+            if uart is device.uarts.get(str(station_uart(device.uarts))):
+                return Interface(name, device.framing.name, uart.baud or 0)
+        return Interface(name, RAW)
 
     def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:
         """Let a capture record what passes at a place; answers a function that ends it."""

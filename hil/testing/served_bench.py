@@ -19,7 +19,7 @@ from typing import IO, Any
 import serial
 
 from hil.net.control_client import ControlError, ask
-from hil.testing.live_capture import LiveCapture, traffic_at_ports
+from hil.testing.live_capture import LiveCapture
 from hil.testing.named_things import NamedThings
 
 READY_S = 120.0
@@ -105,21 +105,15 @@ class ServedBench:
         return heard
 
     def report(self) -> list[tuple[str, str]]:
-        """Titles and texts for the report of a test that failed: the ends of the log and of the traffic at
-        ports, and on lines in words."""
+        """Titles and texts for the report of a test that failed: the ends of the log and of the traffic,
+        in words."""
         name = self.info.get("bench", "live")
         sections = [(f"hil serve {name} ({self.log_file})", _end_of(self.log))]
         if self.capture_file.exists():
-            at_ports = "\n".join(traffic_at_ports(self.capture_file.read_bytes()))
             decode = [*_HIL, "decode", str(self.capture_file)]
-            on_lines = subprocess.run(
-                decode, capture_output=True, text=True, timeout=READY_S, check=False
-            ).stdout
-            sections += [
-                (f"{what} of {name} ({self.capture_file})", _end_of(text))
-                for what, text in (("ports", at_ports), ("lines", on_lines))
-                if text
-            ]
+            text = subprocess.run(decode, capture_output=True, text=True, timeout=READY_S, check=False).stdout
+            if text:
+                sections.append((f"traffic of {name} ({self.capture_file})", _end_of(text)))
         return sections
 
 

@@ -9,6 +9,9 @@ from typing import NamedTuple, Protocol
 
 from hil.vocab.time import FOREVER, SimTimeNs
 
+Party = int | str | None
+"""Address of a sender or a receiver, or a word for it, as ``EVERYBODY``; None: nobody says."""
+EVERYBODY = "all"
 Transform = Callable[[bytes], bytes]
 """Change of a burst: its bytes in, those that go on the wire out; nothing: the station is silent."""
 
@@ -25,6 +28,10 @@ class Item(Protocol):
     @property
     def is_packet(self) -> bool:
         """True if the item has a packet's form; its checksum may be wrong."""
+
+    @property
+    def raw(self) -> bytes:
+        """Bytes of the item as they were on the line."""
 
     @property
     def fault(self) -> str:
@@ -95,6 +102,9 @@ class Framing(Protocol):
 
     def text(self, item: Item) -> str:
         """Format an item of its own splitters as one line, for people."""
+
+    def parties(self, item: Item) -> tuple[Party, Party]:
+        """Answer from whom to whom an item of its own splitters is, as far as the item says."""
 
     def fault(self, kind: str, rate: float, seed: int) -> Transform:
         """Make a fault of the layer ``packet``: what becomes of a station's bursts."""

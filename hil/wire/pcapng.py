@@ -17,10 +17,12 @@ LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN = 250, 227
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D
 _OPTION_END, _COMMENT, _IF_NAME, _IF_DESCRIPTION, _USER_APPLICATION = 0, 1, 2, 3, 4
-_EPB_FLAGS, _IF_SPEED, _IF_TSRESOL = 2, 8, 9
+_EPB_FLAGS, _EPB_DROPS, _IF_SPEED, _IF_TSRESOL = 2, 4, 8, 9
 _NANOSECONDS = 9
 _INBOUND, _OUTBOUND = 1, 2
 _BLOCK_MAX = 1 << 24
+RAW = "raw"
+"""Framing of bytes that are no packets: what passes at a terminal."""
 
 
 class RecordKind(IntEnum):
@@ -44,7 +46,7 @@ class Interface:
 
     name: str
     framing: str = ""
-    """Name of the framing of its bytes; "": it is not known."""
+    """Name of the framing of its bytes; ``RAW``: they are no packets; "": it is not known."""
     baud: int = 0
     """Speed of the line, in bits per second; 0: it is not known."""
     line_format: LineFormat = EIGHT_N_1
@@ -74,25 +76,31 @@ def header(program: str, interfaces: Sequence[Interface]) -> bytes:
     return b"".join(blocks)
 
 
-def record(interface: int, at_ns: int, event: RecordKind, data: bytes = b"", comment: str = "") -> bytes:
-    """Encode one event of a serial line. ``at_ns``: nanoseconds since 1970."""
+def record(
+    interface: int, at_ns: int, event: RecordKind, data: bytes = b"", comment: str = "", lost: int = 0
+) -> bytes:
+    """Encode one event of a serial line. ``at_ns``: nanoseconds since 1970. ``lost``: number of records that
+    were lost before it."""
     seconds, rest_ns = divmod(at_ns, 10**9)
     payload = struct.pack(">IIBBH", seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
     direction = _OUTBOUND if event == RecordKind.TX else _INBOUND
-    return _packet(interface, at_ns, payload, comment, (_EPB_FLAGS, struct.pack("<I", direction)))
+    return _packet(interface, at_ns, payload, comment, lost, (_EPB_FLAGS, struct.pack("<I", direction)))
 
 
-def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "") -> bytes:
+def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
     """Encode a frame of a CAN bus, packed by ``hil.wire.can.socketcan``, or nothing, with a comment.
-    ``at_ns``: nanoseconds since 1970."""
-    return _packet(interface, at_ns, packed, comment)
+    ``at_ns``: nanoseconds since 1970. ``lost``: number of records that were lost before it."""
+    return _packet(interface, at_ns, packed, comment, lost)
 
 
-def _packet(interface: int, at_ns: int, payload: bytes, comment: str, *options: tuple[int, bytes]) -> bytes:
+def _packet(
+    interface: int, at_ns: int, payload: bytes, comment: str, lost: int, *options: tuple[int, bytes]
+) -> bytes:
     head = struct.pack(
         "<IIIII", interface, at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF, len(payload), len(payload)
     )
-    said = [(_COMMENT, comment.encode())] if comment else []
+    said = [(_EPB_DROPS, struct.pack("<Q", lost))] if lost else []
+    said += [(_COMMENT, comment.encode())] if comment else []
     return _block(_PACKET, head + _padded(payload) + _options(*options, *said))
 
 
@@ -107,6 +115,8 @@ class Record:
     data: bytes
     comment: str
     offset: int
+    lost: int = 0
+    """Number of records that were lost before it."""
 
     @property
     def interface(self) -> str:
@@ -161,9 +171,27 @@ def whole_blocks(data: bytes) -> int:
     return max((end for _, _, end in _blocks(data)), default=0)
 
 
+def split_blocks(data: bytes) -> Iterator[bytes]:
+    """Whole blocks, one by one."""
+    for _, begin, end in _blocks(data):
+        yield data[begin:end]
+
+
 def header_length(data: bytes) -> int:
     """Number of bytes of whole blocks before the first record, all of them where there is none."""
     return next((at for kind, at, _ in _blocks(data) if kind == _PACKET), whole_blocks(data))
+
+
+def interfaces_in(header: bytes) -> list[Interface]:
+    """Interfaces of a capture, in the order of their numbers. ``header``: as the function of that name writes
+    it, whatever follows."""
+    found: list[Interface] = []
+    for kind, begin, end in _blocks(header):
+        if kind == _INTERFACE:
+            options = dict(_read_options(header[begin + 16 : end - 4], "<"))
+            (link,) = struct.unpack_from("<H", header, begin + 8)
+            found.append(_interface(options, "<", len(found), link == LINKTYPE_CAN_SOCKETCAN))
+    return found
 
 
 def _blocks(data: bytes) -> Iterator[tuple[int, int, int]]:
@@ -219,9 +247,11 @@ def _record(body: bytes, order: str, lines: list[Interface], units: list[int], a
     options = dict(_read_options(body[20 + captured + -captured % 4 :], order))
     at_ns = (high << 32 | low) * 10 ** (_NANOSECONDS - units[interface])
     comment = options.get(_COMMENT, b"").decode("utf-8", "replace")
+    drops = options.get(_EPB_DROPS, b"")
+    lost = int.from_bytes(drops, "little" if order == "<" else "big") if len(drops) == 8 else 0
     if line.is_can:
-        return Record(line, at_ns, 0, payload, comment, at)
-    return Record(line, at_ns, payload[8], payload[12:], comment, at)
+        return Record(line, at_ns, 0, payload, comment, at, lost)
+    return Record(line, at_ns, payload[8], payload[12:], comment, at, lost)
 
 
 def _read_options(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:

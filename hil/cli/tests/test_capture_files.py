@@ -2,17 +2,20 @@
 
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import can
 import pytest
 
 from hil.cli.capture_files import blocks_of, capture_file, read_log, records_of
-from hil.cli.decoding import decoded, decoded_log
+from hil.cli.capture_input import any_form
+from hil.cli.decoded_item import as_lines
+from hil.cli.decoding import Decoder, decoded, decoded_log
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
 from hil.wire.can.socketcan import CanError, pack_error, pack_frame
-from hil.wire.pcapng import CaptureError, Interface, RecordKind, can_record, header, record
+from hil.wire.pcapng import CaptureError, Interface, Record, RecordKind, can_record, header, record
 
 BUSES = [Interface("can0", baud=1_000_000, is_can=True), Interface("can1", baud=500_000, is_can=True)]
 SINCE_NS = 1_700_000_000_000_000_000
@@ -45,6 +48,10 @@ class Connection:
     def recv(self, most: int) -> bytes:
         piece, self._rest = self._rest[: self._size], self._rest[self._size :]
         return piece
+
+
+def words(capture: bytes | Iterator[Record | None]) -> Iterator[str]:
+    return as_lines(decoded(capture, Decoder()))
 
 
 def written(folder: Path, ending: str, capture: bytes = CAPTURE) -> Path:
@@ -80,11 +87,11 @@ def test_python_can_reads_what_is_written(ending: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_log_is_read_back(ending: str, tmp_path: Path) -> None:
     path = written(tmp_path, ending)
-    rows = list(read_log(path, path.read_bytes()))
+    rows = list(read_log(ending, path.read_bytes()))
     assert [row.frame for row in rows[:-1]] == FRAMES
     assert [row.bus for row in rows[:2]] == ["can0", "can1"]
     assert rows[-1].frame == CanError("" if ending == ".asc" else "stuff")
-    text = list(decoded_log(rows, {}))
+    text = list(as_lines(decoded_log(rows, Decoder())))
     assert text[3] == "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h"
     assert text[-1] == f"    1.000000 can0 {'' if ending == '.asc' else 'stuff '}error"
 
@@ -95,7 +102,7 @@ def test_a_log_that_is_damaged_is_refused(ending: str, tmp_path: Path) -> None:
     for cut in (b"\0\1\2" * 50, data[: len(data) * 3 // 4] + b"\xff\xfe~~" * 9):
         said, rows = "x", list[LoggedFrame]()
         try:
-            rows = list(read_log(Path(f"x{ending}"), cut))
+            rows = list(read_log(ending, cut))
         except CaptureError as error:
             said = str(error)
         assert said.isprintable()
@@ -116,7 +123,7 @@ def test_an_empty_log_is_one(tmp_path: Path) -> None:
 
 
 def test_a_capture_in_words_and_its_faults() -> None:
-    assert list(decoded(CAPTURE))[:4] == [
+    assert list(words(CAPTURE))[:4] == [
         "    0.000000 can0 000#0105             NMT to node 5: start (m1.canopen)",
         "    0.000001 can1 705#00               boot-up of 5 (m1.canopen)",
         "    0.000002 can0 605#4041600000000000 SDO to 5: read 6041h Statusword (m1.canopen)",
@@ -124,7 +131,7 @@ def test_a_capture_in_words_and_its_faults() -> None:
     ]
     broken = CAPTURE + can_record(0, SINCE_NS, b"\0\0\0")
     with pytest.raises(CaptureError, match=f"3 bytes are no CAN frame, .*, at byte {len(CAPTURE)}"):
-        list(decoded(broken))
+        list(words(broken))
 
 
 @pytest.mark.skipif(not shutil.which("tshark"), reason="needs tshark")
@@ -166,14 +173,51 @@ def test_tshark_shows_frames_errors_and_canopen(tmp_path: Path) -> None:
 
 def test_a_capture_that_comes_in_pieces_is_decoded_as_it_comes() -> None:
     for size in (1, 7, 10_000):
-        assert list(decoded(records_of(Connection(CAPTURE, size).recv))) == list(decoded(CAPTURE))
-    lines = decoded(records_of(Connection(CAPTURE[:-3], 50).recv))
+        assert list(words(records_of(Connection(CAPTURE, size).recv))) == list(words(CAPTURE))
+    lines = words(records_of(Connection(CAPTURE[:-3], 50).recv))
     with pytest.raises(CaptureError, match="cut off in the middle of a block"):
         list(lines)
     with pytest.raises(CaptureError, match="this is no pcapng"):
-        list(decoded(records_of(Connection(b"abcdefgh", 1).recv)))
+        list(words(records_of(Connection(b"abcdefgh", 1).recv)))
 
 
 def test_times_of_a_log_are_those_of_the_capture() -> None:
     rows = [LoggedFrame(at_ns, "can0", CanFrame(1)) for at_ns in (10**18, 10**18 + 1_234_567)]
-    assert [line[:13] for line in decoded_log(rows, {})] == ["    0.000000 ", "    0.001235 "]
+    assert [line[:13] for line in as_lines(decoded_log(rows, Decoder()))] == [
+        "    0.000000 ",
+        "    0.001235 ",
+    ]
+
+
+def test_a_pipe_may_have_any_form(tmp_path: Path) -> None:
+    for ending in ENDINGS:
+        path = written(tmp_path, ending)
+        rows = read_log(ending, path.read_bytes())
+        piped = any_form(Connection(path.read_bytes(), 3).recv, Decoder())
+        assert list(as_lines(piped)) == list(as_lines(decoded_log(rows, Decoder())))
+    assert list(as_lines(any_form(Connection(CAPTURE, 2).recv, Decoder()))) == list(words(CAPTURE))
+    for strange, said in ((b"", "nothing in it"), (b"no capture", "no log of CAN")):
+        with pytest.raises(CaptureError, match=said):
+            any_form(Connection(strange, 3).recv, Decoder())
+
+
+def test_candump_in_a_pipe_is_decoded_line_by_line() -> None:
+    pieces = iter([b"(1.0) can0 705#00\n(1.5) can", None, b"0 000#0105", b""])
+    items = any_form(lambda size: next(pieces), Decoder())
+    assert next(items).say() == "705#00               boot-up of 5"
+    assert next(pieces) is None, "the first frame waits for the second"
+    assert next(items).say() == "000#0105             NMT to node 5: start"
+
+
+def test_files_say_where_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.pcapng"
+    for files, said in ((9, f"{tmp_path}/a.pcapng to {tmp_path}/a-9.pcapng"), (1, f"in {tmp_path}/a-")):
+        file = capture_file(str(path), 300, files)
+        for blocks in blocks_of(Connection(CAPTURE, 60).recv):
+            file.take(blocks)
+        file.close()
+        assert said.removesuffix("a-9.pcapng") in file.told()
+    whole = capture_file(str(path), 0, 1)
+    whole.take(CAPTURE)
+    whole.close()
+    assert whole.told() == f"{len(CAPTURE)} bytes in {path}"

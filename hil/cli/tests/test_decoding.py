@@ -1,15 +1,22 @@
 """Captures as text, by the framing and the speed that each interface names."""
 
+from collections.abc import Iterator
+
 import pytest
 
-from hil.cli.decoding import decoded
+from hil.cli.decoded_item import KEYS, as_lines
+from hil.cli.decoding import Decoder, decoded
 from hil.vocab.line_format import FORMATS
 from hil.wire.modbus_rtu.frame import encode, silence_ns
-from hil.wire.pcapng import CaptureError, Interface, RecordKind, header, read, record
+from hil.wire.pcapng import RAW, CaptureError, Interface, RecordKind, header, read, record
 from hil.wire.serial_line import character_ns
 
 ASK, ANSWER = encode(17, 3, b"\0\x6b\0\3"), encode(17, 3, b"\6\2\x2b")
 MODBUS = Interface("bus0", "modbus_rtu", 9600)
+
+
+def lines_of(capture: bytes) -> Iterator[str]:
+    return as_lines(decoded(capture, Decoder()))
 
 
 def test_frames_of_modbus_by_the_times_of_their_bursts() -> None:
@@ -23,7 +30,7 @@ def test_frames_of_modbus_by_the_times_of_their_bursts() -> None:
     ]
     records = [record(0, at_ns, RecordKind.RX, data) for at_ns, data in bursts]
     capture = header("test", [MODBUS]) + b"".join(records)
-    assert list(decoded(capture)) == [
+    assert list(lines_of(capture)) == [
         "    0.000000 bus0 to 17: read holding registers 107 to 109",
         f"    1.000000 bus0 malformed (gap): {(ASK + bytes((1, 2))).hex(' ')}",
         "    3.000000 bus0 17, function 3: 06 02 2b (function 3 with 4 bytes; it has 5)",
@@ -33,18 +40,18 @@ def test_frames_of_modbus_by_the_times_of_their_bursts() -> None:
 
 def test_a_capture_that_names_no_framing_is_the_sacs() -> None:
     capture = header("test", [Interface("s1")]) + record(0, 5, RecordKind.TX, b"\2\x55\1y\3\x64\0")
-    assert list(decoded(capture)) == ["    0.000000 s1 1 -> 85 y"]
+    assert list(lines_of(capture)) == ["    0.000000 s1 1 -> 85 y"]
 
 
 def test_a_framing_that_is_not_here_is_said() -> None:
     capture = header("test", [Interface("x", "morse")]) + record(0, 5, RecordKind.TX, b"e")
     with pytest.raises(CaptureError, match="x has the framing 'morse'; this knows sac, modbus_rtu"):
-        list(decoded(capture))
+        list(lines_of(capture))
 
 
 def test_what_is_whole_comes_before_the_error() -> None:
     capture = header("test", [MODBUS]) + record(0, 5, RecordKind.RX, ASK) + b"\6\0\0\0"
-    lines = decoded(capture)
+    lines = lines_of(capture)
     assert next(lines) == "    0.000000 bus0 to 17: read holding registers 107 to 109"
     with pytest.raises(CaptureError, match="cut off"):
         next(lines)
@@ -65,7 +72,7 @@ def test_questions_and_answers_of_modbus_on_a_line_with_parity() -> None:
     burst = [(10**10, ASK), (late_ns + 3_800_000, ASK)]
     rows = [*zip(times_ns, frames, strict=True), *burst]
     capture = header("test", [line]) + b"".join(record(0, at, RecordKind.RX, raw) for at, raw in rows)
-    assert [text.split(" bus0 ")[1] for text in decoded(capture)] == [
+    assert [text.split(" bus0 ")[1] for text in lines_of(capture)] == [
         "to 17: read holding registers 107 to 109",
         "from 17: holding registers 107 to 109: 555 0 100",
         "to 17: read holding registers 107 to 109",
@@ -74,3 +81,49 @@ def test_questions_and_answers_of_modbus_on_a_line_with_parity() -> None:
         f"malformed (gap): {(ASK + ASK).hex(' ')}",
     ]
     assert {each.line for each in read(capture)} == {line}
+
+
+def test_bytes_of_a_terminal_by_lines_sides_and_pauses() -> None:
+    rows = [
+        (0, RecordKind.TX, b"p"),
+        (1_000_000, RecordKind.RX, b"step"),
+        (2_000_000, RecordKind.RX, b"Number\r"),
+        (3_000_000, RecordKind.RX, b"\nrest"),
+        (30_000_000, RecordKind.RX, b"later"),
+        (31_000_000, RecordKind.TX, b"\xff" * 1500),
+    ]
+    capture = header("test", [Interface("m1", RAW)]) + b"".join(record(0, *row) for row in rows)
+    items = list(decoded(capture, Decoder()))
+    assert b"".join(item.data for item in items) == b"".join(data for *_, data in rows)
+    assert [line[4:50] for line in as_lines(items)] == [
+        "0.000000 m1 client -> board 'p'",
+        "0.001000 m1 board -> client 'stepNumber\\r\\n'",
+        "0.003000 m1 board -> client 'rest'",
+        "0.030000 m1 board -> client 'later'",
+        "0.031000 m1 client -> board '" + "\\xff" * 4 + "\\",
+        "0.031000 m1 client -> board '" + "\\xff" * 4 + "\\",
+    ]
+
+
+def test_packets_for_programs_and_in_red() -> None:
+    sac = Interface("bus0", "sac", 38400)
+    good, bad = b"\2\x55\1m13\3\0\0", b"\2\0\1y\3\x41\0"
+    capture = header("test", [sac, MODBUS]) + record(0, 10, RecordKind.RX, good + bad)
+    capture += record(1, 20, RecordKind.RX, ASK) + record(1, 10**9, RecordKind.RX, ASK[:-1] + b"x")
+    capture += record(0, 2 * 10**9, RecordKind.LOST, comment="too slow", lost=7)
+    decoder = Decoder()
+    rows = [item.as_dict(10) for item in decoded(capture, decoder)]
+    assert decoder.lost == 7
+    assert {tuple(row) for row in rows} == {tuple(KEYS)}
+    parts = ("source", "kind", "from", "to", "error")
+    assert [tuple(row[name] for name in parts) for row in rows] == [
+        ("bus0", "packet", 1, 85, None),
+        ("bus0", "packet", 1, "all", "CRC"),
+        ("bus0", "packet", None, 17, None),
+        ("bus0", "packet", None, 17, "CRC"),
+        ("bus0", "event", None, None, "lost"),
+    ]
+    assert rows[0]["data"] == (good[:-1]).hex()
+    items = list(decoded(capture, Decoder()))
+    assert items[1].line(0, colours=True).startswith("\x1b[31m")
+    assert items[0].line(0, colours=True) == items[0].line(0)

@@ -71,8 +71,8 @@ def test_commands_and_verbs_reach_it(bench: ServedBench) -> None:
 def test_its_report_has_what_passed(bench: ServedBench) -> None:
     bench.type("s1", b"vd\r", until=b"SAC>")
     (_, log), (title, ports) = bench.report()
-    assert title.startswith("ports of t (")
-    assert "s1 <- b'vd\\r'" in ports
+    assert title.startswith("traffic of t (")
+    assert "s1 client -> board 'vd\\r'" in ports
     assert log == "nothing"
 
 
@@ -132,7 +132,7 @@ def test_reports_of_tests_that_fail(tmp_path: Path) -> None:
     said = done.stdout
     assert "4 failed" in said, said + done.stderr
     assert said.count("hil serve t (") == 3
-    assert "s1 <- b'v\\r'" in said
+    assert "s1 client -> board 'v\\r'" in said
     assert "no_such" in said
     assert "E       hil.testing.named_things.NoSuchName: there is no port 's2'" in said
     assert "<text>:3:17: devices.m1.profile: there is no profile" in said

@@ -7,7 +7,7 @@ Source: the manual pages of candump and log2asc in can-utils, and what candump 2
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from hil.wire.can.can_frame import CanFrame
@@ -43,12 +43,17 @@ def candump_line(logged: LoggedFrame) -> str:
 
 
 def read_candump_log(text: str) -> Iterator[LoggedFrame]:
-    """Read a log; empty lines do not count.
+    """Read a log, as ``read_candump_lines``."""
+    return read_candump_lines(text.split("\n"))
+
+
+def read_candump_lines(lines: Iterable[str]) -> Iterator[LoggedFrame]:
+    """Read the lines of a log as they come; empty ones do not count.
 
     Raises:
         CandumpLogError: after all lines before, at the first that cannot be read.
     """
-    for number, line in enumerate(text.split("\n"), 1):
+    for number, line in enumerate(lines, 1):
         if line := line.strip():
             try:
                 yield _parsed(line)

@@ -2,10 +2,10 @@
 
 from functools import cache
 
-from hil.vocab.framing import Item, Transform
+from hil.vocab.framing import EVERYBODY, Item, Party, Transform
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.byte_faults import Chance
-from hil.wire.modbus_rtu.frame import FRAME_BYTES_MIN, Frame, Malformed
+from hil.wire.modbus_rtu.frame import FRAME_BYTES_MIN, TO_ALL, Frame, Malformed
 from hil.wire.modbus_rtu.splitter import RtuSplitter
 
 
@@ -39,6 +39,14 @@ class ModbusRtu:
             return f"malformed ({item.fault}): {item.raw.hex(' ')}"
         check = f"  CRC {item.raw[-2:].hex(' ')} is wrong" if item.fault else ""
         return said(item.raw, item.asked) + check
+
+    def parties(self, item: Item) -> tuple[Party, Party]:
+        """Answer the unit as the receiver of a question, or as the sender of an answer. A master has no
+        address."""
+        if not isinstance(item, Frame):
+            return None, None
+        unit = EVERYBODY if item.address == TO_ALL else item.address
+        return (unit, None) if item.asked else (None, unit)
 
     def fault(self, kind: str, rate: float, seed: int) -> Transform:
         """Make ``packet_bad_crc``: a burst, which is a frame, gets another CRC."""

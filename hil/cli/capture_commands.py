@@ -1,0 +1,194 @@
+"""``hil capture``, ``hil decode`` and ``hil play``: traffic on lines, buses and at ports."""
+
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
+from hil.cli.told import AsJson, CommandAnswer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil.cli.decoded_item import DecodedItem
+    from hil.cli.decoding import Decoder
+
+_IDLE_S = 0.2
+"""Pause after which what is held is shown, where only silence ends a packet; of a bench in real time."""
+
+
+def capture(
+    sources: Annotated[
+        list[str], typer.Argument(help="Segments, CAN buses and ports by name: bus0, can0, s2, s1.network.")
+    ],
+    write: Annotated[
+        str | None,
+        typer.Option(
+            "--write",
+            "-w",
+            help="Write pcapng to this file, and print nothing; - is the standard output.",
+        ),
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option("--count", "-c", help="End after so many packets, frames or lines.", min=1)
+    ] = None,
+    wireshark: Annotated[
+        bool, typer.Option("--wireshark", help="Show it live in Wireshark, with hil's dissector.")
+    ] = False,
+    rotate_mb: Annotated[
+        float | None, typer.Option("--rotate", help="Begin a new file after so many megabytes.", min=0.001)
+    ] = None,
+    files: Annotated[int, typer.Option("--files", help="How many files to keep with --rotate.", min=1)] = 10,
+    as_json: AsJson = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Show what passes on segments, CAN buses and at ports, or write it to a file, until Ctrl-C.
+
+    A line is a packet, a frame of CAN, or a line of bytes at a terminal: seconds since the first, where, from
+    whom to whom, what. On the standard error is what is captured, and at the end how much it was.
+
+    Example: hil capture bus0 -c 10
+
+    Example: hil capture bus0 -w bus0.pcapng
+
+    A file of CAN buses named .log is as candump writes it, .asc and .blf as Vector's tools do.
+    """
+    from hil.cli.capture_files import is_log
+
+    if sum((write is not None, wireshark, as_json)) > 1:
+        raise fail("hil: choose one of --write, --wireshark and --json", 2)
+    if rotate_mb and (write in (None, "-") or is_log(write or "")):
+        raise fail("hil: --rotate needs --write with a file of pcapng", 2)
+    from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget
+
+    target: FileTarget | LinesTarget | WiresharkTarget
+    if wireshark:
+        target = WiresharkTarget()
+    elif write is not None:
+        target = FileTarget(write, round((rotate_mb or 0) * 1e6), files)
+    else:
+        target = LinesTarget(as_json=as_json)
+    _capture(sources, target, count, bench, runtime_dir)
+
+
+def _capture(
+    sources: list[str], target: Any, count: int | None, bench: str | None, runtime_dir: Path | None
+) -> None:
+    from hil.cli.capture_run import capture_run
+    from hil.net.control_client import ControlError, ask, begin
+    from hil.wire.pcapng import CaptureError
+
+    socket = bench_meant(bench, runtime_dir).socket
+    try:
+        is_waiting = count is not None or target.is_live
+        idle_s = _IDLE_S / min(ask(socket, "status")["speed"], 1) if is_waiting else None
+        client, _ = begin(socket, "capture", ports=sources)
+    except ControlError as error:
+        raise fail(f"hil: {error}") from None
+    with client:
+        try:
+            capture_run(client, target, count, idle_s)
+        except OSError as error:
+            raise fail(f"hil: {target.name}: {error.strerror or error}") from None
+        except CaptureError as error:
+            raise fail(f"hil: {target.name}: {error}") from None
+
+
+def decode(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="A capture; .log, .asc and .blf are logs of CAN, - is the standard input with any of these.",
+            metavar="FILE",
+        ),
+    ],
+    eds: Annotated[
+        list[str] | None,
+        typer.Option("--eds", help="The EDS of a CANopen node, by its id, as in 5=drive.eds; for each node."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print a capture's packets and frames as text: when, where, from whom to whom, what.
+
+    Live: hil capture can0 -w - | hil decode -
+
+    Exits with 1 if the file ends in the middle of a record; what is whole is printed.
+
+    Example: hil decode bus0.pcapng
+    """
+    from hil.cli.capture_targets import LinesTarget
+    from hil.cli.decoding import Decoder
+    from hil.cli.interrupts import ended_by
+    from hil.wire.pcapng import CaptureError
+
+    decoder = Decoder(dict(map(_eds, eds or [])))
+    target = LinesTarget(as_json=as_json)
+    try:
+        # In a pipeline Ctrl-C ends the capture, too: what it has sent before is still to come.
+        with target.open(), suppress(KeyboardInterrupt), ended_by(lambda: None):
+            for item in _items(file, decoder):
+                target.show([item], decoder.first_ns or 0)
+    except CaptureError as error:
+        raise fail(f"hil: {file}: {error}") from None
+
+
+def _items(file: Path, decoder: "Decoder") -> "Iterator[DecodedItem]":
+    """Items of a file, or of the standard input as they come."""
+    from hil.cli.capture_files import is_log, read_log
+    from hil.cli.capture_input import any_form
+    from hil.cli.decoding import decoded, decoded_log
+    from hil.cli.live_input import LiveInput
+
+    if file == Path("-"):
+        return any_form(LiveInput(sys.stdin.fileno(), _IDLE_S, sys.stdout.fileno()), decoder)
+    if is_log(file.name):
+        return decoded_log(read_log(file.suffix.lower(), _content(file)), decoder)
+    return decoded(_content(file), decoder)
+
+
+def _eds(text: str) -> tuple[int, Any]:
+    from hil.wire.canopen.eds_names import EdsError, read_eds
+
+    node, equals, name = text.partition("=")
+    if not equals or not node.isdecimal() or not 1 <= int(node) <= 127:
+        raise fail(f'hil: "{text}": write a node id of 1 to 127 and its file, as in 5=drive.eds', 2)
+    try:
+        return int(node), read_eds(_content(Path(name)).decode("utf-8", "replace"), int(node))
+    except EdsError as error:
+        raise fail(f"hil: {name}: {error}", 2) from None
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+
+
+def play(
+    file: Annotated[Path, typer.Argument(help="A capture.", metavar="FILE")],
+    tap: Annotated[str, typer.Argument(help="A tap of the segment to play it on, as in bus0.master.")],
+    source: Annotated[
+        str | None,
+        typer.Option("--source", help="Which of its interfaces. [default: the only one]"),
+    ] = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> CommandAnswer:
+    """Send what a capture has, at its own times, on a segment.
+
+    Example: hil play bus0.pcapng bus0.master
+    """
+    from hil.wire.pcapng import CaptureError, bursts
+
+    try:
+        rows = bursts(_content(file), source)
+    except CaptureError as error:
+        raise fail(f"hil: {file}: {error}") from None
+    answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
+    text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
+    return CommandAnswer({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

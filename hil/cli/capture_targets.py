@@ -1,0 +1,171 @@
+"""Targets of a capture: lines on the standard output, a file, or Wireshark.
+
+Each says in ``told`` where it has put what; ``is_live`` of one whose user waits for the last packet, and
+``out`` is the file descriptor that somebody may close, which ends the capture.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+
+from hil.cli.ask import fail
+from hil.cli.capture_files import CaptureFile, Stream, capture_file
+from hil.cli.decoded_item import DecodedItem
+from hil.cli.installed_files import installed
+from hil.cli.problem_lines import has_colours
+from hil.wire.pcapng import Interface
+
+DISSECTOR = "wireshark/sac_packets.lua"
+_PATIENCE_S = 2
+
+
+class LinesTarget:
+    """Lines on the standard output, for people or as JSON."""
+
+    name, is_live = "the standard output", True
+
+    def __init__(self, *, as_json: bool) -> None:
+        self._as_json = as_json
+        self._colours = has_colours(sys.stdout)
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Have the standard output until the block ends, or nobody reads any more."""
+        with _quiet_output():
+            yield
+
+    def begin(self, interfaces: Sequence[Interface]) -> int:
+        """Begin; answers ``out``."""
+        return sys.stdout.fileno()
+
+    def take(self, blocks: bytes) -> None:
+        """Take blocks of pcapng."""
+
+    def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
+        """Show items. ``first_ns``: where time begins."""
+        if text := "".join(f"{self._line(item, first_ns)}\n" for item in items):
+            sys.stdout.write(text)
+            sys.stdout.flush()
+
+    def _line(self, item: DecodedItem, first_ns: int) -> str:
+        if self._as_json:
+            return json.dumps(item.as_dict(first_ns))
+        return item.line(first_ns, colours=self._colours)
+
+    def told(self) -> str:
+        return ""
+
+
+class FileTarget:
+    """File, or several one after the other; or pcapng on the standard output."""
+
+    is_live = False
+
+    def __init__(self, write: str, rotate_bytes: int, files: int) -> None:
+        self.name = write
+        self._rotation = rotate_bytes, files
+        self._file: CaptureFile | None = None
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        with _quiet_output():
+            try:
+                yield
+            finally:
+                if self._file:
+                    self._file.close()
+
+    def begin(self, interfaces: Sequence[Interface]) -> int | None:
+        self._file = capture_file(self.name, *self._rotation)
+        return sys.stdout.fileno() if self.name == "-" else None
+
+    def take(self, blocks: bytes) -> None:
+        assert self._file
+        self._file.take(blocks)
+
+    def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
+        """Show nothing."""
+
+    def told(self) -> str:
+        return f"; {self._file.told()}" if self._file else ""
+
+
+class WiresharkTarget:
+    """Wireshark, which stays when the capture has ended."""
+
+    name, is_live = "wireshark", False
+
+    def __init__(self) -> None:
+        if not (found := shutil.which(self.name)):
+            raise fail(
+                "hil: wireshark is not installed: install it (Debian: apt install wireshark), or leave out"
+                " --wireshark to see the packets here"
+            )
+        self._program = found
+        self._process: subprocess.Popen[bytes] | None = None
+        self._patience_s = 0
+        """Time for which Wireshark may take to end; 0: it goes on."""
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        try:
+            yield
+        except BrokenPipeError:
+            self._patience_s = _PATIENCE_S
+        finally:
+            if self._process and self._process.stdin:
+                with suppress(BrokenPipeError):
+                    self._process.stdin.close()
+
+    def begin(self, interfaces: Sequence[Interface]) -> int:
+        command = [self._program, "-k", "-i", "-", *chosen_dissectors(interfaces)]
+        # In a session of its own: Ctrl-C in this terminal ends the capture, and not Wireshark.
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+        assert self._process.stdin
+        self._stream = Stream(self._process.stdin, self.name)  # type: ignore[arg-type]
+        return self._process.stdin.fileno()
+
+    def take(self, blocks: bytes) -> None:
+        self._stream.take(blocks)
+
+    def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
+        """Show nothing."""
+
+    def told(self) -> str:
+        """Raises typer.Exit: Wireshark has failed."""
+        if self._process is None:
+            return ""
+        with suppress(subprocess.TimeoutExpired):
+            if code := self._process.wait(self._patience_s):
+                raise fail(f"hil: wireshark ended with exit code {code}")
+        return f"; {self._stream.told()}"
+
+
+def chosen_dissectors(interfaces: Sequence[Interface]) -> list[str]:
+    """Options of Wireshark and tshark with which lines and buses are dissected."""
+    options = []
+    if dissector := installed(DISSECTOR):
+        options += ["-X", f"lua_script:{dissector}"]
+    if any(each.is_can for each in interfaces):
+        options += ["-d", "can.subdissector,canopen"]
+    if {each.framing for each in interfaces if not each.is_can} == {"modbus_rtu"}:
+        options += ["-d", "rtacser.data,mbrtu"]
+    return options
+
+
+@contextmanager
+def _quiet_output() -> Iterator[None]:
+    """End the block quietly where nobody reads the standard output any more."""
+    try:
+        yield
+    except (BrokenPipeError, KeyboardInterrupt) as error:
+        # What is left in its buffer would be an error at the exit, or wait for ever.
+        null = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
+        if isinstance(error, KeyboardInterrupt):
+            raise
