@@ -15,7 +15,7 @@ from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_lines
 from hil.wire.can.socketcan import ERROR as ERROR_FLAG
 from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, from_word, unpack
-from hil.wire.pcapng import CaptureError, Record, header_length, read, whole_blocks
+from hil.wire.pcapng import CaptureError, Record, header_length, read, split_blocks, whole_blocks
 
 LOG_ENDINGS = (".log", ".asc", ".blf")
 _SHOWN = 200
@@ -85,18 +85,24 @@ class _Pcapng:
     def take(self, blocks: bytes) -> None:
         if self._written == len(self._head):  # no record yet
             self._head += blocks[: header_length(blocks)]
-        is_full = self._written + len(blocks) > self._rotate_bytes
-        if self._rotate_bytes and self._head and self._written and is_full:
-            self._number += 1
-            self._out.close()
-            # With its header from its first moment on, whenever this is ended.
-            self._out = begin_file(Path(self._name(self._number)), self._head)
-            self._written = len(self._head)
-            if self._number >= self._files:
-                Path(self._name(self._number - self._files)).unlink(missing_ok=True)
-        self._out.write(blocks)
+        # However many have come at once, no file is longer than it may be.
+        for piece in split_blocks(blocks) if self._rotate_bytes else (blocks,):
+            if self._rotate_bytes and self._written + len(piece) > self._rotate_bytes:
+                self._rotate()
+            self._out.write(piece)
+            self._written += len(piece)
         self._out.flush()
-        self._written += len(blocks)
+
+    def _rotate(self) -> None:
+        if self._written <= len(self._head):  # a record that is longer than a file may be
+            return
+        self._number += 1
+        self._out.close()
+        # With its header from its first moment on, whenever this is ended.
+        self._out = begin_file(Path(self._name(self._number)), self._head)
+        self._written = len(self._head)
+        if self._number >= self._files:
+            Path(self._name(self._number - self._files)).unlink(missing_ok=True)
 
     def close(self) -> None:
         self._out.close()
