@@ -93,12 +93,20 @@ function sac.dissector(tvb, pinfo, tree)
   return tvb:len()
 end
 
--- The RTAC dissector hands its payload to whoever is chosen for it; a post-dissector needs no choice.
-local payload = Field.new("data.data")
+-- The RTAC dissector hands its payload to whoever is chosen for it; a post-dissector needs no choice. Captures of hil
+-- name the framing of each interface; others are taken for the SAC's where they look so.
+local payload, framing = Field.new("data.data"), Field.new("frame.interface_description")
+local modbus = Dissector.get("mbrtu")
 local post = Proto("sacnet_post", "SAC network packets in serial captures")
 function post.dissector(tvb, pinfo, tree)
-  local field = payload()
-  if field and field.range:len() > 0 and field.range(0, 1):uint() == 2 then
+  local field, said = payload(), framing()
+  if not field or field.range:len() == 0 then
+    return
+  end
+  local name = said and said.value:match("^%S+") or "sac"
+  if name == "modbus_rtu" then
+    modbus:call(field.range:tvb(), pinfo, tree)
+  elseif name == "sac" and field.range(0, 1):uint() == 2 then
     sac.dissector(field.range:tvb(), pinfo, tree)
   end
 end

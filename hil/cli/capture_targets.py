@@ -7,6 +7,7 @@ Each says in ``told`` where it has put what; ``is_live`` of one whose user waits
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -141,7 +142,8 @@ class WiresharkTarget:
             return ""
         with suppress(subprocess.TimeoutExpired):
             if code := self._process.wait(self._patience_s):
-                raise fail(f"hil: wireshark ended with exit code {code}")
+                how = f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
+                raise fail(f"hil: wireshark ended {how}; what it said stands above")
         return f"; {self._stream.told()}"
 
 
@@ -152,8 +154,6 @@ def chosen_dissectors(interfaces: Sequence[Interface]) -> list[str]:
         options += ["-X", f"lua_script:{dissector}"]
     if any(each.is_can for each in interfaces):
         options += ["-d", "can.subdissector,canopen"]
-    if {each.framing for each in interfaces if not each.is_can} == {"modbus_rtu"}:
-        options += ["-d", "rtacser.data,mbrtu"]
     return options
 
 
