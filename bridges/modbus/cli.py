@@ -10,7 +10,7 @@ from bridges.modbus.cycle_command import cycle
 
 app = typer.Typer(
     name="modbus",
-    help="Registers of devices, and times on a line.",
+    help="Register maps, and times of polls on a line.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

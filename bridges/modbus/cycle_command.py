@@ -21,17 +21,17 @@ def cycle(
     baud: Annotated[int, typer.Option(help="Speed of the line.", min=BAUDS[0], max=BAUDS[1])] = 19200,
     form: Annotated[str, typer.Option("--format", help="8N1, 8E1, 8O1 or 8N2.")] = "8E1",
     response_ms: Annotated[
-        float, typer.Option(help="From the end of a request (t3.5) to its answer.", min=0, max=60_000)
+        float, typer.Option(help="Time from the end of a request (t3.5) to its answer.", min=0, max=60_000)
     ] = 1.0,
     turnaround_ms: Annotated[
-        float, typer.Option(help="What the master waits behind a broadcast.", min=0, max=60_000)
+        float, typer.Option(help="Wait of the master after a broadcast.", min=0, max=60_000)
     ] = 100.0,
     pause_ms: Annotated[
-        float, typer.Option(help="What the master lets pass beside t3.5 between polls.", min=0, max=60_000)
+        float, typer.Option(help="Pause of the master between polls, in addition to t3.5.", min=0, max=60_000)
     ] = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs; times in ns.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs; times in ns.")] = False,
 ) -> None:
-    """Reckon the time of a cycle of polls on a serial line: nothing has to run.
+    """Compute the time of a poll cycle on a serial line, without a bench.
 
     A segment with Modbus nodes takes the same time to the nanosecond.
 

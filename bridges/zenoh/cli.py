@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 app = typer.Typer(
-    name="zenoh", help="What the zenoh bridge needs.", no_args_is_help=True, rich_markup_mode=None
+    name="zenoh", help="Certificates and a router for the zenoh bridge.", no_args_is_help=True, rich_markup_mode=None
 )
 
 
@@ -25,12 +25,12 @@ def router(
     certificate: Annotated[Path | None, typer.Option("--certificate", help="The router's.")] = None,
     key: Annotated[Path | None, typer.Option("--key", help="Its private key.")] = None,
     insecure: Annotated[
-        bool, typer.Option("--insecure", help="Let anybody in beyond this computer.")
+        bool, typer.Option("--insecure", help="Let everybody in from other computers.")
     ] = False,
 ) -> None:
     """Join benches: run a zenoh router until Ctrl-C.
 
-    A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. Zenoh's own zenohd does as well.
+    A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. Zenoh's own zenohd works, too.
 
     Example: hil zenoh router --listen tcp/127.0.0.1:7447
     """
@@ -79,7 +79,7 @@ def keys(
     ] = 365,
     port: Annotated[int, typer.Option("--port", min=1, max=65535, help="Where the daemon listens.")] = 7447,
 ) -> None:
-    """Make certificates, passwords and configurations for a bench that others reach.
+    """Make certificates, passwords and configurations for a bench in a network.
 
     An authority, the daemon's certificate, and for each user a folder with certificate and zenoh
     configuration. Prints the lines for the bench's configuration.

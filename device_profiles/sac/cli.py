@@ -21,7 +21,7 @@ def load(
 ) -> Task:
     """Write a queue's file into a board.
 
-    Every row is checked before the first is sent, and the whole queue is read back.
+    Checks every row before it sends the first, and reads the whole queue back.
 
     Example: hil sac load moves.txt
     """
@@ -109,7 +109,7 @@ def _judged(found: companion.Calibration) -> str:
 
 
 COMMANDS = Commands(
-    about="Files of the SAC's companion program, for twins and real boards.",
+    about="Load and save files of the SAC's companion program.",
     functions=(load, save, oneshot, command, calibrate),
     baud=38400,
 )

@@ -56,7 +56,7 @@ def about(context: typer.Context) -> None:
 
 @app.command()
 def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> None:
-    """Tell the IDE of hil, by a folder in the sketchbook.
+    """Add hil to the IDE, by a folder in the sketchbook.
 
     With --runtime-dir the IDE looks for benches there.
 

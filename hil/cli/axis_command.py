@@ -32,7 +32,7 @@ def axis(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Ask something of a device, or list what can be asked of it.
+    """Carry out a verb of a device, or list its verbs.
 
     With --wait it exits with 1 if something else ended the motion.
 

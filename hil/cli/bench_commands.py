@@ -12,7 +12,7 @@ from hil.cli.told import AsJson, CommandAnswer
 
 
 def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
-    """List running benches and where their ports are.
+    """List running benches with their ports.
 
     Example: hil list
     """
@@ -45,7 +45,7 @@ def status(
     runtime_dir: RuntimeDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show how a bench does: time, clients, drops.
+    """Show the state of a bench: time, clients, lost bytes.
 
     Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
 
@@ -107,15 +107,15 @@ def replay(
 
 def doctor(
     devices: Annotated[
-        int, typer.Option("--devices", min=1, max=512, help="How many the bench is to have.")
+        int, typer.Option("--devices", min=1, max=512, help="Number of devices of the bench.")
     ] = 8,
     runtime_dir: RuntimeDir = None,
     state_dir: StateDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say whether this system is fit for real time.
+    """Check whether this system is fit for real time.
 
-    Tries what a bench needs, and gives what is wrong, what it costs, and the line that mends it. Exits with
+    Tries what a bench needs. Prints each problem, its effect, and the line that corrects it. Exits with
     1 if something that matters is wrong.
 
     Example: hil doctor --devices 20

@@ -32,7 +32,7 @@ OnPort = Annotated[
     str | None,
     typer.Option("--port", help="A real board's port instead: a path, socket://... or rfc2217://..."),
 ]
-OnBaud = Annotated[int | None, typer.Option("--baud", help="Of --port. [default: the board's usual one]")]
+OnBaud = Annotated[int | None, typer.Option("--baud", help="Baud of --port. [default: the board's usual one]")]
 BRIDGES = "bridges"
 GONE = "it was disconnected"
 """Text in place of pyserial's longer sentence."""

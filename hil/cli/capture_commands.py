@@ -112,11 +112,11 @@ def decode(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print a capture's packets and frames as text: when, where, from whom to whom, what.
+    """Print a capture's packets and frames as text: time, place, sender, receiver, contents.
 
     Live: hil capture can0 -w - | hil decode -
 
-    Exits with 1 if the file ends in the middle of a record; what is whole is printed.
+    Exits with 1 if the file ends within a record; prints the complete records.
 
     Example: hil decode bus0.pcapng
     """

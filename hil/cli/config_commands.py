@@ -69,7 +69,7 @@ def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:
 
 def schema(
     config: Annotated[
-        Path | None, typer.Argument(help="A configuration, whose own boards (profile_path) are known too.")
+        Path | None, typer.Argument(help="A configuration; the schema then has its own boards (profile_path), too.")
     ] = None,
 ) -> None:
     """Print the configuration's JSON Schema, for editors.
@@ -88,7 +88,7 @@ def init(
 ) -> CommandAnswer:
     """Write a commented configuration, and its schema for editors beside it.
 
-    What is there already is left as it is.
+    Files that exist are not changed.
 
     Example: hil init lab.yaml
     """

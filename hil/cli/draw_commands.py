@@ -54,9 +54,9 @@ def plot(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Draw what an axis does from now on.
+    """Record an axis from now on, and draw it.
 
-    One panel for each unit. Ctrl-C draws what came until then.
+    One panel for each unit. Ctrl-C ends the recording and draws it.
 
     Example: hil plot m1 --seconds 5
     """
@@ -90,7 +90,7 @@ def step(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Make a Mechaduino step, draw its response, and give overshoot and settling time.
+    """Move a Mechaduino by a step, draw the response, and print overshoot and settling time.
 
     Types x, y and r at the board, which has to be calibrated and at its main menu. Exits with 1 if the shaft
     does not follow.

@@ -37,7 +37,7 @@ def docs(
 def completion(
     shell: Annotated[str, typer.Argument(help="bash, zsh or fish.", show_default=False)],
 ) -> None:
-    """Print a script with which a shell completes `hil`.
+    """Print a completion script for a shell.
 
     For bash in ~/.bashrc: source <(hil completion bash)
 

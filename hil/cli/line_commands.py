@@ -16,7 +16,7 @@ fault_app = typer.Typer(
 
 @fault_app.command()
 def kinds() -> CommandAnswer:
-    """List what can go wrong, with the parameters.
+    """List the kinds of faults with their parameters.
 
     Example: hil fault kinds
     """
@@ -40,12 +40,12 @@ def kinds() -> CommandAnswer:
 @fault_app.command()
 def inject(
     fault: Annotated[str, typer.Argument(help="Its kind; `hil fault kinds` lists them.")],
-    target: Annotated[str, typer.Argument(help="What it is on, as in s2.")],
+    target: Annotated[str, typer.Argument(help="The place of the fault, as in s2.")],
     parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Inject a fault, which lasts until it is cleared.
+    """Inject a fault. It lasts until it is cleared.
 
     Example: hil fault inject byte_drop m1 rate=0.01
     """
@@ -71,7 +71,7 @@ def _parameter(text: str) -> tuple[str, Any]:
 @fault_app.command()
 def clear(
     number: Annotated[
-        int | None, typer.Argument(help="Of `hil fault list`; left out: all of them.", show_default=False)
+        int | None, typer.Argument(help="A number of `hil fault list`; left out: all faults.", show_default=False)
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,

@@ -20,7 +20,7 @@ NAME = "[a-z][a-z0-9_]{0,31}"
 
 profile_app = typer.Typer(
     cls=Below,
-    help="Kinds of boards: list them, begin one, check one.",
+    help="List, make and check kinds of boards.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -30,10 +30,10 @@ profile_app = typer.Typer(
 def list_profiles(
     folders: Annotated[
         list[Path] | None,
-        typer.Option("--folder", help="A folder with boards of your own, as in profile_path."),
+        typer.Option("--folder", help="A folder with your own boards, as in profile_path."),
     ] = None,
 ) -> CommandAnswer:
-    """List the boards that a configuration can name, and where each is.
+    """List the boards that a configuration can name, with their folders.
 
     Example: hil profile list
     """
@@ -58,12 +58,12 @@ def list_profiles(
 
 @profile_app.command()
 def new(
-    name: Annotated[str, typer.Argument(help="Its name: a letter a-z and up to 31 more of a-z, 0-9 and _.")],
+    name: Annotated[str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")],
     folder: Annotated[
-        Path, typer.Option("--folder", help="The folder in which to make the board's.")
+        Path, typer.Option("--folder", help="The folder for the board's folder.")
     ] = Path(),
 ) -> CommandAnswer:
-    """Write a new board: a folder that runs, and passes its tests, as it is.
+    """Write a new board: a folder with a board that runs and passes its tests.
 
     Example: hil profile new pinger --folder boards
     """
@@ -98,7 +98,7 @@ def new(
 def check(
     folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
 ) -> CommandAnswer:
-    """Carry out the checks that every board has to pass.
+    """Check a board by the rules for all boards.
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
     starts anew after a reset, and its log replays identically. Exits with 1 if one fails.

@@ -15,10 +15,10 @@ def reload(
     runtime_dir: RuntimeDir = None,
     as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
 ) -> None:
-    """Make a running bench what its configuration says now.
+    """Apply the changed configuration to a running bench.
 
     Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
-    with 1 if it cannot be had without a restart; then nothing has changed.
+    with 1 if it cannot be had without a restart; nothing has changed then.
 
     Example: hil reload
     """

@@ -20,14 +20,14 @@ SUBMIT_S = 60.0
 def run(
     file: Annotated[Path, typer.Argument(help="The run (YAML or JSON).", show_default=False)],
     check: Annotated[
-        bool, typer.Option("--check", help="Say whether it can be done, and stop there.")
+        bool, typer.Option("--check", help="Check the run, and do not carry it out.")
     ] = False,
     name: Annotated[
         str,
         typer.Option(
             "--name",
             metavar="NAME",
-            help="Carry it out at most once under this name: if that was done already, say how it went.",
+            help="Carry it out at most once under this name; if it was carried out before, print its result.",
             show_default=False,
         ),
     ] = "",
@@ -103,7 +103,7 @@ def benches(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
-    """List the benches that are joined to this one, and how their clocks stand to its own.
+    """List the benches that are joined to this one, and the offsets of their clocks.
 
     Example: hil benches
     """

@@ -19,7 +19,7 @@ runs_app = typer.Typer(
     invoke_without_command=True,
     rich_markup_mode=None,
 )
-RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` said it.", show_default=False)]
+RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` printed it.", show_default=False)]
 
 
 @runs_app.callback()
@@ -43,7 +43,7 @@ def runs(
 def show(
     context: typer.Context, name: RunName, bench: Bench = None, runtime_dir: RuntimeDir = None
 ) -> CommandAnswer:
-    """Show how a run does, or how it went: its state, its axes, their following errors.
+    """Show a run: its state, its axes, their following errors.
 
     Example: hil runs show square
     """
@@ -61,7 +61,7 @@ def cancel(
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Cancel a run: one that waits never begins, the axes of one that moves stop.
+    """Cancel a run: a waiting run never begins; the axes of a moving run stop.
 
     Does not wait until they stand. A run that has ended stays as it is.
 

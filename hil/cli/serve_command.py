@@ -22,7 +22,7 @@ def serve(
     require_rt: Annotated[
         bool,
         typer.Option(
-            "--require-rt", help="Exit with 2 where real-time priority or locked memory is refused."
+            "--require-rt", help="Exit with 2 if real-time priority or locked memory is refused."
         ),
     ] = False,
     port_group: Annotated[
@@ -38,7 +38,7 @@ def serve(
         typer.Option("--ready-file", help="Write a JSON object to this file when the boards answer."),
     ] = None,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print that object when the boards answer, and nothing else.")
+        bool, typer.Option("--json", help="Print only this object, when the boards answer.")
     ] = False,
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM.
