@@ -33,7 +33,7 @@ def tracked() -> set[str] | None:
 
 
 def headers(folder: str) -> list[str]:
-    """Headers that sources below a folder may include: whoever changes one has them compiled again."""
+    """Headers that sources below a folder may include: a change of one compiles them again."""
     found = (path.relative_to(ROOT) for path in (ROOT / folder).rglob("*.*") if path.suffix in {".h", ".def"})
     return sorted(path.as_posix() for path in found if "tests" not in path.parts)
 

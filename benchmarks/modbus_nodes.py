@@ -1,7 +1,7 @@
 """Modbus nodes on a line in real time: 32 units polled without a pause, ten registers each.
 
-The polls of two seconds are played at their own times, as ``hil modbus cycle`` reckons them, so that the line
-is as full as it can be. Prints polls and packets that are missing, and the daemon's CPU seconds for a second:
+The polls of two seconds are played at the times that ``hil modbus cycle`` computes, so that the line is as
+full as it can be. Prints polls and packets that are missing, and the daemon's CPU seconds for a second:
 what the boards cost that nobody asks, and with the polls; then the same with two boards. Last a master at the
 tap's pseudo-terminal, which sends a request 3.5 characters behind the answer. Wanted: 0 missing, and at most
 0.3 of a core.

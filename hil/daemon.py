@@ -35,7 +35,7 @@ from hil.vocab.bridge_protocol import BridgeError
 
 @dataclass(frozen=True)
 class Serving:
-    """Parts of a bench that serves, handed to whoever started it."""
+    """Parts of a bench that serves, handed to the program that started it."""
 
     live: LiveBench
     grant: Grant

@@ -199,8 +199,8 @@ def test_a_host_that_is_none(place: Place) -> None:
 
 def test_an_open_door_is_said_to_be_one(place: Place) -> None:
     server = place.serve(config(bridges={"metrics": {"listen": "0.0.0.0:0", "insecure": True}}))
-    assert "insecure: whoever reaches" in server.output
-    assert "INSECURE: whoever reaches it reads all metrics" in place.cli("status")
+    assert "insecure: every program that can reach" in server.output
+    assert "INSECURE: every program that can reach it can read all metrics" in place.cli("status")
     server.stop()
 
 

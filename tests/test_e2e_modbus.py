@@ -308,8 +308,8 @@ def test_a_port_that_is_taken(place: Place, server: Server) -> None:
 def test_insecure_is_said() -> None:
     with Place() as place:
         server = place.serve(config(bridges={"modbus": {"listen": "0.0.0.0:0", "insecure": True}}))
-        assert server.output.count("whoever reaches it moves all axes") == 2
-        assert "INSECURE: whoever reaches it moves all axes" in place.cli("status")
+        assert server.output.count("every program that can reach it can move all axes") == 2
+        assert "INSECURE: every program that can reach it can move all axes" in place.cli("status")
         assert server.ask("status")["bridges"]["modbus"]["insecure"]
 
 

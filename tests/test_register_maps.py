@@ -1,6 +1,6 @@
 """Register maps of the boards that come with hil: their numbers are a promise, kept in golden files.
 
-``python tests/test_register_maps.py`` writes them anew, after a change that is meant.
+``python tests/test_register_maps.py`` writes them again, after a change that is meant.
 """
 
 from dataclasses import replace

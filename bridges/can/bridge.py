@@ -15,7 +15,7 @@ __all__ = ["Options", "make", "reference"]
 
 log = logging.getLogger("hil")
 
-RISK = "whoever reaches it sends on the bus, and moves all drives there"
+RISK = "every program that can reach it can send on the bus and move all drives"
 
 
 class CanBridge:

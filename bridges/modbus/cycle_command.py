@@ -50,11 +50,11 @@ def cycle(
         typer.echo(f"hil: {error}", err=True)
         raise typer.Exit(2) from None
     times_ns = ms(response_ms), ms(turnaround_ms), ms(pause_ms)
-    reckoned = PollCycle(baud, FORMATS[form], wanted, *times_ns)
+    poll_cycle = PollCycle(baud, FORMATS[form], wanted, *times_ns)
     if as_json:
-        typer.echo(json.dumps(_as_dict(reckoned), indent=1))
+        typer.echo(json.dumps(_as_dict(poll_cycle), indent=1))
         return
-    for line in _lines(reckoned):
+    for line in _lines(poll_cycle):
         typer.echo(line)
 
 

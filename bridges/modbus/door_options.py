@@ -103,7 +103,7 @@ class Options(BaseModel):
         default="high_first", description="Order of the registers of a value that takes several."
     )
     tls: Certificates | None = Field(
-        default=None, description="Certificates, both ways; without them whoever comes is an operator."
+        default=None, description="Certificates, both ways; without them every client is an operator."
     )
     insecure: bool = Field(
         default=False, description="Let other computers in without `tls`; log and status say so again."

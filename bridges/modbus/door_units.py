@@ -43,7 +43,7 @@ class DoorUnits:
         self.renew(())
 
     def renew(self, names: Collection[str]) -> None:
-        """Make the units of these devices anew, and those of axes that have another number now."""
+        """Make the units of these devices again, and those of axes that have another number now."""
         devices, old = self._desk.describe().devices, self._units
         numbers = self._wanted or dict(zip(devices, UNITS, strict=False))
         self._units = {}

@@ -27,7 +27,7 @@ _ANYBODY = Source("modbus client", Role.OPERATOR)
 
 
 class TcpConnections:
-    """Connections of Modbus TCP. ``certificates``: None, and whoever comes is an operator. ``closed``:
+    """Connections of Modbus TCP. ``certificates``: None: every client is an operator. ``closed``:
     connections that were closed by the door, by reason."""
 
     def __init__(self, handler: RequestHandler, certificates: Certificates | None) -> None:

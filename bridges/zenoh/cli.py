@@ -6,7 +6,10 @@ from typing import Annotated
 import typer
 
 app = typer.Typer(
-    name="zenoh", help="Certificates and a router for the zenoh bridge.", no_args_is_help=True, rich_markup_mode=None
+    name="zenoh",
+    help="Certificates and a router for the zenoh bridge.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
 )
 
 
@@ -107,7 +110,7 @@ def keys(
         raise typer.Exit(2) from None
     typer.echo(lines, nl=False)
     typer.echo(
-        f"\nThese lines are in {folder}/bridge.yaml too. Give each user the folder {folder}/clients/NAME, and"
-        " nobody ca.key or users.\nWhoever is taken out of users is out from the daemon's next start on.",
+        f"\nThese lines are in {folder}/bridge.yaml too. Give each user the folder {folder}/clients/NAME;"
+        " keep ca.key and users.\nTo remove a user, delete the line in users and start the daemon again.",
         err=True,
     )

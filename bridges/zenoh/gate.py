@@ -36,7 +36,7 @@ class _Seen:
 
     def add(self, nonce: str, at_ns: int, now_ns: int) -> None:
         if nonce in self._nonces or at_ns <= self._floor_ns:
-            raise Rejected("the signature was used before: sign each command anew")
+            raise Rejected("the signature was used before: sign each command again")
         while self._by_time and (self._by_time[0][0] < now_ns - FRESH_NS or len(self._by_time) >= REMEMBERED):
             gone_ns, gone = heapq.heappop(self._by_time)
             self._floor_ns = max(self._floor_ns, gone_ns)
@@ -74,7 +74,7 @@ class Gate:
             how = f"{off_s:.1f} s old" if off_s > 0 else f"of {-off_s:.1f} s from now"
             raise Rejected(f"the signature is {how}; compare the clocks of both computers")
         if at_ns < self._since_ns:
-            raise Rejected("the signature is from before the daemon's start; sign the command anew")
+            raise Rejected("the signature is from before the daemon's start; sign the command again")
         self._seen[name].add(nonce, at_ns, now_ns)
         return user
 

@@ -179,7 +179,7 @@ class Publications:
         self._ports |= {name: self._bytes(name) for name in ports if name not in self._ports}
 
     def devices_changed(self, names: Collection[str]) -> None:
-        """Begin anew for devices that were added, removed or exchanged, with all their axes."""
+        """Begin again for devices that were added, removed or exchanged, with all their axes."""
         told = {*self._states, *self._here.devices}
         addresses = [address for address in told if owner_of(address) in names]
         for name in addresses:

@@ -118,7 +118,7 @@ class ModbusDrive(ClosedLoopDrive):
         if self.is_on and (fault := self._fault()):
             enable = self.bits["enable"]
             self.switch_off()
-            self.bits["enable"] = enable  # as it was written: it has to become 1 anew
+            self.bits["enable"] = enable  # as it was written: it has to become 1 again
             self.set_point_deg = self.here_deg()
             self.fault_code = fault.code
             self._note("fault", f"fault {fault.code}: {fault.about}")

@@ -41,7 +41,7 @@ class Row(NamedTuple):
     wait_us: int
 
     def command(self, steps_per_rev: int) -> str:
-        """Line that writes it into a board's queue. The board reckons RPM and cycle from each other, and
+        """Line that writes it into a board's queue. The board computes RPM and cycle from each other, and
         drops fractions: what was entered is the one that the other follows from."""
         is_by_rpm = f_of(steps_per_rev) // self.rpm == self.cycle_us
         velocity = f"v{self.rpm}" if is_by_rpm else f"vc{self.cycle_us}"

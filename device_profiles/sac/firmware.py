@@ -78,7 +78,7 @@ class Sac:
         self._network.operation(begins)
 
     def _note_estop(self) -> None:
-        """Note Estop: its falling edge has stopped all; the board obeys as ever while it stays low."""
+        """Note Estop: its falling edge has stopped all; the board obeys as before while it stays low."""
         is_low = self.motion.get("pin_estop") == 0
         self._note(
             "Estop", "Estop is low: it has stopped all when it fell, and holds nothing" if is_low else None

@@ -43,7 +43,7 @@ def one_shot(pulses: int, said: str) -> str:
 
 
 def velocity(sac: Sac, velocity_rpm: float) -> None:
-    """Turn continuously; in the same direction the speed changes, else the motion begins anew."""
+    """Turn continuously; in the same direction the speed changes, else the motion begins again."""
     motion, rpm = sac.motion, abs(int(velocity_rpm))
     if rpm == 0:
         sac.moves.stop_gracefully()

@@ -113,7 +113,7 @@ class Discovery(_Dialogue):
 
     def found(self, ports: Sequence[Message]) -> list[Message]:
         """Make the events that lead from what the client knows to ``ports``. A port whose description has
-        changed is added anew, which replaces it."""
+        changed is added again, which replaces it."""
         if not self.syncing:
             return []
         now = {port["address"]: port for port in ports}

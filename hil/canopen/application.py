@@ -115,7 +115,7 @@ class Application(Protocol):
 
     def entered(self, state: NmtState, now_ns: int) -> None:
         """Take note of a state. INITIALISING: power-up, or "reset node"; all values are what they are at
-        power-on, stored or default, and the application begins anew. The next states follow."""
+        power-on, stored or default, and the application begins again. The next states follow."""
 
     def lost(self, what: str, now_ns: int) -> None:
         """Communication was lost: ``heartbeat`` or ``guarding`` of the master, ``bus-off``."""

@@ -82,7 +82,7 @@ class NetworkManagement:
             self.reset_communication(now_ns)
 
     def reset_node(self, now_ns: int) -> None:
-        """Begin anew with all settings."""
+        """Begin again with all settings."""
         self._leave(NmtState.INITIALISING)
         self.services.emergencies.reset_profile()
         self._load(profile_too=True)
@@ -90,7 +90,7 @@ class NetworkManagement:
         self.reset_communication(now_ns)
 
     def reset_communication(self, now_ns: int) -> None:
-        """Begin anew with all settings of communication; without a node id LSS alone goes on."""
+        """Begin again with all settings of communication; without a node id LSS alone goes on."""
         services = self.services
         self._leave(NmtState.INITIALISING)
         services.node_id = services.lss.active_node_id = services.lss.node_id

@@ -79,7 +79,7 @@ class Tpdo(Pdo):
             self._sync_start = value
 
     def start(self, now_ns: int, *, counts: bool) -> None:
-        """Begin anew, as the state is OPERATIONAL or as something was set. ``counts``: SYNC has a counter."""
+        """Begin again: the state is OPERATIONAL, or something was set. ``counts``: SYNC has a counter."""
         self.stop()
         if self.is_used:
             self._count = 0 if counts and self._sync_start else max(self.type, 1)

@@ -32,7 +32,9 @@ OnPort = Annotated[
     str | None,
     typer.Option("--port", help="A real board's port instead: a path, socket://... or rfc2217://..."),
 ]
-OnBaud = Annotated[int | None, typer.Option("--baud", help="Baud of --port. [default: the board's usual one]")]
+OnBaud = Annotated[
+    int | None, typer.Option("--baud", help="Baud of --port. [default: the board's usual one]")
+]
 BRIDGES = "bridges"
 GONE = "it was disconnected"
 """Text in place of pyserial's longer sentence."""
@@ -186,7 +188,7 @@ class SerialTalk:
 
         try:
             self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
-            self._port.dtr = False  # boards that reset on a change of it start anew
+            self._port.dtr = False  # boards that reset on a change of it start again
             self._port.open()
         except (OSError, ValueError) as error:
             raise DialogueError(f"{self._url}: {_reason(error)}") from None

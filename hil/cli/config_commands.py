@@ -69,7 +69,8 @@ def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:
 
 def schema(
     config: Annotated[
-        Path | None, typer.Argument(help="A configuration; the schema then has its own boards (profile_path), too.")
+        Path | None,
+        typer.Argument(help="A configuration; the schema then has its own boards (profile_path), too."),
     ] = None,
 ) -> None:
     """Print the configuration's JSON Schema, for editors.

@@ -71,7 +71,8 @@ def _parameter(text: str) -> tuple[str, Any]:
 @fault_app.command()
 def clear(
     number: Annotated[
-        int | None, typer.Argument(help="A number of `hil fault list`; left out: all faults.", show_default=False)
+        int | None,
+        typer.Argument(help="A number of `hil fault list`; left out: all faults.", show_default=False),
     ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,

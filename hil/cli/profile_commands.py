@@ -58,10 +58,10 @@ def list_profiles(
 
 @profile_app.command()
 def new(
-    name: Annotated[str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")],
-    folder: Annotated[
-        Path, typer.Option("--folder", help="The folder for the board's folder.")
-    ] = Path(),
+    name: Annotated[
+        str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")
+    ],
+    folder: Annotated[Path, typer.Option("--folder", help="The folder for the board's folder.")] = Path(),
 ) -> CommandAnswer:
     """Write a new board: a folder with a board that runs and passes its tests.
 
@@ -101,7 +101,7 @@ def check(
     """Check a board by the rules for all boards.
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
-    starts anew after a reset, and its log replays identically. Exits with 1 if one fails.
+    starts again after a reset, and its log replays identically. Exits with 1 if one fails.
 
     Example: hil profile check boards/pinger
     """

@@ -99,7 +99,8 @@ def _verbs() -> str:
         "`<runtime directory>/<bench>/control.sock`, a unix stream socket of mode 0660. One line of JSON",
         'is a request, `{"verb": "reset", "device": "m1"}`; one line is its answer,',
         '`{"ok": true, "result": ...}` or `{"ok": false, "error": "...", "code": "..."}` (see Codes of',
-        "refusals). Whoever can open the socket may do all, users of bridges what their role allows.\n",
+        "refusals). Programs that can open the socket may do everything; users of bridges may do what their"
+        " role allows.\n",
         "| verb | of | parameters | role | what it does |",
         "|---|---|---|---|---|",
     ]

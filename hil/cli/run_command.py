@@ -19,9 +19,7 @@ SUBMIT_S = 60.0
 
 def run(
     file: Annotated[Path, typer.Argument(help="The run (YAML or JSON).", show_default=False)],
-    check: Annotated[
-        bool, typer.Option("--check", help="Check the run, and do not carry it out.")
-    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="Check the run, and do not carry it out.")] = False,
     name: Annotated[
         str,
         typer.Option(

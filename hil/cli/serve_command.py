@@ -21,9 +21,7 @@ def serve(
     state_dir: StateDir = None,
     require_rt: Annotated[
         bool,
-        typer.Option(
-            "--require-rt", help="Exit with 2 if real-time priority or locked memory is refused."
-        ),
+        typer.Option("--require-rt", help="Exit with 2 if real-time priority or locked memory is refused."),
     ] = False,
     port_group: Annotated[
         str | None,

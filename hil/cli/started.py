@@ -83,7 +83,9 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         doors = ", ".join([*status["listen"], *status["connect"]])
         lines.append(f"\n{kind}: {status['root']} at {doors}")
         if status["insecure"]:
-            lines.append(f"  insecure: {status.get('risk', 'whoever reaches it may do all')}")
+            lines.append(
+                f"  insecure: {status.get('risk', 'every program that can reach it may do everything')}"
+            )
     lines.append("\nCtrl-C ends the bench.")
     return lines
 

@@ -112,7 +112,11 @@ def _bridge_line(row: dict[str, Any]) -> str:
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
     if row["dropped"]:
         counts += f", {row['dropped']} dropped"
-    warning = f"; INSECURE: {row.get('risk', 'whoever reaches it may do all')}" if row["insecure"] else ""
+    warning = (
+        f"; INSECURE: {row.get('risk', 'every program that can reach it may do everything')}"
+        if row["insecure"]
+        else ""
+    )
     return f"{row['root']} at {doors}: {counts}{warning}"
 
 

@@ -1,4 +1,4 @@
-"""Difference of two configurations as a reload sees it: which devices go on, which start anew, and by which
+"""Difference of two configurations as a reload sees it: which devices go on, which start again, and by which
 keys.
 
 Devices that are joined to others, by wires, a segment or a CAN bus, share one simulated time: a change of one

@@ -76,7 +76,7 @@ def _imported(place: BoardPlace) -> object:
         return getattr(import_module(f"{place.package}.board"), "PROFILE", None)
     except (Exception, SystemExit) as error:
         for name in [each for each in sys.modules if each.startswith(f"{place.package}.")]:
-            del sys.modules[name]  # so that a repaired board is imported anew
+            del sys.modules[name]  # so that a repaired board is imported again
         raise ConfigError([_import_problem(place, error)]) from None
 
 

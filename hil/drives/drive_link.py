@@ -32,7 +32,7 @@ class Waits:
         return wait_ns
 
     def reset(self) -> None:
-        """Begin anew, after an attempt that succeeded."""
+        """Begin again, after an attempt that succeeded."""
         self._next_ns = FIRST_WAIT_NS
 
 

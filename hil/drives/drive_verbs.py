@@ -40,7 +40,7 @@ def can_verbs() -> dict[str, Verb]:
     )
     verbs.append(_verb("home", "find the origin by the drive's homing", method))
     verbs.append(_verb("clear_fault", "clear the drive's fault"))
-    verbs.append(_verb("reset", "let the drive start anew, as after power-up (NMT reset node)"))
+    verbs.append(_verb("reset", "let the drive start again, as after power-up (NMT reset node)"))
     return {verb.name: verb for verb in verbs}
 
 

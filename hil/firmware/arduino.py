@@ -79,7 +79,7 @@ def print_int(value: int, base: int = 10) -> str:
 def parse_float(uart: Uart, timeout_ns: int = STREAM_TIMEOUT_NS) -> Generator[Request, Any, float]:
     """Parse the next number of the input as ``Stream::parseFloat()``, as a single.
 
-    ``timeout_ns`` counts anew for each awaited byte; a time-out ends the number (0.0 if none has begun). The
+    ``timeout_ns`` counts again for each awaited byte; a time-out ends the number (0.0 if none has begun). The
     byte that ends the number stays held by ``peek``: ``available`` does not count it.
     """
     byte = yield from _timed_peek(uart, timeout_ns)

@@ -69,7 +69,7 @@ class Runtime:
         raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
 
     def go_on_waiting(self, now_ns: SimTimeNs, start_ns: SimTimeNs) -> None:
-        """Note that ``takes`` has spared the program the turn in which it would have begun to wait anew:
+        """Note that ``takes`` has spared the program the turn in which it would have begun to wait again:
         from ``start_ns`` on, when what was printed lets it."""
         self._ready_ns = self.polls_from_ns = start_ns
         self.due_ns = start_ns if now_ns < start_ns else FOREVER

@@ -53,8 +53,8 @@ def start_log(stream: TextIO, env: Mapping[str, str]) -> LogWriter:
 
 
 def give_streams() -> None:
-    """Open standard streams that were closed on /dev/null: nothing else may get their numbers, and whoever
-    writes finds something to write to."""
+    """Open standard streams that were closed on /dev/null: nothing else gets their numbers, and writes to
+    them do not fail."""
     if None not in (sys.stdin, sys.stdout, sys.stderr):
         return
     while (fd := os.open(os.devnull, os.O_RDWR)) <= STDERR:

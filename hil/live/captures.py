@@ -1,4 +1,4 @@
-"""Live captures of the traffic at ports, as pcapng to whoever asked for it over the control socket."""
+"""Live captures of the traffic at ports, as pcapng to clients of the control socket."""
 
 import asyncio
 import time

@@ -8,7 +8,7 @@ from hil.config import BenchConfig, Catalogue
 @dataclass
 class Configured:
     """Present configuration, and the catalogue that it was checked against. Only ``hil.live.apply``
-    exchanges ``config``: whoever keeps it longer than a call has an old one after a reload."""
+    exchanges ``config``: a caller that keeps it longer than a call has an old one after a reload."""
 
     config: BenchConfig
     catalogue: Catalogue

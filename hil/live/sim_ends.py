@@ -160,7 +160,7 @@ def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes
 
 
 class TapEnd:
-    """End at a tap, which stays on its segment whoever comes and goes at the port."""
+    """End at a tap, which stays on its segment while clients of the port come and go."""
 
     def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: ClientTap) -> None:
         self.tap = tap

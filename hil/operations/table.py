@@ -67,7 +67,7 @@ def _is_number_or_all(value: Any) -> bool:
 
 
 def _rows(most: int, columns: str) -> Form:
-    """Form of rows, which checks their number only: whoever takes them reads them, beside the event loop."""
+    """Form of rows. It checks their number only; the part that takes them reads them, off the event loop."""
     return Form(
         f"at most {most:,} rows of {columns}", lambda value: isinstance(value, list) and len(value) <= most
     )

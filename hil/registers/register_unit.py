@@ -1,5 +1,5 @@
 """A unit of Modbus: the registers of one device with their state. It answers values, and what a write asks
-of the device; whoever has the device carries that out and tells the unit how it went."""
+of the device; the owner of the device carries that out and tells the unit the result."""
 
 from collections.abc import Mapping, MutableMapping, Sequence
 from enum import Enum, auto

@@ -40,7 +40,7 @@ class UnitMap(Protocol):
 
 class Registers(Protocol):
     """Registers of an axis, as ``hil.registers.register_unit.RegisterUnit``: it answers values, and what a
-    write asks of the axis. Whoever has the axis carries that out, and tells it how it went."""
+    write asks of the axis. The owner of the axis carries that out, and tells it the result."""
 
     @property
     def map(self) -> UnitMap: ...

@@ -18,7 +18,7 @@ LAST_WORDS_BYTES = 128 * 1024
 
 class Interfaces:
     """Serial interfaces of a board. A turn only notes what the firmware writes; faults and the line's times
-    are reckoned outside of it, where the guard cannot strike.
+    are computed outside of it, where the guard cannot strike.
 
     ``bauds``: speed of each by its name; None where bytes take no time. All but the first are made in
     software. ``due_changed`` is called when a byte may arrive sooner than was known.

@@ -62,7 +62,7 @@ class Power:
             self._up()
 
     def reset(self) -> None:
-        """Start the firmware anew, if there is power."""
+        """Start the firmware again, if there is power."""
         if self.is_there:
             self._up()
 

@@ -1,4 +1,4 @@
-"""Place in a board's own code at which an exception was raised, for whoever writes that board."""
+"""Place in a board's own code at which an exception was raised, for the board's author."""
 
 _HIL = __file__.removesuffix("sim/raised_at.py")
 

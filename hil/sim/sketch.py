@@ -35,7 +35,7 @@ class Sketch:
         self.power_up()
 
     def power_up(self) -> None:
-        """Start the firmware anew with the next turn."""
+        """Start the firmware again with the next turn."""
         self.is_on = False
         """True once the first turn after this has made the firmware."""
         interfaces = self._interfaces

@@ -141,7 +141,7 @@ def drive(canbus: "Callable[..., CanBusFace]") -> "Callable[..., DriveFace]":
 
 @pytest.fixture
 def fault() -> "Iterator[Callable[..., FaultFace]]":
-    """Make things go wrong until the test's end: ``fault(b, "packet_no_ack", "s4.network", rate=0.5)``."""
+    """Inject faults until the test's end: ``fault(b, "packet_no_ack", "s4.network", rate=0.5)``."""
     made: list[FaultFace] = []
 
     def inject(bench: "Bench", kind: str, target: str, **parameters: float | str) -> "FaultFace":

@@ -23,7 +23,7 @@ class Bridge(Protocol):
 
     def status(self) -> Mapping[str, Any]:
         """Fields of ``hil status``: ``root``, ``listen``, ``connect``, ``links``, ``insecure``, ``risk``
-        (what whoever reaches it may do, where that is not all), and counters."""
+        (what programs that reach it may do, where that is not everything), and counters."""
 
 
 class BridgeError(Exception):

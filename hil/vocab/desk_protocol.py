@@ -21,7 +21,7 @@ class Source:
 
 
 LOCAL = Source("control socket", Role.ADMIN)
-"""Source of requests at the control socket: whoever may open it may do all."""
+"""Source of requests at the control socket: programs that may open it may do everything."""
 
 
 @dataclass(frozen=True)

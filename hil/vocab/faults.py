@@ -104,7 +104,7 @@ _KINDS = (
     FaultKind("bus_off", "node", CAN_NODE, "a node is bus-off, once; it comes back when the bus lets it",
               is_once=True),
     FaultKind("node_babble", "node", ON_LINE,
-              "a station sends nonsense, whoever else does; a node the most urgent frames",
+              "a station sends nonsense, also while others send; a node the most urgent frames",
               (Parameter("bytes", "how many at a time; a node's frames have 8", "bytes", 1.0, 10_000.0, 20.0),
                Parameter("every_ms",
                          "from one time to the next, or when the last is out if that takes longer",

@@ -151,7 +151,7 @@ class Board:
     """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
 
     tell: Callable[[str, float | None], None] = lambda name, value: None
-    """Tells a value of the firmware's own to whoever looks at the board, by a name; None: no more."""
+    """Tells a value of the firmware's own to those who look at the board, by a name; None: no more."""
 
     @property
     def uart(self) -> Uart:

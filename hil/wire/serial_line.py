@@ -1,6 +1,6 @@
 """An asynchronous serial line seen by a receiver that may have been set to another baud rate.
 
-All times are exact: the signal is reckoned in units of 1 / (2 * sent_baud * read_baud) seconds, in
+All times are exact: the signal is computed in units of 1 / (2 * sent_baud * read_baud) seconds, in
 which the edges of the sent bits and the middles of the read bits are whole numbers.
 """
 

@@ -1,8 +1,8 @@
 """Bits of a CAN wire, joined to the time of a clock.
 
-The wire is known up to the last time at which something happened. What comes next, if nobody does anything,
-is looked ahead for, and becomes true when its time has come. Whoever does something before takes the wire to
-that time first, and it is looked ahead anew.
+The wire is known up to the last time at which something happened. The line looks ahead for what comes next if
+nobody does anything; that becomes true at its time. A caller that does something before takes the wire to
+that time first, and the line looks ahead again.
 """
 
 from collections.abc import Callable, Iterator

@@ -106,7 +106,7 @@ class CanBus:
             wire.set_recovery(self.nodes[name].index, recovers)
 
     def switch_on(self, name: str, bit_rate: int = 0) -> None:
-        """Start a node's controller anew, with its error counters at 0; then it waits for 11 recessive bits.
+        """Start a node's controller again, with its error counters at 0; then it waits for 11 recessive bits.
         ``bit_rate``: its own, in bits per second; 0: the bus's."""
         node = self.nodes[name]
         node.is_on, node.bit_rate, node.state = True, bit_rate, NodeState.ACTIVE

@@ -112,7 +112,7 @@ class CanFaults:
                 wire.set_rate(node.index, 0 if rate == self._bus.bit_rate else rate)
 
     def _restore(self, node: BusNode) -> None:
-        """Let the faults of a node be in force on a controller that has started anew."""
+        """Let the faults of a node be in force on a controller that has started again."""
         for kind in dict.fromkeys(fault.kind for fault in node.wire_faults.values()):
             if kind != "wire_cut":
                 self._rewire(node, kind)

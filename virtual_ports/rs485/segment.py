@@ -40,7 +40,7 @@ class Segment:
     that of all stations' characters.
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
-    told, it ends. Nothing else moves the line on, so whoever looks at it changes nothing.
+    told, it ends. Nothing else moves the line on, so watchers change nothing.
     """
 
     def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:

@@ -184,7 +184,7 @@ def test_halves_go_with_the_client_that_wrote_them() -> None:
 
 def test_halves_on_a_line_whose_clients_nobody_sees_are_forgotten() -> None:
     async def use(line: Line) -> None:
-        for _ in range(3):  # each write begins the time anew
+        for _ in range(3):  # each write begins the time again
             assert await line.ask(good(HALF)) == good(HALF)
             await asyncio.sleep(6)
         assert (await line.ask(good(BOTH)))[3:5] == b"\x42\xb4"

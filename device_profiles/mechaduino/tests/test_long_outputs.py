@@ -151,7 +151,7 @@ def test_j_truncates_towards_zero_below_zero() -> None:
 def test_j_keeps_the_phase_of_its_samples_in_a_static_counter() -> None:
     # 500 ms hold 3249 or 3250 steps. The loop is on since y's end at 5100 ms and j's window is
     # (15900.57, 16400.57] ms: steps 70201 (5100 + 10800.716 ms) to 73449 (5100 + 11300.435 ms) are in it,
-    # 3249 of them: 649 samples and 4 steps over. The second j starts the loop anew at 17400.57 ms, and the
+    # 3249 of them: 649 samples and 4 steps over. The second j starts the loop again at 17400.57 ms, and the
     # first step in its window, 64997, is the fifth already.
     def step_ns(start_ns: int, k: int) -> int:
         return start_ns + k * 7385 * 1000 // 48

@@ -104,7 +104,7 @@ class DriveAutomaton:
                 self._quick_stop(now_ns)
 
     def power_off(self) -> None:
-        """Begin anew: the card is reset."""
+        """Begin again: the card is reset."""
         if self.state in UNDER_POWER:
             self.off(DriveState.NOT_READY)
 

@@ -61,7 +61,7 @@ class DriveContext:
         return self._seen
 
     def forget(self) -> None:
-        """Look anew next time: the axis was told something."""
+        """Look again next time: the axis was told something."""
         self._seen = None
 
     def take_home(self, home_deg: float) -> None:

@@ -37,7 +37,7 @@ class Mover(Protocol):
         """Begin at what the axis does now; ``rate``: its speed in deg/s, if it has one that is to count."""
 
     def check(self, look: MotorLook) -> None:
-        """Begin anew if somebody else has moved or stopped the axis meanwhile, such as a run."""
+        """Begin again if somebody else has moved or stopped the axis meanwhile, such as a run."""
 
     def where(self, now_ns: int) -> SetPointNow:
         """Set-point now."""

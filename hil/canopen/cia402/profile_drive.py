@@ -76,7 +76,7 @@ class ProfileDrive:
     # ---- hil.canopen.application.Application ----
 
     def entered(self, state: NmtState, now_ns: int) -> None:
-        """Take note of a state. Power-up: all begins anew. Stopped: the connection is lost."""
+        """Take note of a state. Power-up: all begins again. Stopped: the connection is lost."""
         if state is NmtState.INITIALISING:
             self._automaton.power_off()
             self._begin()
@@ -85,7 +85,7 @@ class ProfileDrive:
             self._automaton.choose(self._context.value(_MODE), now_ns)
             self._clock.step(now_ns)
         elif state is NmtState.OPERATIONAL:
-            self._told = _NOTHING_TOLD  # whoever listens from now on knows no statusword
+            self._told = _NOTHING_TOLD  # who listens from now on knows no statusword
         elif state is NmtState.STOPPED:
             self._automaton.lose(DriveError.COMMUNICATION, now_ns)
         self._end(now_ns)

@@ -23,5 +23,5 @@ class TimeWindow:
         self._since_ns = -FOREVER
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Begin again."""
         self._since_ns = None

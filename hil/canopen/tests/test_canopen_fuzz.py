@@ -88,7 +88,7 @@ class Source:
 
 
 def test_fuzz_of_frames() -> None:
-    """``HIL_FUZZ`` frames and times. What is sent could be sent; and a node does all anew after a reset."""
+    """``HIL_FUZZ`` frames and times. What is sent could be sent; and a node does all again after a reset."""
     source = Source(SEED)
     chance = source.chance
     sent = 0

@@ -1,4 +1,4 @@
-"""SDO transfers of all sizes, with losses, by a client that is written anew from the standard."""
+"""SDO transfers of all sizes, with losses, by a client that is written again from the standard."""
 
 from binascii import crc_hqx
 from collections.abc import Callable, Collection

@@ -86,7 +86,7 @@ class ObjectWrite:
 def mapping_writes(
     identifier: int, number: int, objects: Sequence[MappedValue], transmission: int, *, is_rpdo: bool = False
 ) -> Iterator[ObjectWrite]:
-    """Writes that map a PDO anew: it is switched off, its map is emptied, filled and counted, and it is
+    """Writes that map a PDO again: it is switched off, its map is emptied, filled and counted, and it is
     switched on. ``identifier``: with its bits; ``number``: 0 to 3; ``transmission``: type of transmission."""
     communication = parameter_index(number, is_rpdo=is_rpdo)
     mapping = communication + 0x200

@@ -59,7 +59,7 @@ class SdoTransfer:
         return self.data or b""
 
     def first(self) -> bytes:
-        """First request, 8 bytes; it may be asked for again to begin anew."""
+        """First request, 8 bytes; it may be asked for again to begin again."""
         self.is_done = self._is_begun = False
         self._at = self._toggle = 0
         if self._is_read:

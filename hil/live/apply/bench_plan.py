@@ -45,7 +45,7 @@ class BenchPlan:
         return [change.device for change in self.changes if change.device and change.action in actions]
 
     def begun(self, *, twins: bool) -> list[str]:
-        """Names of devices that are new or start anew: twins, or real boards."""
+        """Names of devices that are new or start again: twins, or real boards."""
         return [name for name in self.named("restart", "add") if self.has_twin(name) == twins]
 
     def sections(self, name: str, stored: Mapping[str, bytes]) -> dict[str, bytes]:

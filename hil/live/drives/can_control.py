@@ -15,7 +15,7 @@ from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.verbs import VerbRefused
 
 STARTS_S = 10.0
-"""Time for a drive to start anew, and to be greeted."""
+"""Time for a drive to start again, and to be greeted."""
 _POLL_S = 0.02
 
 
@@ -82,5 +82,5 @@ class CanControl(DriveControl):
             if drive.link.is_there and drive.link.session != session:
                 return {}
         raise VerbRefused(
-            "not_now", f"{drive.name} was told to start anew, and after {STARTS_S:g} s it is not there"
+            "not_now", f"{drive.name} was told to start again, and after {STARTS_S:g} s it is not there"
         )

@@ -2,7 +2,7 @@
 
 The rule: a run is checked as a whole when it is submitted, from where its axes will be after the runs before
 it. It starts when none of its axes is in a run that was accepted earlier and has not ended, so runs of other
-axes go on beside it; it is then planned anew from where the axes are. At most ``WAITING`` runs wait, later
+axes go on beside it; it is then planned again from where the axes are. At most ``WAITING`` runs wait, later
 ones are refused. A run is its name and its text. The same of both, submitted again, is the same run: its
 state is answered, nothing is done twice. One name with two texts is refused. Who wants a text carried out
 each time asks for a fresh name: that of the text, or that with a number. Axes of other benches are not waited

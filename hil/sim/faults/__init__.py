@@ -2,5 +2,5 @@
 
 Faults in force are those listed, in whatever order they begin and end. So no fault remembers what was before
 it: those with a state of their own (the chance of a byte fault) act under their numbers, and the effects of
-several on one thing (a coil, the supply, a board's power) are reckoned anew from all that are in force.
+several on one thing (a coil, the supply, a board's power) are computed again from all that are in force.
 """

@@ -24,7 +24,7 @@ class ModbusNode:
     """Station ``name`` with a unit's number. It hears frames, acts at exactly the end of each, when the line
     has been silent for 3.5 characters, and answers ``response_ns`` later.
 
-    Its power is the board's: without it nobody answers, and with each power-up the registers start anew.
+    Its power is the board's: without it nobody answers, and with each power-up the registers start again.
     """
 
     def __init__(

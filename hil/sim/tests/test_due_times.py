@@ -37,7 +37,7 @@ class Heap:
 def run(
     times: DueTimes | Heap, due: list[int], now_ns: int, notes: list[tuple[int, int]], later: list[int]
 ) -> tuple[list[int], int]:
-    """Run what is due; each is due anew then, and another may be, earlier than it was."""
+    """Run what is due; each is due again then, and another may be, earlier than it was."""
     noted, after, order = iter(notes), iter(later), []
     for index, due_ns in enumerate(due):
         times.add(due_ns, index)

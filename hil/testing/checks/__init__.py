@@ -1,4 +1,4 @@
-"""Shipped checks: what every codec, port and bridge has to keep to, whoever wrote it.
+"""Shipped checks: the rules for all codecs, ports and bridges.
 
 Each check tries what its docstring lists, collects all that is wrong, and raises ``CheckFailed``; each line
 of it begins with the word for what is not kept to.

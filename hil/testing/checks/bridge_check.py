@@ -42,7 +42,7 @@ def check_bridge(
     - garbage: whatever comes, nothing is carried out, and the next request is answered.
     - refusal: what the bench refuses does not end it.
     - devices: boards that are added, removed and exchanged do not.
-    - reset: closed and made anew, it answers as before.
+    - reset: closed and made again, it answers as before.
     - replay: the same request has the same answer.
     - time: it never holds up the event loop.
     - limits: many clients at a time, and a request without an end, do not use up the computer.
@@ -161,7 +161,7 @@ class _BridgeCheck:
             async with self._open() as (bridge, _):
                 answers.append(await self._client.asked(bridge.status()))
         if answers[0] != answers[1]:
-            raise Wrong(f"made anew it answers {shown(answers[1])} instead of {shown(answers[0])}")
+            raise Wrong(f"made again it answers {shown(answers[1])} instead of {shown(answers[0])}")
 
     async def _replay(self) -> None:
         async with self._open() as (bridge, _):

@@ -269,7 +269,7 @@ BROKEN: dict[Callable[[Desk], Bridge], tuple[str, str]] = {
     Ascii: ("garbage", "UnicodeDecodeError"),
     Sulking: ("refusal", "answered with nothing"),
     Surprised: ("devices", "KeyError: 'm1'"),
-    Counting: ("reset", "made anew"),
+    Counting: ("reset", "made again"),
     Numbering: ("replay", "asked again"),
     Blocking: ("time", "held up the event loop for "),
     Hospitable: ("limits", "of 150 silent clients"),

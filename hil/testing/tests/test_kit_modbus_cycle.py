@@ -1,4 +1,4 @@
-"""The reckoned times of a poll cycle are those of the same polls on a segment, to the nanosecond."""
+"""The computed times of a poll cycle are those of the same polls on a segment, to the nanosecond."""
 
 import pytest
 from modbus_line import M1, MASTER, Line, config

@@ -91,7 +91,7 @@ class CanBus(Protocol):
         """Set whether a node never drives the wire, not even to acknowledge."""
 
     def switch_on(self, name: str, bit_rate: int = 0) -> None:
-        """Start a node's controller anew, with its error counters at 0. ``bit_rate``: its own; 0: the
+        """Start a node's controller again, with its error counters at 0. ``bit_rate``: its own; 0: the
         bus's."""
 
     def switch_off(self, name: str) -> None:

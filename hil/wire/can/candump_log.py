@@ -21,7 +21,7 @@ _ERROR_FRAME = re.compile("([0-9A-Fa-f]{8})#([0-9A-Fa-f]{0,16})")
 
 
 class LoggedFrame(NamedTuple):
-    """Line of a log. ``at_ns``: nanoseconds since 1970, or as whoever wrote it counted."""
+    """Line of a log. ``at_ns``: nanoseconds since 1970, or by the writer's clock."""
 
     at_ns: int
     bus: str

@@ -72,7 +72,7 @@ class Diagnostics:
         """The diagnostic register, of 16 bits; what they mean is the device's."""
         self.is_listen_only = False
         self.ascii_delimiter = _LINE_FEED
-        """Kept for whoever asks; frames of RTU have none."""
+        """Kept for those who ask; frames of RTU have none."""
         self._is_restarting = False
 
     def heard(self, *, is_good: bool) -> None:

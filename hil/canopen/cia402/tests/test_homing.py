@@ -116,7 +116,7 @@ def test_a_limit_switch_in_the_way_is_an_error() -> None:
     assert 400 < drive.axis.look().position_deg < 430
     drive.control(0x0F)
     drive.write(0x6098, 37)
-    homed(drive)  # another one begins anew
+    homed(drive)  # another one begins again
 
 
 def test_without_a_method_it_is_an_error() -> None:

@@ -41,7 +41,7 @@ def naive_plain(frame: CanFrame) -> str:
 
 
 def naive_stuffed(text: str) -> str:
-    """Stuff as text: behind five bits of one kind, counted anew from a stuff bit on, stands the other."""
+    """Stuff as text: behind five bits of one kind, counted again from a stuff bit on, stands the other."""
     out = ""
     since = 0
     for bit in text:
