@@ -39,7 +39,7 @@ KEYS = (
         "a settable field: a query without payload reads it, a number sets it",
         '15.0 answers {"v":1,"effective_at_ns":7500000000,"pKp":15.0}'),
     Key("verbs/<device>", (QUERY,), JSON, "hil.verbs.v1", Role.VIEWER,
-        "what can be asked of a device",
+        "verbs of a device",
         '{"v":1,"device":"m1","profile":"mechaduino","verbs":[{"verb":"enable"}]}'),
     Key("layout", (QUERY,), JSON, "hil.layout.v1", Role.VIEWER,
         "the fields of the binary layout; new ones come at the end",

@@ -42,7 +42,7 @@ class Options(BaseModel):
     )
     users: Path | None = Field(
         default=None,
-        description="File of users with their roles and passwords; without it everybody may do all.",
+        description="File of users with their roles and passwords; without it everybody may do everything.",
     )
     tls: TlsOptions | None = Field(
         default=None, description="Certificates, both ways; needs `users` for roles."

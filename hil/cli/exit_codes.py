@@ -17,13 +17,12 @@ class Exit(IntEnum):
 
 EXIT_CODES: dict[int, str] = {
     Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
-    Exit.FAILED: "it did not work out: no bench answers, the bench refused, a log differs, the doctor found a"
-    " problem",
-    Exit.MISTAKE: "nothing was done, and a retry does not mend it: a wrong command line, or a configuration"
-    " or a file with problems, which are listed; of `hil serve`: what it needs is refused or taken",
+    Exit.FAILED: "failure: no bench answers, the bench refused, a log differs, the doctor found a problem",
+    Exit.MISTAKE: "nothing was done, and a retry does not help: a wrong command line, or a configuration"
+    " or a file with problems, which are listed; of `hil serve`: something it needs is refused or in use",
     Exit.RUN_FAILED: "of `hil run`: the run failed; the report says why, and where all axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
-    Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start says whose",
-    Exit.INTERRUPTED: "Ctrl-C or SIGTERM ended it before it was done; `hil run` ends its run first",
+    Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start names it",
+    Exit.INTERRUPTED: "ended early by Ctrl-C or SIGTERM; `hil run` ends its run first",
 }
 """Codes with their meanings."""

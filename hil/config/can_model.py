@@ -61,7 +61,7 @@ class CanNodeConfig(StrictModel):
 class CanTapConfig(StrictModel):
     """An slcan adapter, at which a program outside reaches the bus."""
 
-    port: PortConfig = Field(description="Where it is reached, as a device's `port`.")
+    port: PortConfig = Field(description="Its port, as a device's `port`.")
 
 
 def _node(value: Any) -> Any:
@@ -85,10 +85,10 @@ class CanConfig(StrictModel):
     )
     taps: Mapping[Name, CanTapConfig] = Field(
         default={},
-        description="slcan adapters on this bus, each under a name of its own: `can0.slcan0`.",
+        description="slcan adapters on this bus, by their names: `can0.slcan0`.",
     )
     duplicate_ids: bool = Field(
-        default=False, description="Nodes may share an id, to try what a master does then."
+        default=False, description="Nodes may share an id, to test a master's reaction."
     )
 
     def members(self) -> tuple[str, ...]:

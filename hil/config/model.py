@@ -64,18 +64,18 @@ class SetpointsConfig(StrictModel):
     timeout_ms: float = Field(
         gt=0,
         le=3_600_000,
-        description="After so long without a set-point the axis stops, at that exact simulated time, in ms.",
+        description="Time without a set-point after which the axis stops, in ms, exact in simulated time.",
     )
     policy: Literal["hold", "decelerate", "torque_off"] = Field(
         default="decelerate",
-        description="How: `hold` at once where it is, `decelerate` with a ramp, `torque_off` without current"
-        " (a SAC has no such thing, and holds).",
+        description="How it stops: `hold` at once where it is, `decelerate` with a ramp, `torque_off` without"
+        " current (a SAC holds instead).",
     )
     acceleration_rpm_per_s: float = Field(
         default=600.0,
         ge=0.01,
         le=1e6,
-        description="Of the ramp of `decelerate`; a SAC takes its session's deceleration.",
+        description="Acceleration of the ramp of `decelerate`; a SAC takes its session's deceleration.",
     )
 
 
@@ -102,13 +102,13 @@ class DeviceConfig(StrictModel):
         default=None,
         description="A real board instead of an emulated one: the path or URL of its serial port"
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
-        " `baud` is the adapter's speed; keys that describe an emulated board cannot be there. Of a drive"
-        " with a `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
-        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path. Of a"
+        " `baud` is the adapter's speed; keys of emulated boards are not allowed with it. For a drive with a"
+        " `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
+        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path. For a"
         " CANopen drive, its node on a bus: `can+socketcan://can0?node=5`,"
         " `can+slcan:///dev/ttyACM0?bitrate=1000000&node=5` (or `//host:port`; `baud=115200` is the adapter's"
         " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it. With `&master=127`"
-        " they watch a heartbeat of the daemon, and stop by themselves without it.",
+        " they watch a heartbeat of the daemon, and stop without it.",
     )
     port: PortConfig | None = Field(
         default=None,
@@ -128,16 +128,17 @@ class DeviceConfig(StrictModel):
     baud: _Baud | None = Field(
         default=None,
         description="Character timing of the serial line, in baud (10 bit times a character), as of a UART;"
-        " null: bytes take no time, as over USB CDC. Of a board with several serial interfaces it is the"
-        " first one's.",
+        " null: bytes take no time, as over USB CDC. On a board with several serial interfaces it is for the"
+        " first.",
     )
     bauds: Mapping[Name, _Baud | None] = Field(
         default={},
-        description="The same of the board's other serial interfaces, by their names in the profile, at a"
+        description="The same for the board's other serial interfaces, by their names in the profile, at a"
         " port or on a segment, as in `{logger: 9600}`.",
     )
     flash: FlashConfig = Field(
-        default=FlashConfig.model_construct(), description="What the board's non-volatile memory starts with."
+        default=FlashConfig.model_construct(),
+        description="Contents of the board's non-volatile memory at its start.",
     )
     hardware: str = Field(
         description="The board's version, one of its profile's; left out: the profile's default."
@@ -145,7 +146,7 @@ class DeviceConfig(StrictModel):
     plant: Literal["simple", "full"] = Field(
         default="simple",
         description="The model of motor and load. `simple`: inertia, viscous friction and a torque constant;"
-        " coil currents follow their command at once. `full`: besides these, coils with inductance and"
+        " coil currents follow their command at once. `full`: also coils with inductance and"
         " back-EMF behind a supply, detent torque, dry friction, a load, and the encoder's errors.",
     )
     load: LoadConfig | None = Field(
@@ -154,8 +155,8 @@ class DeviceConfig(StrictModel):
     )
     axis: Mapping[str, float] = Field(
         default={},
-        description="Axis parameters that differ from the profile's; each name ends in its unit. Of a board"
-        " with several axes these are of the first, as are `load` and `registers`.",
+        description="Axis parameters that differ from the profile's; each name ends in its unit. On a board"
+        " with several axes these are for the first, as are `load` and `registers`.",
     )
     registers: Mapping[str, _Register] = Field(
         default={},
@@ -163,18 +164,18 @@ class DeviceConfig(StrictModel):
     )
     axes: Mapping[Name, AxisConfig] = Field(
         default={},
-        description="Axes of a board with several, by their names in the profile, as in `elbow`: what differs"
-        " from the profile.",
+        description="Axes of a board with several axes, by their names in the profile, as in `elbow`: what"
+        " differs from the profile.",
     )
     map: MapText | None = Field(
         default=None,
-        description="Of a drive, which has registers of its own: where each of its values is, as the path of"
-        " a file, looked up from the configuration's folder, or written out; null: as its profile has it.",
+        description="Map of a Modbus drive's registers: the path of a file, from the configuration's folder,"
+        " or the map itself; null: that of its profile.",
     )
     units: UnitsConfig | None = Field(
         default=None,
-        description="Of a real CANopen drive, what its numbers of position, speed and acceleration are; null:"
-        " as it says itself.",
+        description="Units of position, speed and acceleration of a real CANopen drive; null: those that the"
+        " drive tells.",
     )
     setpoints: SetpointsConfig | None = Field(
         default=None,
@@ -185,9 +186,9 @@ class DeviceConfig(StrictModel):
         default=None,
         ge=1,
         le=200,
-        description="How often a run types a set-point at a real servo (`at`), which answers each, or writes"
-        " it to a real drive that follows set-points; of a CANopen drive the rate of SYNC, one for all drives"
-        " on a bus; null: 50.",
+        description="Set-points a second that a run types at a real servo (`at`), or writes to a real drive"
+        " that follows set-points; for a CANopen drive the rate of SYNC, one for all drives on a bus; null:"
+        " 50.",
     )
     line_delay_ms: float | None = Field(
         default=None,
@@ -201,8 +202,8 @@ class DeviceConfig(StrictModel):
         default=None,
         ge=1,
         le=10_000,
-        description="Interval in which the state of a real drive (`at: modbus+...`, `at: can+...`) is read; a"
-        " slow line makes it longer; of a CANopen drive whole periods of SYNC; null: 20.",
+        description="Interval of readings of a real drive's state (`at: modbus+...`, `at: can+...`); a slow"
+        " line makes it longer; for a CANopen drive whole periods of SYNC; null: 20.",
     )
     spi_previous_command: int = Field(
         default=0xFFFF,

@@ -38,15 +38,15 @@ class TapConfig(StrictModel):
     )
     real: bool = Field(
         default=False,
-        description="A real line with real nodes hangs there: a twin whose address sends from there is taken"
-        " off. True where the port is `serial`, unless you say otherwise.",
+        description="The tap leads to a real line with real nodes: a twin leaves the wire when a real node"
+        " with its address sends. The default is true for a `serial` port.",
     )
     listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
     echo: bool = Field(default=False, description="It hears what it sends itself.")
     framing: str | None = Field(
         default=None,
-        description="How the bytes on this wire are packets, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: as the boards and nodes on it speak, `sac` if none does.",
+        description="Framing of the packets on this wire, for its statistics, captures and faults: `sac`,"
+        " `modbus_rtu`; null: that of the boards and nodes on it, `sac` if there are none.",
     )
 
 
@@ -55,8 +55,8 @@ class SegmentConfig(StrictModel):
 
     stations: list[str] = Field(
         default=[],
-        description="Devices on this wire, each by its network UART, as in `s1`, or by its only one; another"
-        " is written with its name: `s1.main` is the UART that the device's port is at.",
+        description="Devices on this wire: `s1` is the network UART of a device, or its only one. Another"
+        " UART has its name: `s1.main` is the UART of the device's port.",
     )
 
     taps: Mapping[Name, TapConfig] = Field(

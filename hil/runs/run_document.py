@@ -33,18 +33,21 @@ Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
 class AxisRules(StrictModel):
     """Limits of an axis in this run."""
 
-    velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Most speed.")
-    acceleration_rpm_per_s: float = Field(default=600.0, gt=0, le=1e6, description="Most acceleration.")
+    velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Largest speed.")
+    acceleration_rpm_per_s: float = Field(default=600.0, gt=0, le=1e6, description="Largest acceleration.")
     jerk_rpm_per_s2: float = Field(
-        default=12_000.0, gt=0, le=1e9, description="Most change of acceleration in a second; S-curves only."
+        default=12_000.0,
+        gt=0,
+        le=1e9,
+        description="Largest change of acceleration in a second; S-curves only.",
     )
-    min_deg: Angle = Field(default=-1e6, description="No position below is planned.")
-    max_deg: Angle = Field(default=1e6, description="None above.")
+    min_deg: Angle = Field(default=-1e6, description="Smallest position that may be planned.")
+    max_deg: Angle = Field(default=1e6, description="Largest position that may be planned.")
     following_error_deg: float | None = Field(
         default=None,
         gt=0,
         le=1e6,
-        description="An axis that is farther from its set-point has failed; null: never.",
+        description="The axis fails if it is farther from its set-point; null: never.",
     )
 
 
@@ -53,16 +56,18 @@ class WaitUntil(StrictModel):
 
     axis: AxisName
     field: str = Field(description="A field of the axis, as in `position_deg`.")
-    above: float | None = Field(default=None, description="It is over so, when it is this or more.")
-    below: float | None = Field(default=None, description="Or this or less; with both: in between.")
-    timeout_s: float = Field(default=10.0, gt=0, le=_DAY_S, description="The run fails after so long.")
+    above: float | None = Field(default=None, description="The wait ends when the field is this or more.")
+    below: float | None = Field(
+        default=None, description="The wait ends when the field is this or less; with both: in between."
+    )
+    timeout_s: float = Field(default=10.0, gt=0, le=_DAY_S, description="The run fails after this time.")
 
 
 class Repeat(StrictModel):
     """Do steps again."""
 
-    label: Name = Field(description="From the step with this label to the one before this.")
-    times: int = Field(ge=1, le=STEPS, description="How often more.")
+    label: Name = Field(description="Repeat the steps from the one with this label to the one before this.")
+    times: int = Field(ge=1, le=STEPS, description="Number of repetitions.")
 
 
 class SplinePoint(BaseModel):
@@ -98,7 +103,9 @@ def _one_action(step: "Step") -> "Step":
 class _Step(StrictModel):
     """Step of a run: one thing to do."""
 
-    label: Name | None = Field(default=None, description="A name for `repeat`; may stand alone.")
+    label: Name | None = Field(
+        default=None, description="A name for `repeat`; the step may have nothing else."
+    )
     move: dict[AxisName, Angle] | None = Field(
         default=None, min_length=1, description="Axes to angles; they begin and end together."
     )
@@ -117,14 +124,16 @@ class _Step(StrictModel):
         max_length=1000,
         description="Through points, mappings of axes to angles, from where they are; `at_s` in all or none.",
     )
-    dwell_s: Seconds | None = Field(default=None, description="Stand for so long.")
-    wait_until: WaitUntil | None = Field(default=None, description="Until a field of an axis is in a range.")
+    dwell_s: Seconds | None = Field(default=None, description="Pause of all axes.")
+    wait_until: WaitUntil | None = Field(
+        default=None, description="Wait until a field of an axis is in a range."
+    )
     pins: dict[str, Literal[0, 1]] | None = Field(
         default=None, min_length=1, description="Inputs of axes to levels, as in `{m1.D3: 1}`."
     )
     repeat: Repeat | None = Field(default=None, description="Do earlier steps again.")
     in_s: Seconds | None = Field(
-        default=None, description="How long a move or line takes; left out: as short as the limits let it be."
+        default=None, description="Duration of a move or line; left out: the shortest within the limits."
     )
 
 
@@ -139,7 +148,7 @@ def _as_choice(how: object) -> object:
 class RunDocument(StrictModel):
     """A run."""
 
-    run: Name = Field(description="Its name; the same text submitted twice while it is under way is one run.")
+    run: Name = Field(description="Its name; the same text submitted again during the run is the same run.")
     axes: dict[AxisName, AxisRules] = Field(
         min_length=1,
         max_length=AXES,
@@ -147,7 +156,7 @@ class RunDocument(StrictModel):
         " bench as `lathe/m1`.",
     )
     profile: Literal["trapezoid", "s_curve"] = Field(
-        default="s_curve", description="Of moves and lines: limits of acceleration, or of jerk too."
+        default="s_curve", description="Limits of moves and lines: of acceleration, or of jerk too."
     )
     on_fault: Annotated[Literal["grace", "prejudice"], BeforeValidator(_as_choice)] = Field(
         default="grace",
@@ -155,7 +164,7 @@ class RunDocument(StrictModel):
         " `prejudice` or `immediate` at once.",
     )
     start_in_s: Seconds = Field(default=0.0, description="Time from its acceptance to its start.")
-    steps: list[Step] = Field(min_length=1, max_length=STEPS, description="In their order.")
+    steps: list[Step] = Field(min_length=1, max_length=STEPS, description="The steps, in their order.")
 
 
 def parse_run(text: str, file: str) -> tuple[RunDocument, Document]:

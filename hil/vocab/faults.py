@@ -58,7 +58,7 @@ _BYTE_RATE = Parameter("rate", "probability for each byte")
 _PACKET_RATE = Parameter("rate", "probability for each packet", default=1.0)
 _REQUEST_RATE = Parameter("rate", "probability for each request", default=1.0)
 _TOWARDS = Parameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
-_SEED = Parameter("seed", "where its chance starts", maximum=2**53, default=0)
+_SEED = Parameter("seed", "seed of its random numbers", maximum=2**53, default=0)
 _DAY_S = 86_400.0
 TIMING = (
     Parameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
@@ -72,7 +72,7 @@ _KINDS = (
     FaultKind("byte_duplicate", "byte", PORT, "bytes come twice", (_BYTE_RATE, _TOWARDS, _SEED)),
     FaultKind("byte_delay", "byte", PORT, "bytes come late, and those behind them too",
               (_BYTE_RATE, Parameter("delay_ms", "how late", "ms", 0.0, 60_000.0, 10.0), _TOWARDS, _SEED)),
-    FaultKind("host_stop_reading", "host", TWIN_PORT, "nobody reads: what the board sends is lost"),
+    FaultKind("host_stop_reading", "host", TWIN_PORT, "no client reads: what the board sends is lost"),
     FaultKind("host_close", "host", TWIN_PORT, "the cable is out: nothing passes either way"),
     FaultKind("packet_bad_crc", "packet", STATION, "packets are sent with a wrong CRC",
               (_PACKET_RATE, _SEED)),
@@ -110,11 +110,11 @@ _KINDS = (
                          "from one time to the next, or when the last is out if that takes longer",
                          "ms", 0.1, 1e6, 100.0),
                _SEED)),
-    FaultKind("node_clash", "node", SEGMENT, "another node acknowledges what goes to an address",
+    FaultKind("node_clash", "node", SEGMENT, "another node acknowledges packets to an address",
               (Parameter("address", "its address", "", 4.0, 255.0),)),
     FaultKind("node_reset", "node", DEVICE, "the power goes and comes back, once", is_once=True),
     FaultKind("node_brown_out", "node", DEVICE,
-              "board and motor have no power, whatever resets it, and it starts again afterwards"),
+              "board and motor have no power, also after a reset; afterwards the board starts again"),
     FaultKind("node_hang", "node", DEVICE,
               "the main program stands still, also after a reset; motor and interrupts go on"),
     FaultKind("shaft_load", "physics", SHAFT,
@@ -124,7 +124,7 @@ _KINDS = (
                          limits=LOAD_LIMITS),)),
     FaultKind("shaft_jam", "physics", SHAFT, "the shaft is clamped where it is"),
     FaultKind("steps_lost", "physics", SHAFT,
-              "the shaft is turned once, by hand; 7.2 deg are four full steps of a motor with 200",
+              "the shaft is turned once, as by hand; 7.2 deg are four full steps of a motor with 200",
               (Parameter("turn_deg", "how far, positive towards larger counts", "deg", -36e4, 36e4, -7.2),),
               is_once=True),
     FaultKind("phase_open", "physics", SHAFT, "a coil's wire is broken",
