@@ -247,10 +247,11 @@ class DeviceConfig(StrictModel):
 
     def drive_map(self, profile: ProfileInfo) -> "DriveMap | None":
         """Map of the board's own registers; None: it has none."""
+        if (text := self.map or profile.map) is None:
+            return None
         from hil.config.drive_map_text import drive_map_of
 
-        text = self.map or profile.map
-        return drive_map_of(text) if text else None
+        return drive_map_of(text)
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""

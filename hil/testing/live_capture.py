@@ -8,6 +8,8 @@ from types import TracebackType
 
 from hil.net.control_client import ask, begin
 
+ANSWER_S = 60.0
+"""Maximum time for an answer: of twenty benches that start at once on two CPUs each waits for its turns."""
 _PIECE = 1 << 16
 
 
@@ -20,7 +22,7 @@ class LiveCapture:
 
     def __enter__(self) -> "LiveCapture":
         self._client: socket.socket | None = None
-        listed = ask(self._control, "status")
+        listed = ask(self._control, "status", timeout_s=ANSWER_S)
         rows = [*listed["segments"], *listed["buses"]]
         lines = [row.get("segment") or row["bus"] for row in rows]
         on_lines = {tap["tap"] for tap in listed["taps"]}
@@ -31,7 +33,7 @@ class LiveCapture:
         ]
         names = [*lines, *(name for name in places if name and name not in on_lines)]
         if names:
-            self._client, _ = begin(self._control, "capture", ports=names)
+            self._client, _ = begin(self._control, "capture", timeout_s=ANSWER_S, ports=names)
             self._file = self._path.open("wb", buffering=0)
             self._thread = threading.Thread(target=self._copy, name="hil capture", daemon=True)
             self._thread.start()

@@ -19,12 +19,12 @@ from typing import IO, Any
 import serial
 
 from hil.net.control_client import ControlError, ask
-from hil.testing.live_capture import LiveCapture
+from hil.testing.live_capture import ANSWER_S, LiveCapture
 from hil.testing.named_things import NamedThings
 
 READY_S = 120.0
 """Maximum time until the boards answer, by default: many that start at once have to wait for a CPU."""
-END_S = 10.0
+END_S = 60.0
 """Maximum time for a daemon to end in after SIGTERM."""
 SHORT_PATH = 60
 """Maximum length of the folder for temporary files: the path of a socket has at most 107 bytes."""
@@ -74,7 +74,7 @@ class ServedBench:
         parameters={})``; the reference has its verbs. Raises LiveError: it was refused."""
         __tracebackhide__ = True
         try:
-            return ask(Path(self.info["control"]), verb, **arguments)
+            return ask(Path(self.info["control"]), verb, timeout_s=ANSWER_S, **arguments)
         except ControlError as error:
             raise LiveError(str(error)) from None
 
@@ -88,7 +88,7 @@ class ServedBench:
             raise LiveError(f"hil {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
         return done.stdout
 
-    def type(self, name: str, *lines: bytes, until: bytes, timeout_s: float = 10.0) -> bytes:
+    def type(self, name: str, *lines: bytes, until: bytes, timeout_s: float = ANSWER_S) -> bytes:
         """Send lines to a port, and read after each up to ``until``; answers all that came. Raises LiveError:
         it did not come in time."""
         __tracebackhide__ = True
