@@ -83,7 +83,7 @@ def _faults(entries: object, lines: Mapping[str, Framing]) -> Iterator[Finding]:
         if not isinstance(entry, dict):
             continue
         kind, framing = entry.get("fault"), lines.get(str(entry.get("target")))
-        if framing and kind in OF_FRAMINGS and kind not in framing.faults:
+        if framing and isinstance(kind, str) and kind in OF_FRAMINGS and kind not in framing.faults:
             able = ", ".join(framing.faults)
             message = f"{kind} means nothing on a line of {framing.name}"
             yield Finding(("faults", index, "fault"), message, f"of faults of packets it can have {able}")

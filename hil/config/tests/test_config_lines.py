@@ -189,3 +189,10 @@ def test_a_fault_that_means_nothing_in_a_lines_packets():
         f"{kind} means nothing on a line of modbus_rtu (of faults of packets it can have packet_bad_crc)"
         for kind in ("packet_nak", "node_clash")
     ]
+
+
+@pytest.mark.parametrize("kind", [[], {}, None, 3])
+def test_a_fault_on_a_line_whose_kind_is_no_text(kind):
+    faults = [{"fault": kind, "target": "s1.network"}]
+    (said,) = problems(devices={"s1": SAC}, segments={"bus0": {"stations": ["s1"]}}, faults=faults)
+    assert "text" in said
