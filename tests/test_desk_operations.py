@@ -75,6 +75,53 @@ def test_faults_of_a_device_are_not_those_of_one_with_a_longer_name(using: Using
     using(use)
 
 
+def test_a_zero_of_the_angle_that_is_told(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("m1")
+        before = (await ask("state", "m1"))["position_deg"]
+        done = await ask("zero", "m1")
+        assert done.answer == {"was_deg": before, "board_deg": None}, "off, it counts nothing"
+        assert (await ask("state", "m1"))["position_deg"] == 0
+        await ask.verb("m1", "enable")
+        done = await ask("zero", "m1.axis")
+        assert done.answer["board_deg"] == pytest.approx(before, abs=1)
+        assert (await ask("set", "m1", field="position_deg", value=90)).answer == {"position_deg": 90}
+        assert (await ask("state", "m1"))["position_deg"] == pytest.approx(90, abs=0.1)
+        assert (await refusal(ask("set", "m1", field="position_deg", value=2e6)))[0] == "bad_parameter"
+        assert (await refusal(ask("zero", "real")))[0] == "cannot"
+        await ask.until_ready("s1")
+        await ask.verb("s1", "velocity", velocity_rpm=60)
+        assert await refusal(ask("zero", "s1")) == (
+            "not_now",
+            "position_deg: its motions end at angles; wait until it stands",
+        )
+
+    using(use)
+
+
+def test_the_status_says_when_a_load_drags_a_shaft(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        async def note(name: str) -> str | None:
+            rows = {row["device"]: row for row in (await ask("status"))["devices"]}
+            said: str | None = rows[name]["note"]
+            return said
+
+        await ask("set", "m1", field="load_torque_Nm", value=0.495)
+        assert await note("m1") is None, "what it holds"
+        await ask("inject", "m1", fault="shaft_load", parameters={"torque_Nm": 4.4})
+        limit = "the load of 4.895 Nm is more than the motor holds (0.495 Nm); the shaft turns at 10000 rpm"
+        while await note("m1") != f"{limit}, the limit of its model":
+            await asyncio.sleep(0.01)
+        assert (await ask("state", "m1"))["velocity_rpm"] == 10_000
+        assert await note("s1") is None
+        await ask("clear", number="all")
+        await ask("set", "m1", field="load_torque_Nm", value=0)
+        while await note("m1"):
+            await asyncio.sleep(0.01)
+
+    using(use)
+
+
 def test_a_real_board_says_what_it_cannot(using: Using) -> None:
     async def use(ask: Asking) -> None:
         told = [await refusal(ask(name, "real")) for name in ("state", "packed")]

@@ -96,6 +96,6 @@ def zero(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None
     said = f"{device}: the shaft's angle is 0 now; it was {answer['was_deg'] + 0.0:.2f} deg"
     if (board_deg := answer["board_deg"]) is not None:
         said += (
-            f"\nThe board still counts {board_deg + 0.0:.2f} deg, by which its set-points and move-abs go."
+            f"\nThe board counts {board_deg + 0.0:.2f} deg as before; its set-points and move-abs go by that."
         )
     return CommandAnswer(answer, said)

@@ -3,6 +3,7 @@
 import asyncio
 import re
 from collections.abc import Coroutine, Mapping
+from functools import partial
 from typing import Any
 
 from hil.core import CoreAxis
@@ -78,8 +79,7 @@ class BoardOperations:
                 "no_parameter",
                 f"{asked.target} has no field {field!r} that can be set; {meant(field, fields)}",
             )
-        device, part = self._twin(asked.target), address_of(asked.target).part
-        if problem := setting_problem(self._sim.faults, device, field, value, part):
+        if problem := self._setting_problem(asked, field, value):
             raise VerbRefused("bad_parameter", problem)
         return self._give(asked, SetField(field, float(value)), {field: value})
 
@@ -88,14 +88,18 @@ class BoardOperations:
         None for one that counts none or does not count now."""
         if asked.target in self._drives:
             raise VerbRefused("cannot", f"{asked.target} is a real drive: its own homing makes its zero")
-        device, part = self._twin(asked.target), address_of(asked.target).part
-        if problem := setting_problem(self._sim.faults, device, ANGLE, 0.0, part):
+        if problem := self._setting_problem(asked, ANGLE, 0.0):
             raise VerbRefused("not_now", problem)
         shot, kind = self._sim.snapshot(asked.target), self._axis(asked).kind
         counts = kind.follows_paths and shot.as_dict()["loop_on"]
         board_deg = kind.motion(shot).position_deg if counts else None
         answer = {"was_deg": shot.position_deg, "board_deg": board_deg}
         return self._give(asked, SetField(ANGLE, 0.0), answer)
+
+    def _setting_problem(self, asked: Asked, field: str, value: Any) -> str | None:
+        device, part = self._twin(asked.target), address_of(asked.target).part
+        look = partial(self._sim.snapshot, asked.target)
+        return setting_problem(self._sim.faults, device, field, value, part, look)
 
     def type(self, asked: Asked, text: str) -> Done:
         r"""Type a text with ``\r``, ``\xHH`` and the like."""

@@ -3,7 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # who only reads the names starts quickly
-    from hil.core import CoreAxis
+    from collections.abc import Callable
+
+    from hil.core import CoreAxis, Snapshot
     from hil.sim.device import Device
     from hil.sim.faults.in_force import Faults
 
@@ -23,27 +25,32 @@ _FIELD_LIMIT = 1e6
 
 
 def setting_problem(
-    faults: "Faults", device: "Device", name: str, value: object, part: str = ""
+    faults: "Faults",
+    device: "Device",
+    name: str,
+    value: object,
+    part: str = "",
+    look: "Callable[[], Snapshot] | None" = None,
 ) -> str | None:
     """Error text for a value of a field of ``SETTABLE`` of one of a device's axes, or None. ``part``: the
-    axis's name; empty: the first."""
+    axis's name; empty: the first. ``look``: takes the axis's state now; None: the caller has its group."""
     axis = device.axes[part]
     if name not in axis.kind.fields:
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == "load_torque_Nm":
         problem = faults.load_problem(axis, value)
         return problem and f"{name}: {problem}"
-    if name == ANGLE and (problem := _zero_problem(axis)):
+    if name == ANGLE and (problem := _zero_problem(axis, look or axis.snapshot)):
         return f"{name}: {problem}"
     low, high = _range(device, name)
     return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
 
 
-def _zero_problem(axis: "CoreAxis") -> str | None:
+def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | None:
     """Reason why the zero of an axis's angle stays where it is, or None."""
     if axis.is_on_bus:
         return "masters of the CAN bus count by it; let them home the drive (607Ch, 6098h)"
-    if not axis.kind.follows_paths and axis.kind.motion(axis.published()).is_under_way:
+    if not axis.kind.follows_paths and axis.kind.motion(look()).is_under_way:
         return "its motions end at angles; wait until it stands"
     return None
 

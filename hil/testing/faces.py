@@ -11,6 +11,7 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
+from hil.sim.settable import ANGLE, setting_problem
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
 from hil.vocab.address import pin_of
@@ -172,6 +173,17 @@ class AxisFace:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
         return _do(self._runtime, self._device, self._part, verb, parameters)
+
+    def zero(self) -> None:
+        """Let the shaft's angle, ``position_deg``, be 0 from now on where the shaft is, as `hil zero` does.
+        Nothing turns, and the board knows nothing of it.
+
+        Raises:
+            ValueError: a stepper that moves, or the drive of a CAN bus, which counts by its own zero.
+        """
+        if problem := setting_problem(self._runtime.faults, self._device, ANGLE, 0.0, self._part):
+            raise ValueError(problem)
+        self._runtime.give(self._device, SetField(ANGLE, 0.0), self._part)
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
