@@ -46,6 +46,7 @@ NEEDS_RUNTIME_DIR = (
     "drive",
     "axis",
     "state",
+    "zero",
 )
 TERMINAL = {"COLUMNS": "100", "TERM": "dumb"}
 T = TypeVar("T")

@@ -18,7 +18,7 @@ from e2e_support import HIL, PATIENCE_S, Place, config, until
 
 COMMANDS = (
     *("serve", "check", "schema", "list", "status", "monitor", "reset", "pin", "set", "replay"),
-    *("plot", "step", "drive", "doctor"),
+    *("plot", "step", "drive", "doctor", "zero"),
 )
 TCP = {"port": {"kind": "tcp", "port": 0}}
 
@@ -213,6 +213,11 @@ def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
     refused = place.cli("set", "m1", "load_torque_Nm", "99", code=1)
     assert "write -4.95 to 4.95, 10 times what this motor holds (0.495 Nm)" in refused
     assert "Invalid value" in place.cli("set", "m1", "diaagc", "much", code=2)
+    place.cli("set", "m1", "load_torque_Nm", "0")
+    said = place.cli("zero", "m1")
+    assert re.fullmatch(r"m1: the shaft's angle is 0 now; it was -?\d+\.\d\d deg\n", said)
+    assert "no device 'm9'; there are m1" in place.cli("zero", "m9", code=1)
+    assert {"was_deg", "board_deg"} < json.loads(place.cli("zero", "m1", "--json")).keys()
 
 
 def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(place: Place) -> None:
@@ -220,7 +225,7 @@ def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(pl
     server = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}}), "--log", str(log))
     for field in ("diaagc", "errfl"):
         said = place.cli("set", "s1", field, "1", code=1)
-        there = "there are load_torque_Nm, clock_Hz"
+        there = "there are load_torque_Nm, position_deg, clock_Hz"
         assert said == f"hil: s1 has no field '{field}' that can be set; {there}\n"
     place.cli("set", "s1", "load_torque_Nm", "0.01")
     server.stop()

@@ -148,7 +148,7 @@ _VERBS = (
     ),
     Verb(
         "move_abs",
-        "go to an angle, counted from that at power-up; in whole pulses",
+        "go to an angle, counted from that at power-up or from `hil zero`; in whole pulses",
         (Parameter("position_deg", "where to", "deg", -_ANGLE_DEG, _ANGLE_DEG), _SPEED, *_RAMPS),
         move_abs,
         Effect.ENDS,

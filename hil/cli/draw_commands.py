@@ -107,6 +107,12 @@ def step(
             f" a Mechaduino; `hil axis {device}` lists what else turns it",
             2,
         )
+    if "type" not in (row["verb"] for row in ask_bench(bench, runtime_dir, "verbs", device=device)):
+        raise fail(
+            f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
+            f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that",
+            2,
+        )
     recording = _recorded(names)
 
     def send(text: str) -> int:

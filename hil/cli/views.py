@@ -64,7 +64,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         f"wake latency  {_histogram(status['wake_latency'])}\n",
         f"firmware lag  {_histogram(status['lag'])}",
     )
-    table = Table(box=None, padding=(0, 1, 0, 0))
+    table = Table(box=None, collapse_padding=True)
     for column in ("device", "clients", "in", "out", "dropped", *MOTION, "state"):
         justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
         table.add_column(column, justify=justify, no_wrap=True)
