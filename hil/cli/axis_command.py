@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.shown_numbers import shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant, nearest
 
@@ -53,8 +54,6 @@ def axis(
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
         ended = ask_bench(bench, runtime_dir, "wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
-    from hil.cli.views import shown_number
-
     lines = [
         f"{key}: {shown_number(value)}" if isinstance(value, float) else f"{key}: {value}"
         for key, value in answer.items()

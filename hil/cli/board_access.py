@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.shown_numbers import fixed
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
 
@@ -93,9 +94,9 @@ def zero(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None
     Example: hil zero m1
     """
     answer = ask_bench(bench, runtime_dir, "zero", device=device)
-    said = f"{device}: the shaft's angle is 0 now; it was {answer['was_deg'] + 0.0:.2f} deg"
+    said = f"{device}: the shaft's angle is 0 now; it was {fixed(answer['was_deg'], 2)} deg"
     if (board_deg := answer["board_deg"]) is not None:
         said += (
-            f"\nThe board counts {board_deg + 0.0:.2f} deg as before; its set-points and move-abs go by that."
+            f"\nThe board counts {fixed(board_deg, 2)} deg as before; its set-points and move-abs go by that."
         )
     return CommandAnswer(answer, said)

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 
 from hil.cli.exit_codes import Exit
+from hil.cli.shown_numbers import fixed
 
 _END_WORDS = {
     None: "at",
@@ -41,12 +42,12 @@ def run_report(progress: dict[str, Any]) -> str:
     for name, axis in progress["axes"].items():
         said = f"  {name}: {_END_WORDS[axis['at_end']]}"
         if axis["position_deg"] is not None:
-            said += f" {axis['position_deg']:.2f} deg"
+            said += f" {fixed(axis['position_deg'], 2)} deg"
         elif axis["commanded_deg"] is not None:
-            said += f" set-point {axis['commanded_deg']:.2f} deg (its terminal tells no position)"
+            said += f" set-point {fixed(axis['commanded_deg'], 2)} deg (its terminal tells no position)"
         else:
             said += " a place that nobody knows"
-        said += f", planned {axis['target_deg']:.2f}"
+        said += f", planned {fixed(axis['target_deg'], 2)}"
         if axis["error_max_deg"] is not None:
             said += (
                 f"; following error at most {axis['error_max_deg']:.3f}, rms {axis['error_rms_deg']:.3f} deg"

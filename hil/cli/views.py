@@ -9,6 +9,7 @@ from rich.text import Text
 
 from hil.cli.bus_views import bus_tables
 from hil.cli.run_reports import run_line
+from hil.cli.shown_numbers import fixed, shown_number
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
@@ -19,8 +20,6 @@ RUNS = 5
 """Maximum number of runs that the status has."""
 MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
 """Columns of an axis in the status: the angle of its shaft, and the one that its board counts itself."""
-DUST = 1e-12
-"""Magnitude below which a field's value is 0, whatever its unit."""
 _ANGLES = {
     "yw": "position_deg: the shaft's angle, from the encoder's count 0 or `hil zero`\n"
     "r, y, yw: the board's own angles, by its calibration",
@@ -160,13 +159,8 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
     elif "yw" in shot:
         told["board"] = shot["yw"] if shot["loop_on"] else None
     speed = shot.get("velocity_rpm")
-    angles = (_fixed(told["shaft"], 2), _fixed(told["board"], 2))
-    return *angles, _fixed(speed, 1), _mode(shot)
-
-
-def _fixed(value: float | None, decimals: int) -> str:
-    """Format with so many decimals; 0 has no sign."""
-    return "-" if value is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
+    angles = (fixed(told["shaft"], 2), fixed(told["board"], 2))
+    return *angles, fixed(speed, 1), _mode(shot)
 
 
 def _mode(shot: dict[str, Any]) -> str:
@@ -243,13 +237,6 @@ def _duration(power: int) -> str:
             return f"{ns:.3g} {unit}"
         ns /= 1000
     return f"{ns:.3g} s"
-
-
-def shown_number(value: float | None) -> str:
-    """Format a field's value: without the dust of decays and sums, which is 0 in any field's unit."""
-    if value is None:
-        return "-"
-    return "0" if abs(value) < DUST else f"{value:.10g}"
 
 
 def field_lines(fields: dict[str, float | None]) -> Iterator[str]:

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from hil.cli.views import field_lines, shown_number, status_view
+from hil.cli.shown_numbers import fixed, shown_number
+from hil.cli.views import field_lines, status_view
 
 COUNTERS = ("rx_bytes", "tx_bytes", "dropped_bytes", "overrun_bytes", "clients")
 SERVO = {"position_deg": 367.15, "velocity_rpm": 4.08e-103, "mode": 120, "loop_on": 1, "yw": 359.96}
@@ -92,3 +93,10 @@ def test_the_state_says_which_angle_is_which() -> None:
 )
 def test_dust_is_0(value: float | None, text: str) -> None:
     assert shown_number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.004, "0.00"), (-0.005001, "-0.01"), (359.996, "360.00"), (None, "-"), (2, "2.00")]
+)
+def test_a_0_has_no_sign(value: float | None, text: str) -> None:
+    assert fixed(value, 2) == text

@@ -1,8 +1,11 @@
 """Axes as Modbus nodes on a segment: requests in simulated time, what they do, and what they answer."""
 
+import struct
+
 import pytest
 from modbus_line import DEVICES, M1, MASTER, Line, config, f32
 
+from hil.core.fields import OFFSETS
 from hil.registers import layout
 from hil.testing import Bench
 from hil.wire.modbus import client_side as client
@@ -108,6 +111,26 @@ def test_functions_that_nobody_knows_and_wrong_lengths_are_exceptions(line: Line
     node = line.bench._runtime.nodes["m1.modbus"]
     assert node.counters()["exceptions"] == 2
     assert node.counters()["refusal"].startswith("03: ")
+
+
+def f64(value: float) -> tuple[int, ...]:
+    return struct.unpack(">4H", struct.pack(">d", value))
+
+
+def test_a_load_has_its_bound_here_too_and_a_zero_is_a_write(line: Line) -> None:
+    load_at, angle_at = (layout.FIELDS_AT + OFFSETS[name] // 2 for name in ("load_torque_Nm", "position_deg"))
+    axis = line.bench.axis("m1")
+    line.ask(1, client.write(HOLDING, load_at, f64(4.95)))
+    assert axis.load_torque_Nm == 4.95
+    for wrong_Nm in (4.96, -99.0, float("nan"), float("inf")):
+        with pytest.raises(Refused) as refused:
+            line.ask(1, client.write(HOLDING, load_at, f64(wrong_Nm)))
+        assert refused.value.code == Code.ILLEGAL_DATA_VALUE
+    line.ask(1, client.write(HOLDING, load_at, f64(0.0)))
+    line.bench.run(ms=200)
+    assert axis.snapshot().position_deg > 720
+    line.ask(1, client.write(HOLDING, angle_at, f64(0.0)))
+    assert axis.snapshot().position_deg == pytest.approx(0, abs=1e-6)
 
 
 def test_every_function_is_there(line: Line) -> None:

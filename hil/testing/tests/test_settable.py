@@ -9,8 +9,16 @@ from hil.sim.settable import setting_problem
 from hil.testing import Bench
 from hil.vocab.faults import FaultRefused
 
-CONFIG = {"bench": "f", "devices": {"s1": {"profile": "sac"}, "m1": {"profile": "mechaduino"}}}
-LIMITS = {"s1": "-1.55 to 1.55, 10 times what this motor holds (0.155 Nm)", "m1": "-4.95 to 4.95, 10 times"}
+PROFILES = {"s1": "sac", "m1": "mechaduino", "d1": "modbus_drive", "c1": "canopen_drive"}
+FULL = {"m2": "mechaduino", "s2": "sac"}
+CONFIG = {
+    "bench": "f",
+    "devices": {name: {"profile": profile} for name, profile in PROFILES.items()}
+    | {name: {"profile": profile, "plant": "full"} for name, profile in FULL.items()},
+}
+SMALL = "-1.55 to 1.55, 10 times what this motor holds (0.155 Nm)"
+LIMITS = dict.fromkeys(("m1", "d1", "c1"), "-4.95 to 4.95, 10 times") | dict.fromkeys(("s1", "s2"), SMALL)
+LIMITS["m2"] = "-3.41 to 3.41, 10 times what this motor holds (0.341 Nm)"
 INFINITE, NO_NUMBER = float("inf"), float("nan")
 
 
