@@ -62,6 +62,8 @@ class CoreAxis:
         """Maximum speed of the shaft, whatever drags it."""
         self.is_on_bus = False
         """True if the drive of a CAN bus's node counts by the axis's angle."""
+        self.is_in_run = False
+        """True while a run goes by the axis's angle."""
         self.set_load_Nm = 0.0
         """Load torque as it was set last, without that of faults."""
 

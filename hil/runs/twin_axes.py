@@ -51,6 +51,7 @@ class TwinAxis:
         self._sampler = sampler
         self._name = name
         self._subscription: Subscription | None = None
+        self._held: CoreAxis | None = None
         self.refusal: str | None = None
 
     @property
@@ -97,7 +98,9 @@ class TwinAxis:
 
     def hold(self) -> None:
         self.refusal = None
-        signals = self._axis.kind.course
+        self._held = self._axis
+        self._held.is_in_run = True
+        signals = self._held.kind.course
         self._subscription = self._sampler.subscribe(self._name, signals, SAMPLE_NS, is_limited=False)
 
     def samples(self) -> Sequence[Sample]:
@@ -107,6 +110,8 @@ class TwinAxis:
         return self._subscription.take()
 
     def release(self) -> None:
+        if self._held:  # it may be another axis's name by now
+            self._held.is_in_run = False
         if self._subscription:
             self._sampler.unsubscribe(self._subscription)
 

@@ -50,6 +50,8 @@ def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | Non
     """Reason why the zero of an axis's angle stays where it is, or None."""
     if axis.is_on_bus:
         return "masters of the CAN bus count by it; let them home the drive (607Ch, 6098h)"
+    if axis.is_in_run:
+        return "a run goes by it; cancel it, or wait for its end"
     if not axis.kind.follows_paths and axis.kind.motion(look()).is_under_way:
         return "its motions end at angles; wait until it stands"
     return None

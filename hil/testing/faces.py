@@ -179,7 +179,7 @@ class AxisFace:
         Nothing turns, and the board knows nothing of it.
 
         Raises:
-            ValueError: a stepper that moves, or the drive of a CAN bus, which counts by its own zero.
+            ValueError: a run has the axis, a stepper moves, or the masters of a CAN bus count by its angle.
         """
         if problem := setting_problem(self._runtime.faults, self._device, ANGLE, 0.0, self._part):
             raise ValueError(problem)

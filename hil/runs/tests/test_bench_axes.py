@@ -57,6 +57,14 @@ def test_a_motion_that_is_due_at_once_is_refused_at_once(due_ms: int) -> None:
     assert axis.refusal is None
 
 
+def test_the_zero_of_an_axis_stays_while_a_run_has_it() -> None:
+    bench, axis = stepper()
+    with pytest.raises(ValueError, match="a run goes by it; cancel it, or wait for its end"):
+        bench.axis("s1").zero()
+    axis.release()
+    bench.axis("s1").zero()
+
+
 def test_a_stepper_follows_no_path() -> None:
     _, axis = stepper()
     with pytest.raises(VerbRefused, match="follows no paths"):
