@@ -7,7 +7,7 @@ NATIVE := $(shell find hil/core/native device_profiles/sac/native virtual_ports/
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
 
-.PHONY: demo abi test test-native test-wheel test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-native wheels test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -28,17 +28,9 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports
 	$(BIN)/python check_prose.py
 
-# The wheel as users get it: built, installed into a venv outside the tree, the main job run from it.
-test-wheel:
-	@rm -rf build; set -e; folder=$$(mktemp -d); trap 'rm -rf "$$folder"' EXIT; \
-	$(PYTHON) -m venv $$folder/venv; \
-	$$folder/venv/bin/pip wheel -q --disable-pip-version-check --no-deps -w $$folder . ; \
-	$$folder/venv/bin/pip install -q --disable-pip-version-check $$folder/*.whl; \
-	cp .ci/main_job.py $$folder; cd $$folder; \
-	test -x $$folder/venv/share/hil/systemd/install.sh; \
-	test -s $$folder/venv/share/hil/wireshark/sac_packets.lua; \
-	if $$folder/venv/bin/python -m zipfile -l *.whl | grep -E '/tests/|native/|\.c |\.pyx'; then echo "tests or C in the wheel"; exit 1; fi; \
-	venv/bin/python main_job.py $$folder/venv/bin/hil
+# Wheels as users get them, one for each CPython here: built, installed without a compiler, the main job run from each.
+wheels:
+	packaging/build-wheels
 
 # Floods, deaf clients, no file left: what others on the bench notice of it, beside a bench without. Two minutes.
 test-load: $(VENV)/.dev
