@@ -1,5 +1,7 @@
 """Captures of a segment: live, rotated, decoded, dissected, played again."""
 
+import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -188,19 +190,62 @@ def test_tshark_shows_packets_without_crc(place: Place, server: Any) -> None:
 
 
 @needs_tshark
-def test_a_live_capture_goes_into_tshark(place: Place, server: Any) -> None:
-    capture = [HIL, "capture", "bus0", "-w", "-", "--runtime-dir", str(place.runtime)]
-    show = ["tshark", "-l", "-i", "-", "-c", "2", "-T", "fields", "-e", "data.data"]
-    with (
-        subprocess.Popen(capture, stdout=subprocess.PIPE) as writer,
-        subprocess.Popen(show, stdin=writer.stdout, stdout=subprocess.PIPE, text=True) as reader,
-    ):
-        until(lambda: writer.poll() is None, "the capture")
+def test_wireshark_is_started_with_live_packets_and_the_dissector(place: Place, server: Any) -> None:
+    """tshark in Wireshark's place."""
+    shown, program = place.folder / "shown", place.folder / "bin" / "wireshark"
+    program.parent.mkdir()
+    program.write_text(
+        '#!/bin/sh\n[ "$1" = -k ] || exit 9\nshift\n'
+        f'exec tshark -l -c 2 -T fields -e _ws.col.Info "$@" >{shown} 2>/dev/null\n'
+    )
+    program.chmod(0o755)
+    command = [HIL, "capture", "bus0", "--wireshark", "--runtime-dir", str(place.runtime)]
+    env = os.environ | {"PATH": f"{program.parent}:{os.environ['PATH']}"}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=env) as capture:
         # tshark needs its time to start; the wire is quiet until it has the header.
-        until(lambda: server.ask("segments") and _talked(place, reader), "two packets in tshark", 60)
-        writer.terminate()
+        until(lambda: _talked(place, capture), "the end of tshark", 60)
+        assert capture.returncode == 0
+        assert capture.stderr
+        assert " bytes to wireshark\n" in capture.stderr.read()
+    assert shown.read_text().splitlines()[:2] == ["1 -> 85 v150", "85 -> 1 ACK"]
+    missing = subprocess.run(command, capture_output=True, text=True, env=env | {"PATH": "/nowhere"})
+    assert missing.returncode == 1
+    assert "wireshark is not installed: install it (Debian: apt install wireshark)" in missing.stderr
 
 
 def _talked(place: Place, reader: subprocess.Popen[str]) -> bool:
     talk(place)
     return reader.poll() is not None
+
+
+SCRIPT = """
+"$@" >lines 2>said.lines & one=$!
+"$@" --json -c 8 >objects 2>said.objects & two=$!
+"$@" 2>said.head | head -2 >head & three=$!
+read go
+kill -INT $one; wait $one; echo $?; wait $two; echo $?; wait $three; echo $?
+"""
+
+
+def test_packets_live_in_the_background_of_a_script(place: Place, server: Any) -> None:
+    command = [HIL, "capture", "bus0", "--runtime-dir", str(place.runtime)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    script = subprocess.Popen(["sh", "-c", SCRIPT, "sh", *command], cwd=place.folder, **pipes)
+    texts = {name: place.folder / name for name in ("lines", "objects", "head")}
+    for name in texts:
+        said = place.folder / f"said.{name}"
+        until(
+            lambda said=said: said.exists() and "Ctrl-C ends it" in said.read_text(), f"the capture of {name}"
+        )
+    talk(place)
+    until(lambda: texts["lines"].read_text().endswith("bus0 1 -> all y\n"), "the last packet")
+    assert script.communicate("go\n", PATIENCE_S)[0] == "0\n0\n0\n"
+    lines = texts["lines"].read_text().splitlines()
+    assert texts["head"].read_text().splitlines() == lines[:2]
+    assert [json.loads(row)["text"] for row in texts["objects"].read_text().splitlines()] == [
+        line.split(" bus0 ")[1] for line in lines
+    ]
+    said = (place.folder / "said.lines").read_text().splitlines()
+    assert said[0] == "hil: capturing bus0 (sac, 38400 baud); Ctrl-C ends it"
+    assert said[1] == "hil: 8 packets, 2 with errors; none lost"
+    assert "Broken" not in (place.folder / "said.head").read_text()

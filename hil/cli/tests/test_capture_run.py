@@ -1,0 +1,91 @@
+"""Captures as they come: lines, files, their ends, and what is said of them."""
+
+import json
+import socket
+from pathlib import Path
+
+import pytest
+
+from hil.cli.capture_run import capture_run, described
+from hil.cli.capture_targets import FileTarget, LinesTarget, chosen_dissectors
+from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.socketcan import pack_frame
+from hil.wire.modbus_rtu.frame import encode
+from hil.wire.pcapng import RAW, Interface, RecordKind, can_record, header, read, record
+
+LINES = [
+    Interface("bus0", "sac", 38400),
+    Interface("bus1", "modbus_rtu", 9600),
+    Interface("can0", baud=1_000_000, is_can=True),
+    Interface("m1", RAW),
+]
+PACKET = b"\2\x55\1y\3\x64\0"
+
+
+def run(
+    sent: bytes, target: LinesTarget | FileTarget, count: int | None = None, *, ends: bool = True
+) -> None:
+    """Run a capture of what a bench sends, which then ends the connection or is silent."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        theirs.sendall(sent)
+        if ends:
+            theirs.shutdown(socket.SHUT_WR)
+        capture_run(ours, target, count, 0.01)
+
+
+def test_what_passes_is_printed_and_counted(capfd: pytest.CaptureFixture[str]) -> None:
+    sent = header("test", LINES) + record(0, 10, RecordKind.RX, PACKET + PACKET)
+    sent += record(1, 10**9, RecordKind.RX, encode(17, 3, b"\0\x6b\0\3")[:-1] + b"x")
+    sent += can_record(2, 2 * 10**9, pack_frame(CanFrame(0x705, b"\0")), lost=3)
+    sent += record(3, 3 * 10**9, RecordKind.TX, b"p")
+    run(sent, LinesTarget(as_json=False))
+    out, said = capfd.readouterr()
+    assert [line.split(None, 1)[1] for line in out.splitlines()] == [
+        "bus0 1 -> 85 y",
+        "bus0 1 -> 85 y",
+        "bus1 to 17: read holding registers 107 to 109  CRC 76 78 is wrong",
+        "can0 705#00               boot-up of 5",
+        "m1 client -> board 'p'",
+    ]
+    assert said.splitlines() == [
+        f"hil: capturing {described(LINES)}; Ctrl-C ends it",
+        "hil: 3 packets, 1 frame, 1 line of bytes, 1 with errors; 3 lost",
+    ]
+    assert described(LINES[1:]) == "bus1 (modbus_rtu, 9600 baud), can0 (CAN, 1000000 bit/s), m1 (bytes)"
+
+
+def test_a_frame_that_silence_ends_is_printed_while_nothing_follows(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    asked = encode(17, 3, b"\0\x6b\0\3")
+    run(header("t", LINES) + record(1, 5, RecordKind.RX, asked), LinesTarget(as_json=True), 1, ends=False)
+    row = json.loads(capfd.readouterr().out)
+    assert row["to"] == 17
+    assert row["data"] == asked.hex()
+
+
+def test_it_ends_after_so_many(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    sent = header("t", LINES) + b"".join(record(0, at, RecordKind.RX, PACKET) for at in range(9))
+    run(sent, LinesTarget(as_json=False), 4, ends=False)
+    assert capfd.readouterr().out.count("\n") == 4
+    file = tmp_path / "a.pcapng"
+    run(sent, FileTarget(str(file), 0, 1), 4, ends=False)
+    assert len(list(read(file.read_bytes()))) == 4
+    said = capfd.readouterr().err
+    assert said.endswith(f"hil: 4 packets; none lost; {file.stat().st_size} bytes in {file}\n")
+
+
+def test_a_file_is_whole_where_a_bench_has_ended_in_the_middle(tmp_path: Path) -> None:
+    file = tmp_path / "a.pcapng"
+    sent = header("t", LINES) + record(0, 1, RecordKind.RX, PACKET)
+    run(sent + record(0, 2, RecordKind.RX, PACKET)[:-3], FileTarget(str(file), 0, 1))
+    assert file.read_bytes() == sent
+
+
+def test_wireshark_is_told_of_the_dissector_and_of_canopen() -> None:
+    options = chosen_dissectors(LINES[:2])
+    assert options[0] == "-X"
+    assert Path(options[1].removeprefix("lua_script:")).is_file()
+    assert len(options) == 2
+    assert chosen_dissectors(LINES)[2:] == ["-d", "can.subdissector,canopen"]

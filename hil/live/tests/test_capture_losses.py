@@ -1,0 +1,48 @@
+"""Captures whose reader is too slow."""
+
+from typing import Any
+
+from hil.live.captures import BACKLOG_BYTES, Capture
+from hil.vocab.segment import SegmentEvent
+from hil.vocab.time import SimTimeNs
+from hil.wire.can.socketcan import CanError, unpack
+from hil.wire.pcapng import Interface, RecordKind, read
+
+
+class SlowWriter:
+    """Writer whose reader takes nothing while ``waiting`` is large."""
+
+    def __init__(self) -> None:
+        self.got = b""
+        self.waiting = 0
+        self.transport = self
+
+    def write(self, data: bytes) -> None:
+        self.got += data
+
+    def is_closing(self) -> bool:
+        return False
+
+    def get_write_buffer_size(self) -> int:
+        return self.waiting
+
+
+def test_how_many_were_lost_is_told_by_the_next_record() -> None:
+    for line in (Interface("bus0", "sac"), Interface("can0", is_can=True)):
+        writer: Any = SlowWriter()
+        capture = Capture([Interface("bus0", "sac"), line], 0)
+        capture.begin(writer)
+        writer.waiting = BACKLOG_BYTES + 1
+        for at_ns in range(3):
+            capture.heard(0, SegmentEvent(SimTimeNs(at_ns), b"x", "s1"))
+        writer.waiting = 0
+        capture.put(1, RecordKind.RX, b"y", at_ns=7)
+        capture.put(1, RecordKind.RX, b"z", at_ns=8)
+        lost, *rest = read(writer.got)
+        assert lost.lost == 3
+        assert lost.comment == "the reader was too slow: 3 lost"
+        if line.is_can:
+            assert unpack(lost.data) == CanError("frames lost")
+        else:
+            assert lost.event == RecordKind.LOST
+        assert [each.lost for each in rest] == [0, 0]
