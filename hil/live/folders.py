@@ -17,12 +17,14 @@ from hil.vocab.address import CONTROL_SOCKET
 @contextmanager
 def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
     """Make both folders, and keep other daemons away from the state. At the end the runtime directory is
-    removed if it is empty, and the folder that it is in, unless somebody else has made that.
+    removed if it is empty, and the folder that it is in, unless somebody else has made that; and those above
+    it that were not there.
 
     Raises:
         StartError: one cannot be had.
     """
     lock, keeps_parent = _lock(bench, state, runtime), False
+    new_above = [folder for folder in runtime.parent.parents if not folder.exists()]
     try:
         try:
             # The folder was there and is empty: somebody made it.
@@ -38,6 +40,8 @@ def folders(bench: str, state: Path, runtime: Path) -> Iterator[None]:
             runtime.rmdir()
             if not keeps_parent:
                 runtime.parent.rmdir()
+                for folder in new_above:
+                    folder.rmdir()
         os.close(lock)
 
 

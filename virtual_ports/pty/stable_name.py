@@ -15,6 +15,8 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket"),
 )
 
+_made: set[Path] = set()
+"""Folders that were made for names, and are removed with the last of them."""
 _published: dict[Path, list[Path]] = {}
 """Targets of the names of this process's open ports, the newest last. A reload opens a port before
 it closes another of the same name, or gives up and closes the new one."""
@@ -30,26 +32,21 @@ def publish(title: str, name: Path, pts: Path) -> None:
     """
     directory = name.parent
     try:
-        directory.mkdir(parents=True, exist_ok=True)
+        _make(directory)
         _refuse_others(title, name)
         _point(name, pts)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise PortError(f"{title}: {error.filename} is not a directory; choose another path:") from error
-    except PermissionError as error:
-        raise PortError(
-            f"{title}: no permission to write in {directory}; give user {os.geteuid()} write permission, "
-            "or choose another path:"
-        ) from error
+    except PortError:
+        _remove_made(directory)
+        raise
     except OSError as error:
-        raise PortError(
-            f"{title}: cannot make the symlink {name}: {error.strerror}; choose another path:"
-        ) from error
+        _remove_made(directory)
+        raise PortError(f"{title}: {_why(directory, name, error)} choose another path:") from error
     _published.setdefault(name, []).append(pts)
 
 
 def withdraw(name: Path, pts: Path) -> None:
     """Withdraw ``name`` if it still points at ``pts``: give it back to the open port that had it before, or
-    remove it; otherwise it is another's by now."""
+    remove it, with its folder where that was made for it and is empty; otherwise it is another's by now."""
     others = [other for other in _published.pop(name, []) if other != pts]
     if others:
         _published[name] = others
@@ -62,6 +59,39 @@ def withdraw(name: Path, pts: Path) -> None:
             name.unlink()
     except OSError:
         pass  # gone, replaced by something else, or no longer ours to remove
+    _remove_made(name.parent)
+
+
+def _why(directory: Path, name: Path, error: OSError) -> str:
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return f"{error.filename} is not a directory;"
+    if isinstance(error, PermissionError):
+        return f"no permission to write in {directory}; give user {os.geteuid()} write permission, or"
+    return f"cannot make the symlink {name}: {error.strerror};"
+
+
+def _make(directory: Path) -> None:
+    """Make a folder and those above it, and note which are new. Raises OSError: it cannot be made."""
+    for folder in reversed((directory, *directory.parents)):
+        if not folder.is_dir():
+            folder.mkdir(exist_ok=True)
+            _made.add(folder)
+
+
+def _remove_made(directory: Path) -> None:
+    """Remove a folder and those above it, as far as they were made here and are empty."""
+    for folder in (directory, *directory.parents):
+        if folder not in _made:
+            if os.path.exists(folder):
+                return
+            continue
+        try:
+            folder.rmdir()
+        except FileNotFoundError:
+            pass
+        except OSError:  # something else is in it
+            return
+        _made.discard(folder)
 
 
 def _point(name: Path, pts: Path) -> None:

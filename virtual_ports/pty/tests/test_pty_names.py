@@ -65,8 +65,44 @@ def test_the_name_is_a_symlink_to_a_pts_and_goes_with_the_port(tmp_path: Path) -
         assert re.fullmatch(r"/dev/pts/\d+", os.readlink(address))
         assert os.listdir(directory) == ["m1"]
 
+    directory.mkdir(parents=True)
     open_and_close(Options(), directory, while_open)
     assert os.listdir(directory) == []
+
+
+def test_folders_that_were_made_for_names_go_with_the_last_of_them(tmp_path: Path) -> None:
+    kept, made = tmp_path / "kept", tmp_path / "kept" / "new" / "arms"
+    kept.mkdir()
+
+    async def two() -> None:
+        ports = [
+            make(Options(path=str(made / name)), PortContext("b", "m1", tmp_path))
+            for name in ("left", "right")
+        ]
+        for port in ports:
+            await port.open(DeafHost())
+        await ports[0].close()
+        assert os.listdir(made) == ["right"]
+        await ports[1].close()
+
+    asyncio.run(two())
+    assert os.listdir(kept) == []
+
+    def with_notes(address: str) -> None:
+        (made.parent / "notes").write_text("")
+
+    open_and_close(Options(path=str(made / "left")), tmp_path, with_notes)
+    assert os.listdir(made.parent) == ["notes"]
+    (made.parent / "notes").unlink()
+    made.mkdir()  # another's now
+    open_and_close(Options(path=str(made / "left")), tmp_path, lambda address: None)
+    assert made.is_dir()
+
+
+def test_folders_of_a_name_that_cannot_be_are_not_left(tmp_path: Path) -> None:
+    for path in ("new/arms/" + "x" * 300, "new/" + "x" * 300 + "/m1"):
+        assert "choose another path:" in refused(Options(path=str(tmp_path / path)), tmp_path)
+        assert os.listdir(tmp_path) == []
 
 
 def test_a_path_of_ones_own(tmp_path: Path) -> None:
