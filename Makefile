@@ -28,6 +28,9 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports
 	$(BIN)/python check_prose.py
 
+# What the wheel has for others than Python: where each looks for it below PREFIX/share.
+SHARED := man/man1/hil.1 bash-completion/completions/hil.bash zsh/site-functions/_hil fish/vendor_completions.d/hil.fish
+
 # Wheels as users get them, one for each CPython here: built, installed without a compiler, the main job run from each.
 wheels:
 	packaging/build-wheels
@@ -40,10 +43,13 @@ test-load: $(VENV)/.dev
 abi: $(VENV)/.base
 	$(BIN)/python write_abi.py
 
-# docs/reference.md and the man page, from the tables in the code.
+# docs/reference.md, the man page and the shells' completions, from the tables in the code.
 reference: $(VENV)/.base
 	$(BIN)/hil reference > docs/reference.md
 	$(BIN)/hil reference --man > docs/hil.1
+	$(BIN)/hil completion bash > completions/hil.bash
+	$(BIN)/hil completion zsh > completions/_hil
+	$(BIN)/hil completion fish > completions/hil.fish
 
 # dist/hil_*.deb, with all that hil imports; for the Debian release of this machine.
 deb:
@@ -73,11 +79,14 @@ install-service:
 	grep -Il '^#!$(DESTDIR)' $(DESTDIR)$(PREFIX)/lib/hil/bin/* | xargs sed -i '1s|^#!$(DESTDIR)|#!|'
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sfn $(PREFIX)/lib/hil/bin/hil $(DESTDIR)$(PREFIX)/bin/hil
+	for file in $(SHARED); do \
+	  install -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}"; \
+	  ln -sfn $(PREFIX)/lib/hil/share/$$file $(DESTDIR)$(PREFIX)/share/$$file; done
 	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
 
 uninstall-service:
 	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall
-	rm -rf $(DESTDIR)$(PREFIX)/lib/hil $(DESTDIR)$(PREFIX)/bin/hil
+	rm -rf $(DESTDIR)$(PREFIX)/lib/hil $(DESTDIR)$(PREFIX)/bin/hil $(addprefix $(DESTDIR)$(PREFIX)/share/,$(SHARED))
 
 # A minute of real time beside load, replayed on the virtual clock.
 soak: $(VENV)/.dev

@@ -61,7 +61,8 @@ class BuildOnAllCpus(build_ext):
 
 
 class BuildOfTracked(build_py):
-    """Refuses what git does not track: a file that lies around, or one that somebody has forgotten."""
+    """Refuses what git does not track: a file that lies around, or one that somebody has forgotten. What an
+    earlier build has left of files that are gone is removed: a wheel has all that is in its folder."""
 
     def run(self) -> None:
         if not self.editable_mode and (known := tracked()) is not None:
@@ -69,7 +70,16 @@ class BuildOfTracked(build_py):
             files = {Path(file).as_posix() for file in (*self.get_output_mapping().values(), *outside)}
             if strange := sorted(files - known):
                 raise FileError(f"git does not track {', '.join(strange)}: `git add` them, or move them away")
+            self.remove_old()
         super().run()
+
+    def remove_old(self) -> None:
+        made = {*self.get_outputs(), *self.get_finalized_command("build_ext").get_outputs()}
+        expected = {Path(file).resolve() for file in made}
+        for package in {name.partition(".")[0] for name in self.packages or ()}:
+            for file in (Path(self.build_lib) / package).rglob("*"):
+                if file.is_file() and file.resolve() not in expected:
+                    file.unlink()
 
 
 class SdistOfTracked(sdist):

@@ -1,4 +1,5 @@
-"""The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial.
+"""The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial; pages of
+the documentation and the dissector, which have to be where it looks for them.
 
 Usage: main_job.py HIL. Prints what it did; exits with an error where the board did otherwise.
 """
@@ -38,7 +39,30 @@ def work(port: serial.Serial) -> None:
     print(ask(port, b"yj", b"1...\r\n")[-12:], ask(port, b"", b"99982", 30).count(b"\n"), "lines")
 
 
+def show_pages(hil: str) -> None:
+    """Print first lines of pages."""
+    for topic in ("runs", "reference"):
+        page = subprocess.run([hil, "docs", topic], capture_output=True, text=True, check=True).stdout
+        assert page.startswith("# "), page[:80]
+        print(f"hil docs {topic}: {page.splitlines()[0]}")
+
+
+def find_dissector(hil: str, home: Path, *dirs: str) -> None:
+    """Start something in Wireshark's place: it gets the capture, and a dissector that is there."""
+    stand_in = home / "wireshark"
+    stand_in.write_text(
+        '#!/bin/sh\nshift 3\ntest "$1" = -X && test -s "${2#lua_script:}" || exit 9\necho "$2"\n'
+    )
+    stand_in.chmod(0o755)
+    env = os.environ | {"PATH": f"{home}:{os.environ['PATH']}"}
+    command = [hil, "capture", "m1", "--wireshark", *dirs]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done
+    print(done.stdout.strip())
+
+
 def main(hil: str) -> None:
+    show_pages(hil)
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         (home / "bench.yaml").write_text(CONFIG)
@@ -53,6 +77,7 @@ def main(hil: str) -> None:
             work(port)
         status = subprocess.run([hil, "status", "--json", *dirs[:2]], capture_output=True, check=True)
         print(status.stdout[:60])
+        find_dissector(hil, home, *dirs[:2])
         daemon.send_signal(signal.SIGTERM)
         assert daemon.wait(10) == 0
         assert not path.parent.exists(), os.listdir(path.parent)

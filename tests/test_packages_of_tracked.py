@@ -1,16 +1,21 @@
 """Wheels and source distributions, made of what git tracks."""
 
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-STRANGE = ("hil/scratch.py", "device_profiles/sac/notes.md", "systemd/hil.service.orig")
+STRANGE = (
+    *("hil/scratch.py", "device_profiles/sac/notes.md", "systemd/hil.service.orig"),
+    *("docs/how-to/notes.md", "wireshark/own.lua"),
+)
 
 
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
@@ -40,9 +45,13 @@ def setup(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_file_that_git_does_not_track_is_in_no_wheel(checkout: Path) -> None:
+    old = checkout / "out/hil/of_an_earlier_build.py"
+    old.parent.mkdir(parents=True)
+    old.touch()
     built = setup(checkout, "build_py", "-d", "out")
     assert built.returncode == 0, built.stderr
     assert (checkout / "out/hil/sim/bench.py").exists()
+    assert not old.exists()
     for name in STRANGE:
         (checkout / name).write_text("")
     refused = setup(checkout, "build_py", "-d", "out")
@@ -63,3 +72,30 @@ def test_a_source_distribution_is_what_git_tracks(checkout: Path) -> None:
     assert not names & set(STRANGE)
     listed = set(filter(None, run(checkout, "git", "ls-files", "-z").stdout.split("\0")))
     assert all(name in listed or ".egg-info/" in name for name in names - {"PKG-INFO", "setup.cfg"})
+
+
+@pytest.mark.skipif(not shutil.which("dpkg-deb"), reason="needs dpkg-deb")
+def test_a_file_that_git_does_not_track_is_in_no_debian_package(checkout: Path) -> None:
+    for name in (*STRANGE, "docs/ignored.so"):  # what git ignores is not copied
+        (checkout / name).write_text("")
+    built = run(checkout, "packaging/deb/build")
+    assert built.returncode == 2
+    said, *listed = built.stderr.splitlines()
+    assert said == "packaging/deb/build: git does not track these: `git add` them, or move them away:"
+    assert listed == ["docs/how-to/notes.md", "systemd/hil.service.orig", "wireshark/own.lua"]
+
+
+def test_what_others_than_python_look_for_is_in_the_wheel() -> None:
+    configured = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["data-files"]
+    into = {
+        f"{folder}/{path.name}"
+        for folder, globs in configured.items()
+        for g in globs
+        for path in ROOT.glob(g)
+    }
+    shared = re.search(r"^SHARED := (.*)$", (ROOT / "Makefile").read_text(), re.M)
+    assert shared
+    assert {f"share/{file}" for file in shared[1].split()} <= into
+    assert "share/hil/wireshark/sac_packets.lua" in into
+    pages = {path.name for path in (ROOT / "docs" / "how-to").glob("*.md")}
+    assert {f"share/hil/docs/how-to/{name}" for name in pages} <= into

@@ -9,6 +9,7 @@ import pytest
 
 from hil.cli.cli import app
 from hil.cli.commands import commands
+from hil.cli.completion import SHELLS
 from hil.cli.man import man_page
 from hil.cli.reference import reference
 from hil.cli.surroundings import ENVIRONMENT
@@ -25,6 +26,15 @@ def test_the_reference_is_up_to_date() -> None:
 
 def test_the_man_page_is_up_to_date() -> None:
     assert MAN.read_text() == man_page(app), "run: make reference"
+
+
+def test_completions_are_up_to_date() -> None:
+    files = {"bash": "hil.bash", "zsh": "_hil", "fish": "hil.fish"}
+    assert set(files) == set(SHELLS)
+    for shell, name in files.items():
+        assert (ROOT / "completions" / name).read_text() == SHELLS[shell](commands(app)), (
+            "run: make reference"
+        )
 
 
 def test_the_man_page_is_well_formed() -> None:

@@ -108,12 +108,17 @@ def test_installed_without_a_network_it_does_the_main_job_for_a_user_without_rig
     installed = tree.files() - before
     assert "usr/bin/hil" in installed
     assert "usr/share/man/man1/hil.1.gz" in installed
-    assert "usr/share/bash-completion/completions/hil" in installed
-    assert "usr/share/hil/wireshark/sac_packets.lua" in installed
-    for folder in ("docs/how-to", "docs/decisions", "examples"):
-        documents = {f"usr/share/doc/hil/{folder}/{path.name}" for path in (ROOT / folder).glob("*.*")}
+    assert {
+        "usr/share/bash-completion/completions/hil",
+        "usr/share/zsh/vendor-completions/_hil",
+        "usr/share/fish/vendor_completions.d/hil.fish",
+        "usr/share/hil/wireshark/sac_packets.lua",
+    } <= installed
+    for into, folder in (("hil/", "docs/how-to"), ("hil/", "docs/decisions"), ("doc/hil/", "examples")):
+        documents = {f"usr/share/{into}{folder}/{path.name}" for path in (ROOT / folder).glob("*.*")}
         assert documents
         assert documents <= installed
+    assert (tree.folder / "usr/share/doc/hil/docs").resolve() == tree.folder / "usr/share/hil/docs"
     assert any("/__pycache__/entry.cpython" in path for path in installed)
     assert tree.run("hil", "--version", user=True).startswith("hil ")
     assert "no problems" in tree.run("hil", "check", "/etc/hil/example.yaml", user=True)
