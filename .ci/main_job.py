@@ -1,5 +1,5 @@
-"""The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial; pages of
-the documentation and the dissector, which have to be where it looks for them.
+"""The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial; pages
+of the documentation and the dissector, which have to be where it looks for them.
 
 Usage: main_job.py HIL. Prints what it did; exits with an error where the board did otherwise.
 """
