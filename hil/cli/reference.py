@@ -7,6 +7,7 @@ import typer
 
 from hil.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
 from hil.cli.commands import HELP, commands
+from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES
 from hil.cli.ready_keys import READY
 from hil.cli.surroundings import ENVIRONMENT, FILES
@@ -56,7 +57,7 @@ bench for all commands. Names of verbs are taken with - and with _: `move-abs`, 
 With `--json` a command prints one line of JSON on its standard output: what it answers, with the names of the
 control socket's answers; or, of one that fails, `{"error": {"message": "...", "exit_code": 2}}`, with the
 command's exit code. `error` has `problems` where it lists some, each with `file`, `line`, `column`,
-`message` and `remedy`.
+`message` and `remedy`. `capture` and `decode` print a line for each item.
 """
 
 
@@ -81,6 +82,10 @@ def _surroundings() -> str:
     rows += ["With `--json` and `--ready-file`, when the boards answer: one JSON object.\n"]
     rows += ["| key | meaning |", "|---|---|"]
     rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in READY.items()]
+    rows += ["\n### What `hil capture` and `hil decode` tell programs\n"]
+    rows += ["With `--json`, for each packet, frame, line of bytes and event: one JSON object in a line.\n"]
+    rows += ["| key | meaning |", "|---|---|"]
+    rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in KEYS.items()]
     rows += ["\n### Environment\n", "| variable | meaning |", "|---|---|"]
     rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in ENVIRONMENT.items()]
     rows += ["\n### Files\n", "| file | what it is |", "|---|---|"]
