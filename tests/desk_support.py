@@ -64,12 +64,12 @@ class Asking(NamedTuple):
 Using = Callable[[Callable[[Asking], Awaitable[None]]], None]
 
 
-def desk_in(folder: Path) -> Using:
+def desk_in(folder: Path, config_text: str = CONFIG) -> Using:
     """Call that runs what is awaited with the desk of a daemon, below a folder, that has started."""
 
     def run(use: Callable[[Asking], Awaitable[None]]) -> None:
         async def main() -> None:
-            config = parse(CONFIG, "h.yaml", find_catalogue())
+            config = parse(config_text, "h.yaml", find_catalogue())
             daemon = Daemon(
                 config, config_folder=folder, runtime_base=folder / "run", state_base=folder / "state"
             )

@@ -2,12 +2,13 @@
 
 import asyncio
 import gc
+import json
 import socket
 from pathlib import Path
 from typing import Any
 
 import pytest
-from desk_support import ADMIN, VIEWER, Asking, Using, desk_in, refusal
+from desk_support import ADMIN, CONFIG, VIEWER, Asking, Using, desk_in, refusal
 
 from hil.core.fields import PACKED_BYTES
 from hil.operations.table import TYPED_BYTES
@@ -262,3 +263,27 @@ def test_a_capture_whose_client_has_hung_up_already_ends(using: Using, tmp_path:
         raise AssertionError(f"{len(listeners)} listeners are left")
 
     using(use)
+
+
+def test_a_capture_names_framing_speed_and_format_of_each_source(tmp_path: Path) -> None:
+    async def use(ask: Asking) -> None:
+        ports = ["bus0", "bus0.t", "plc", "plc.master", "m1.modbus", "can0", "s1", "s2", "s2.network", "m1"]
+        capture, end = await ask("capture", ports=ports)
+        end()
+        framings = [(each.description, each.baud) for each in capture.sources]
+        on_plc = ("modbus_rtu 8E1", 9600)
+        terminal = ("raw", 0)
+        assert framings[:5] == [("sac", 38400), ("sac", 38400), on_plc, on_plc, on_plc]
+        assert framings[5:] == [("", 500_000), terminal, terminal, ("sac", 38400), terminal]
+        assert [each.name for each in capture.sources if each.is_can] == ["can0"]
+
+    config = json.loads(CONFIG)
+    config["devices"]["s2"] = {"profile": "sac", "network": {"kind": "pty"}}
+    config["segments"]["plc"] = {
+        "modbus": {"units": {"m1": 1}},
+        "baud": 9600,
+        "format": "8E1",
+        "taps": {"master": {"port": "pty"}},
+    }
+    config["can"] = {"can0": {"bit_rate": 500_000}}
+    desk_in(tmp_path, json.dumps(config))(use)
