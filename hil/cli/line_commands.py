@@ -97,7 +97,11 @@ def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandA
     rows = ask_bench(bench, runtime_dir, "faults")
     lines = []
     for row in rows:
-        parameters = " ".join(f"{name}={value}" for name, value in row["parameters"].items())
+        parameters = " ".join(f"{name}={_short(value)}" for name, value in row["parameters"].items())
         changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
         lines.append(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
     return CommandAnswer(rows, "\n".join(lines) or "no fault is active")
+
+
+def _short(value: Any) -> Any:
+    return f"{value:.15g}" if isinstance(value, float) else value

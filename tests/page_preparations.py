@@ -1,0 +1,414 @@
+"""What a reader of the pages has before the commands below a heading: benches that run, files, patterns of what
+varies; and commands that somebody else has to end."""
+
+import os
+import re
+import signal
+import subprocess
+from collections.abc import Callable
+
+import can
+import yaml
+from device_profiles.sac.packet import encode
+from e2e_support import PATIENCE_S, Client, free_port, until
+from e2e_support import ended as run_ended
+from markdown_blocks import ROOT
+from page_sessions import Session
+from pymodbus.client import ModbusSerialClient
+
+Prepare = Callable[[Session], None]
+CarryOut = Callable[[Session, str], str]
+PREPARATIONS: dict[tuple[str, str], Prepare] = {}
+"""By page and heading."""
+CARRIED_OUT: dict[tuple[str, str], CarryOut] = {}
+"""By page and the command's beginning."""
+M1 = "m1: {profile: mechaduino, flash: {table: identity}}"
+NS = r"\d{7,}"
+"""A time in nanoseconds."""
+DEG = r"-?\d+\.\d+"
+DEMO = f"bench: demo\ndevices:\n  {M1}\n  s1: {{profile: sac}}\n"
+
+
+def page(name: str) -> str:
+    return f"docs/how-to/{name}.md"
+
+
+def before(name: str, heading: str) -> Callable[[Prepare], Prepare]:
+    def enter(prepare: Prepare) -> Prepare:
+        PREPARATIONS[page(name), heading] = prepare
+        return prepare
+
+    return enter
+
+
+def carries_out(name: str, command: str) -> Callable[[CarryOut], CarryOut]:
+    def enter(carry_out: CarryOut) -> CarryOut:
+        CARRIED_OUT[page(name), command] = carry_out
+        return carry_out
+
+    return enter
+
+
+def interrupted(session: Session, command: str, is_done: Callable[[str], bool]) -> str:
+    """Start a command, and wait for its end, or until what it has printed says that it is done: then press
+    Ctrl-C."""
+    said = session.folder / "said.txt"
+    with said.open("w") as file, subprocess.Popen(
+        ["bash", "-c", command], cwd=session.folder, env=session.environment,
+        stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+    ) as going_on:  # fmt: skip
+        try:
+            until(lambda: going_on.poll() is not None or is_done(said.read_text()), f"what {command} does")
+        finally:
+            if going_on.poll() is None:
+                os.killpg(going_on.pid, signal.SIGINT)
+            going_on.wait(PATIENCE_S)
+    return said.read_text()
+
+
+def captured(session: Session, command: str, talk: Callable[[], None]) -> str:
+    """Capture what is said on a line: once if that goes to a file, else until a program has shown it."""
+    if not (file := re.search(r"-w (\w\S+)", command)):
+
+        def is_shown(said: str) -> bool:
+            talk()
+            return said.count("\n") > 2
+
+        return interrupted(session, command, is_shown)
+    path, has_talked = session.folder / file[1], False
+
+    def is_written(_: str) -> bool:
+        nonlocal has_talked
+        if not has_talked and path.exists() and path.stat().st_size:
+            talk()
+            has_talked = True
+        return has_talked and session.run(f"hil decode {path.name} 2>/dev/null | cat").count("\n") >= 2
+
+    return interrupted(session, command, is_written)
+
+
+# ---- arduino ----
+
+
+@before("arduino", "Arduino IDE and arduino-cli")
+def _(session: Session) -> None:
+    session.swaps["/home/ann"] = str(session.folder)
+
+
+# ---- can ----
+
+
+@before("can", "Look at it")
+def _(session: Session) -> None:
+    session.serve(session.text("Drives on a CAN bus: CANopen"))
+    session.varies = (r"\d+\.\d%", r" +\d+", " +", "process \\d+")
+
+
+@before("can-channels", "Captures")
+def _(session: Session) -> None:
+    number = free_port()
+    group = f"channel: 239.74.{os.getpid() % 250}.{number % 250}, port: {number}"  # nobody else's
+    session.serve(session.text("Channels").replace("udp_multicast}", f"udp_multicast, {group}}}"))
+    session.varies = (r"\d\.\d{6}", " +")
+
+
+@carries_out("can-channels", "hil capture can0 -w - | tshark")
+def _(session: Session, command: str) -> str:
+    return captured(session, command, lambda: ask_the_drive(session))
+
+
+@carries_out("can-channels", "hil decode out.pcapng")
+def _(session: Session, command: str) -> str:
+    captured(session, "hil capture can0 -w out.pcapng", lambda: ask_the_drive(session))
+    return session.run(command)
+
+
+def ask_the_drive(session: Session) -> None:
+    """Reset node 5 by NMT, wait for its boot-up, and read its statusword."""
+    channel = yaml.safe_load((session.folder / "cell.yaml").read_text())["bridges"]["can"]["channels"]["can0"]
+    with can.Bus(**channel) as bus:
+
+        def ask(node: int, data: bytes, answer: int) -> None:
+            bus.send(can.Message(arbitration_id=node, data=data, is_extended_id=False))
+            until(lambda: (heard := bus.recv(0.1)) and heard.arbitration_id == answer, f"{answer:X}h")
+
+        ask(0, bytes.fromhex("8105"), 0x705)
+        ask(0x605, bytes.fromhex("4041600000000000"), 0x585)
+
+
+# ---- draw ----
+
+
+@before("draw", "A step response")
+def _(session: Session) -> None:
+    session.serve(DEMO)
+
+
+@before("draw", "Step and direction")
+def _(session: Session) -> None:
+    session.run("hil axis m1 enable")
+    session.write("train.csv", session.text("Step and direction", "text", 0))
+
+
+# ---- modbus ----
+
+
+@before("modbus", "What is where")
+def _(session: Session) -> None:
+    session.swaps["1502"] = str(free_port())
+    text = session.text("Axes for PLCs and SCADA: Modbus")
+    session.serve(text.replace("modbus: {}", "modbus: {listen: 127.0.0.1:1502}"))
+
+
+@before("modbus", "Watch it, and make it go wrong")
+def _(session: Session) -> None:
+    session.serve(session.text("Nodes on an RS485 line"))
+    session.varies = (r"0\.00\d{4}",)
+
+
+@carries_out("modbus", "hil capture bus0")
+def _(session: Session, command: str) -> str:
+    def talk() -> None:
+        tap = str(session.place.runtime / "plant" / "bus0.master")
+        with ModbusSerialClient(tap, baudrate=19200, timeout=5) as client:
+            assert client.read_input_registers(0, count=1, device_id=1).registers == [1]
+
+    return captured(session, command, talk)
+
+
+@before("modbus", "A drive of your own")
+def _(session: Session) -> None:
+    heading = "A drive of your own"
+    session.write("lathe.yaml", session.text(heading, index=1))
+    session.serve(session.text(heading).replace("modbus: {}", "modbus: {listen: 127.0.0.1:1502}"))
+
+
+# ---- move-axes ----
+
+
+@before("move-axes", "From the shell")
+def _(session: Session) -> None:
+    session.serve(DEMO)
+    session.varies = (NS, DEG)
+
+
+# ---- package ----
+
+
+@before("package", "A container")
+def _(session: Session) -> None:
+    text = session.text("A container").replace("0.0.0.0", "127.0.0.1").replace("port: 45001", "port: 0")
+    session.swaps["45002"] = str(free_port())
+    session.serve(text)
+
+
+# ---- ports ----
+
+
+@before("ports", "Ports")
+def _(session: Session) -> None:
+    text = session.text("Ports").replace("baud: 38400", "baud: 384000000").replace("port: 7001", "port: 70010")
+    session.write("lab.yaml", text)
+
+
+# ---- real boards and drives ----
+
+
+@before("real-boards", "Put a real board into a bench")
+def _(session: Session) -> None:
+    session.write("mixed.yaml", session.text("Put a real board into a bench"))
+    through = "/dev/ttyUSB0{}, through"  # no board is there
+    session.swaps[through.format("")] = through.format(" (away, tried again each second)")
+
+
+@before("real-boards", "Make its line bad")
+def _(session: Session) -> None:
+    session.varies = (r"\d+ bytes",)
+
+
+@before("real-boards", "Real Modbus drives")
+def _(session: Session) -> None:
+    number = free_port()
+    session.write("lathe.yaml", (ROOT / "examples/modbus/lathe.yaml").read_text())
+    far = "bench: far\ndevices: {d: {profile: modbus_drive, map: lathe.yaml}}\n"
+    session.serve(far + f"bridges: {{modbus: {{listen: 127.0.0.1:{number}}}}}\n", speed=1, waits=False)
+    bench = yaml.safe_load(session.text("Real Modbus drives"))
+    bench["devices"] = {"x": bench["devices"]["x"] | {"at": f"modbus+tcp://127.0.0.1:{number}?unit=1"}}
+    session.serve(yaml.safe_dump(bench, sort_keys=False), speed=1, beside=True, waits=False)
+    until(lambda: session.servers[-1].status("x")["drive"]["state"] == "there", "the drive")
+    session.environment["HIL_BENCH"] = "shop"
+    session.varies = (NS, r"\d+(\.\d+)? ms", r"\d+ polls", r"\d exceptions")
+
+
+@before("real-can-drives", "Use real CANopen drives as axes")
+def _(session: Session) -> None:
+    number = free_port()
+    group = f"239.74.{os.getpid() % 250}.{number % 250}"  # nobody else's
+    session.swaps |= {"udp_multicast}": f"udp_multicast, channel: {group}, port: {number}}}"}
+    session.swaps |= {"239.74.163.2": f"{group}:{number}"}
+    far, near = (session.text("Try it without a drive", index=index) for index in range(2))
+    session.serve(far, speed=1, waits=False)
+    session.serve(near, speed=1, beside=True, waits=False)
+    until(lambda: session.servers[-1].status("x")["drive"]["state"] == "there", "the drive")
+    session.environment["HIL_BENCH"] = "near"
+    twin = "simulated canopen_drive, vendor 00000000h, product CD32D0B4h, revision 00010000h, serial 10896CEEh"
+    session.swaps["CL57, vendor 000002E1h, product 00000007h"] = twin
+    session.varies = (NS, r"\d+(\.\d+)? ms", r"\d+ polls", r"\d+ exceptions")
+
+
+# ---- reload ----
+
+RELOADED = "bench: lab\ndevices:\n  m1: {profile: mechaduino}\n"
+
+
+@before("reload", "Change a bench while it runs")
+def _(session: Session) -> None:
+    session.serve(RELOADED + "  m2: {profile: mechaduino}\n  s1: {profile: sac}\n", speed=1, waits=False)
+    session.write("lab.yaml", RELOADED + "  m2: {profile: mechaduino, baud: 9600}\n  m3: {profile: mechaduino}\n")
+    session.swaps["lab.yaml:"] = f"{session.folder}/lab.yaml:"  # as it was given to hil serve
+
+
+@before("reload", "What it refuses")
+def _(session: Session) -> None:
+    wrong = "  m2: {profile: mechaduino, baud: 9600}\n  m3:\n    profile: mechadunio\n  m4: {profile: sac, boud: 9600}\n"
+    session.write("lab.yaml", RELOADED + wrong)
+
+
+@carries_out("reload", "hil reload")
+def _(session: Session, command: str) -> str:
+    said = session.run(command)
+    if "mechadunio" in said:  # the next try is with another text
+        session.write("lab.yaml", RELOADED + "speed: 2\n")
+    return said
+
+
+# ---- runs ----
+
+
+@before("runs", "Carry it out")
+def _(session: Session) -> None:
+    session.swaps["7447"] = str(free_port())
+    session.varies = (DEG,)
+    session.write(
+        "bad.yaml",
+        "run: bad\naxes:\n  m1: {max_deg: 50}\n  s1: {}\nsteps:\n  - move: {m1: 90}\n  - {line: {m1: 9, s1: 9}}\n",
+    )
+
+
+@before("runs", "See and cancel runs")
+def _(session: Session) -> None:
+    session.serve(DEMO, speed=5)
+    session.run("hil axis m1 enable")
+    session.write("far.yaml", '{"run": "far", "axes": {"m1": {}}, "steps": [{"move": {"m1": 72000.0}}]}')
+    session.varies = (DEG, r"\d+ s left")
+
+
+@carries_out("runs", "hil run --detach")
+def _(session: Session, command: str) -> str:
+    said = session.run(command)
+    until(lambda: session.servers[-1].ask("runs", name="far")[0]["left_s"], "its plan")
+    return said
+
+
+@carries_out("runs", "hil runs cancel --at-once")
+def _(session: Session, command: str) -> str:
+    said = session.run(command)
+    run_ended(session.servers[-1], "far")
+    return said
+
+
+@carries_out("runs", "hil run examples/runs/mixed.run.yaml")
+def _(session: Session, _: str) -> str:
+    """What ``mixed.py`` prints, which types these commands (``test_examples.py``)."""
+    return (ROOT / "examples/runs/mixed.txt").read_text().rpartition("the last")[0]
+
+
+@carries_out("runs", "hil zenoh router")
+def _(session: Session, command: str) -> str:
+    """Start the router and both benches, which go on."""
+    session.end_benches()
+    router = session.beside(command)
+    for name in ("mill", "lathe"):
+        text = (ROOT / f"examples/runs/two_hosts/{name}.yaml").read_text()
+        session.serve(text, speed=10, beside=True, waits=False)
+    for server in session.servers:
+        server.ready().ask("do", device="m1", name="enable", parameters={})
+    until(lambda: session.servers[0].ask("benches"), "a sight of lathe")
+    cut = yaml.safe_load((ROOT / "examples/runs/two_hosts/both.yaml").read_text())
+    cut["steps"] = [{"line": {"mill/m1": 360000, "lathe/m1": 90000}}]
+    session.write("cut.yaml", yaml.safe_dump(cut | {"run": "cut"}))
+    session.varies = (DEG, "ahead|behind")
+    return router
+
+
+@carries_out("runs", "hil run -b mill cut.yaml")
+def _(session: Session, command: str) -> str:
+    """Carry it out, and kill the daemon of the other bench."""
+    mill, lathe = session.servers
+
+    def kill_it_on_the_way(_: str) -> bool:
+        if lathe.process.poll() is None and mill.status("m1")["snapshot"]["position_deg"] > 100:
+            lathe.kill()
+        return False
+
+    return interrupted(session, command, kill_it_on_the_way)
+
+
+# ---- SACs and segments ----
+
+
+@before("sac-network", "Files of the companion program")
+def _(session: Session) -> None:
+    session.serve(DEMO)
+    row = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+    session.write("queue.txt", "".join(row.format(position) for position in range(1, 31)))
+    session.write("oneShot.txt", "xm1200v160ad\r\n" + "\r\n" * 99)
+
+
+@before("segments", "Watch it")
+def _(session: Session) -> None:
+    text = session.text("An RS485 line with many nodes")
+    server = session.serve(re.sub(r"^ +line: .*\n", "", text, flags=re.M))
+    with server.client("s2") as terminal:  # its address: both have 85 from the factory
+        terminal.ask(b"$CM86\r", b"SAC>")
+        terminal.ask(b"$R\r", b"SAC>")
+    session.varies = (r"0\.00\d{4}",)
+
+
+@carries_out("segments", "hil capture bus0")
+def _(session: Session, command: str) -> str:
+    def talk() -> None:
+        with Client(str(session.place.runtime / "line" / "bus0.master")) as master:
+            master.write(encode(85, 1, b"m3000"))
+            master.read_until(b"\x06")
+
+    return captured(session, command, talk)
+
+
+# ---- scada ----
+
+
+@before("scada", "mbpoll")
+def _(session: Session) -> None:
+    session.swaps["1502"] = str(free_port())
+    text = (ROOT / "examples/modbus/poll16.yaml").read_text()
+    session.serve(text.replace("modbus: {}", "modbus: {listen: 127.0.0.1:1502}"), speed=1, waits=False)
+    session.run(f"python examples/modbus/poll16.py {session.swaps['1502']}")
+
+
+# ---- tests and zenoh ----
+
+
+@before("write-a-test", "A program of your own")
+def _(session: Session) -> None:
+    session.write("bench.yaml", "bench: t\ndevices: {s1: {profile: sac}}\n")
+
+
+@before("zenoh", "From Python")
+def _(session: Session) -> None:
+    door = f"127.0.0.1:{free_port()}"
+    text = (ROOT / "examples/zenoh/bench.yaml").read_text()
+    session.write("bench.yaml", text.replace("zenoh: {}", f"zenoh: {{listen: [tcp/{door}]}}"))
+    session.swaps |= {"examples/zenoh/bench.yaml": "bench.yaml"}
+    session.swaps |= {program: f"{program} zen tcp/{door}" for program in ("two_axes.py", "plain.py")}
+    session.varies = (DEG,)

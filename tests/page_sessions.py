@@ -1,0 +1,182 @@
+"""Sessions of the project's pages: the commands of a page, in order, as its reader types them.
+
+A command stands in a block behind ``$``, or ``#`` for root; what it prints stands below. Both are compared, but
+for the numbers that vary: they are named by patterns, and for what a page shortens with a line ``...``. A command
+below which nothing stands is only carried out. One whose output shows an error exits with 1 or 2, others with 0.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import typer
+from e2e_support import HIL, PATIENCE_S, Place, Server
+from markdown_blocks import ROOT, blocks, fits
+from typer.testing import CliRunner
+
+from hil.cli.cli import app
+
+_PROMPT = re.compile(r"^([$#]) (\S.*)$")
+_HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([^|;&>]*)")
+_ERROR = re.compile(r"^(?:hil: |\S+\.yaml:\d+:\d+: )", re.M)
+COLUMNS = "150"
+
+
+class Step(NamedTuple):
+    """Command of a page, and what the page shows below it."""
+
+    page: str
+    heading: str
+    is_root: bool
+    command: str
+    shown: str
+
+
+def steps(page: str) -> list[Step]:
+    """Commands of a page in order. A line that ends with a backslash goes on in the next."""
+    found: list[Step] = []
+    for each in blocks(page):
+        if each.language not in ("console", "text", "sh", ""):
+            continue
+        lines = iter(each.text.splitlines(keepends=True))
+        is_session = each.text.startswith(("$ ", "# ")) or each.language == "console"
+        for line in lines if is_session else ():
+            if prompt := _PROMPT.match(line):
+                command = prompt[2]
+                while command.endswith("\\"):
+                    command = command[:-1] + next(lines).strip()
+                found.append(Step(page, each.heading, prompt[1] == "#", command, ""))
+            else:
+                assert found, f"{page}: a session begins with a command, not with {line!r}"
+                found[-1] = found[-1]._replace(shown=found[-1].shown + line)
+    return found
+
+
+def hil_lines(command: str) -> list[str]:
+    """What comes behind ``hil`` in a line of a shell, for each ``hil`` in it."""
+    return [re.sub(r"\s#\s.*", "", found) for found in _HIL.findall(command)]
+
+
+def parsed(words: list[str]) -> None:
+    """Parse a command line of hil, and carry nothing out. Raises what the command line raises."""
+    command: Any = typer.main.get_command(app)
+    context = command.make_context("hil", words)
+    while hasattr(command, "commands"):
+        name, command, words = command.resolve_command(context, [*context._protected_args, *context.args])
+        context = command.make_context(name, words, parent=context)
+
+
+class Session:
+    """Reader of one page, in a folder of his own, with ``examples`` and ``wireshark`` of a checkout in it.
+
+    ``swaps`` are texts of the page and what stands for them here, such as port numbers that are free. ``varies``
+    are patterns of what is different each time.
+    """
+
+    def __init__(self, place: Place, page: str) -> None:
+        self.place, self.page = place, page
+        self.folder = place.folder
+        place.runtime, place.state = self.folder / "run" / "hil", self.folder / "state" / "hil"
+        self.swaps: dict[str, str] = {"/run/user/1000": str(self.folder / "run"), "/home/you": str(self.folder)}
+        self.varies: tuple[str, ...] = ()
+        self.servers: list[Server] = []
+        self._processes: list[subprocess.Popen[str]] = []
+        for name in ("examples", "wireshark"):
+            (self.folder / name).symlink_to(ROOT / name)
+        self.environment = os.environ | {
+            "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+            "XDG_RUNTIME_DIR": str(self.folder / "run"),
+            "XDG_STATE_HOME": str(self.folder / "state"),
+            "HOME": str(self.folder),
+            "COLUMNS": COLUMNS,
+            "TERM": "dumb",
+        }
+
+    def here(self, text: str) -> str:
+        """Text of the page with what stands for it here."""
+        for shown, real in self.swaps.items():
+            text = text.replace(shown, real)
+        return text
+
+    def text(self, heading: str, language: str = "yaml", index: int = 0) -> str:
+        """Block of the page, counted below its heading by language."""
+        found = [e.text for e in blocks(self.page) if (e.heading, e.language) == (heading, language)]
+        return self.here(found[index])
+
+    def write(self, name: str, text: str) -> Path:
+        return self.place.write(self.here(text), name)
+
+    def serve(
+        self, text: str, *options: str, speed: float = 20, beside: bool = False, waits: bool = True
+    ) -> Server:
+        """Run a bench of this text until its boards answer, or its ports are there if it ``waits`` not; the
+        benches before it end, unless it is to run beside them."""
+        if not beside:
+            self.end_benches()
+        (name,) = re.findall(r"^bench: (\w+)", text, re.M)
+        text = self.here(text) + (f"\nspeed: {speed}\n" if speed != 1 else "")
+        launched = self.place.launch(text, *options, bench=name, cwd=self.folder, env=self.environment)
+        self.servers.append(launched)
+        return launched.started().ready() if waits else launched.started()
+
+    def end_benches(self) -> None:
+        for server in self.servers:
+            if server.process.poll() is None:
+                server.stop()
+        self.servers.clear()
+
+    def beside(self, command: str) -> str:
+        """Start a command that goes on, and return its first line. It ends with the session."""
+        process = subprocess.Popen(
+            shlex.split(command), cwd=self.folder, env=self.environment, stdout=subprocess.PIPE, text=True
+        )
+        self._processes.append(process)
+        assert process.stdout
+        return process.stdout.readline()
+
+    def __enter__(self) -> "Session":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._processes:
+            process.kill()
+            process.communicate()
+
+    def run(self, command: str) -> str:
+        """Carry out a command, and return what it prints; its exit code has to fit that."""
+        words = shlex.split(command, comments=True)
+        if words[:2] == ["hil", "serve"]:
+            file, *options = [word for word in words[2:] if word != "&"]
+            return self.serve((self.folder / file).read_text(), *options).output
+        if words[0] == "hil" and not re.search(r"[|;&<>]", command):
+            environment = {**self.environment, "COLUMNS": COLUMNS}
+            done = CliRunner().invoke(app, words[1:], env=environment)
+            assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
+            code, said = done.exit_code, done.output
+        else:
+            shell = subprocess.run(
+                ["bash", "-c", command], cwd=self.folder, env=self.environment, timeout=PATIENCE_S,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+            )  # fmt: skip
+            code, said = shell.returncode, shell.stdout
+        assert (code in (1, 2)) == bool(_ERROR.search(said)), f"{command}: exit code {code}: {said}"
+        return said
+
+    def check(self, step: Step, carry_out: Callable[["Session", str], str] | None = None) -> None:
+        """Carry out a step, and compare what it prints with the page."""
+        command = self.here(step.command)
+        said = carry_out(self, command) if carry_out else self.run(command)
+        if step.shown:
+            assert fits(self.here(step.shown), said, *self.varies), f"$ {command}\n{said}"
+
+
+def inline_commands(page: str) -> Iterator[str]:
+    """Commands of hil in a page's code spans, without ``hil``."""
+    text = re.sub(r"^```.*?^```", "", (ROOT / page).read_text(), flags=re.M | re.S)
+    for span in re.findall(r"``? ?([^`]+?) ?``?", text):
+        yield from hil_lines(re.sub(r"\s+", " ", span).replace("\\|", "|"))

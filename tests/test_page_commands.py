@@ -1,0 +1,57 @@
+"""Commands of ``docs/how-to``: each is carried out, and prints what its page shows."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+from e2e_support import Place
+from markdown_blocks import ROOT
+from page_preparations import CARRIED_OUT, PREPARATIONS
+from page_sessions import Session, Step, hil_lines, parsed, steps
+
+PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
+ELSEWHERE = {"docs/how-to/add-a-profile.md": "test_how_to_board.py"}
+"""Pages whose commands another file carries out, as ``test_e2e_tour.py`` does those of the README and the tour."""
+NOT_HERE = {
+    r"sudo |make ": "installs or builds",
+    r"podman |docker ": "needs a container's runtime: `make test-container`",
+    r"picocom ": "a terminal that only its user leaves",
+    r".*/dev/ttyUSB": "needs a board",
+    r"hil sac calibrate": "a minute by the computer's clock",
+    r".*\| wireshark": "needs a screen",
+    r"arduino-cli ": "not in Debian",
+}
+"""Commands that are not carried out, and why. Commands for root are not either."""
+
+
+def is_carried_out(step: Step) -> bool:
+    program = step.command.split()[0]
+    return not (
+        step.is_root
+        or any(re.match(pattern, step.command) for pattern in NOT_HERE)
+        or (program == "mbpoll" and not shutil.which(program))
+        or ("tshark" in step.command and not shutil.which("tshark"))
+    )
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE and steps(page)], ids=lambda p: Path(p).stem)
+def test_commands_print_what_the_page_shows(page: str, place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place.folder)
+    heading = ""
+    with Session(place, page) as session:
+        for step in filter(is_carried_out, steps(page)):
+            if step.heading != heading:
+                heading = step.heading
+                if prepare := PREPARATIONS.get((page, heading)):
+                    prepare(session)
+            by = [each for (of, begin), each in CARRIED_OUT.items() if of == page and step.command.startswith(begin)]
+            session.check(step, *by)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/tour.md", *PAGES], ids=lambda p: Path(p).stem)
+def test_command_lines_are_right(page: str) -> None:
+    for step in steps(page):
+        for line in hil_lines(step.command):
+            parsed(shlex.split(line))
