@@ -188,7 +188,7 @@ def _(session: Session) -> None:
 
 @before("move-axes", "From the shell")
 def _(session: Session) -> None:
-    session.serve(DEMO)
+    session.serve(DEMO, speed=5)
     session.varies = (NS, DEG)
 
 
@@ -287,7 +287,6 @@ def _(session: Session, command: str) -> str:
 
 @before("runs", "Carry it out")
 def _(session: Session) -> None:
-    session.swaps["7447"] = str(free_port())
     session.varies = (DEG,)
     session.write(
         "bad.yaml",
@@ -321,37 +320,6 @@ def _(session: Session, command: str) -> str:
 def _(session: Session, _: str) -> str:
     """What ``mixed.py`` prints, which types these commands (``test_examples.py``)."""
     return (ROOT / "examples/runs/mixed.txt").read_text().rpartition("the last")[0]
-
-
-@carries_out("runs", "hil zenoh router")
-def _(session: Session, command: str) -> str:
-    """Start the router and both benches, which go on."""
-    session.end_benches()
-    router = session.beside(command)
-    for name in ("mill", "lathe"):
-        text = (ROOT / f"examples/runs/two_hosts/{name}.yaml").read_text()
-        session.serve(text, speed=10, beside=True, waits=False)
-    for server in session.servers:
-        server.ready().ask("do", device="m1", name="enable", parameters={})
-    until(lambda: session.servers[0].ask("benches"), "a sight of lathe")
-    cut = yaml.safe_load((ROOT / "examples/runs/two_hosts/both.yaml").read_text())
-    cut["steps"] = [{"line": {"mill/m1": 360000, "lathe/m1": 90000}}]
-    session.write("cut.yaml", yaml.safe_dump(cut | {"run": "cut"}))
-    session.varies = (DEG, "ahead|behind")
-    return router
-
-
-@carries_out("runs", "hil run -b mill cut.yaml")
-def _(session: Session, command: str) -> str:
-    """Carry it out, and kill the daemon of the other bench."""
-    mill, lathe = session.servers
-
-    def kill_it_on_the_way(_: str) -> bool:
-        if lathe.process.poll() is None and mill.status("m1")["snapshot"]["position_deg"] > 100:
-            lathe.kill()
-        return False
-
-    return interrupted(session, command, kill_it_on_the_way)
 
 
 # ---- SACs and segments ----

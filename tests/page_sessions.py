@@ -11,6 +11,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,10 +66,11 @@ def hil_lines(command: str) -> list[str]:
 def parsed(words: list[str]) -> None:
     """Parse a command line of hil, and carry nothing out. Raises what the command line raises."""
     command: Any = typer.main.get_command(app)
-    context = command.make_context("hil", words)
-    while hasattr(command, "commands"):
-        name, command, words = command.resolve_command(context, [*context._protected_args, *context.args])
-        context = command.make_context(name, words, parent=context)
+    with suppress(typer.Exit):  # as of --version
+        context = command.make_context("hil", words)
+        while hasattr(command, "commands") and (rest := [*context._protected_args, *context.args]):
+            name, command, rest = command.resolve_command(context, rest)
+            context = command.make_context(name, rest, parent=context)
 
 
 class Session:

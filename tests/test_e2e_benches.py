@@ -1,6 +1,7 @@
 """Runs over two benches that a router joins."""
 
 import json
+import subprocess
 import time
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,13 @@ from bench_sites import (
     state_of,
     submit,
 )
-from e2e_support import Server, ended, until
+from e2e_support import HIL, PATIENCE_S, Server, ended, until
+from markdown_blocks import fits
+from page_sessions import steps as steps_of
+
+
+PAGE = "docs/how-to/runs.md"
+VARIES = (r"-?\d+\.\d+", "ahead|behind")
 
 
 def epoch_ns(server: Server) -> tuple[int, int]:
@@ -80,6 +87,19 @@ def test_phrases_waits_and_steppers_over_both(site: Site) -> None:
     assert lathe.status("m1")["snapshot"]["pin_d3"] == 1
     assert submit(mill, run("r", *steps), fresh=True)["run"] == "r-2"  # again, on both
     assert [ended(bench, "r-2")["state"] for bench in (mill, lathe)] == ["done", "done"]
+    benches, both, cut = (step for step in steps_of(PAGE) if "-b mill" in step.command)
+    for step in (benches, both):
+        said = site.place.cli(*step.command.split()[1:], "--runtime-dir", str(site.place.runtime))
+        assert fits(step.shown, said, *VARIES), said
+    axes = {"mill/m1": {}, "lathe/m1": {}}
+    way = {"move": dict.fromkeys(axes, 72_000.0)}
+    site.place.write(json.dumps({"run": "cut", "axes": axes, "steps": [way]}), "cut.yaml")
+    command = [HIL, *cut.command.split()[1:], "--runtime-dir", str(site.place.runtime)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=site.place.folder) as running:
+        on_the_way(mill)
+        lathe.kill()
+        said, _ = running.communicate(timeout=PATIENCE_S)
+    assert (running.returncode, fits(cut.shown, said, *VARIES)) == (3, True), said
 
 
 @pytest.mark.parametrize("how", ["grace", "prejudice"])

@@ -12,8 +12,13 @@ from page_preparations import CARRIED_OUT, PREPARATIONS
 from page_sessions import Session, Step, hil_lines, parsed, steps
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
-ELSEWHERE = {"docs/how-to/add-a-profile.md": "test_how_to_board.py"}
-"""Pages whose commands another file carries out, as ``test_e2e_tour.py`` does those of the README and the tour."""
+ELSEWHERE = {
+    ("docs/how-to/add-a-profile.md", "Add a board"): "test_how_to_board.py",
+    ("docs/how-to/add-a-profile.md", "Where it may be"): "test_how_to_board.py",
+    ("docs/how-to/runs.md", "Over several benches"): "test_e2e_benches.py",
+}
+"""Headings below which another file carries the commands out, as ``test_e2e_tour.py`` does those of the README
+and the tour."""
 NOT_HERE = {
     r"sudo |make ": "installs or builds",
     r"podman |docker ": "needs a container's runtime: `make test-container`",
@@ -30,13 +35,14 @@ def is_carried_out(step: Step) -> bool:
     program = step.command.split()[0]
     return not (
         step.is_root
+        or (step.page, step.heading) in ELSEWHERE
         or any(re.match(pattern, step.command) for pattern in NOT_HERE)
         or (program == "mbpoll" and not shutil.which(program))
         or ("tshark" in step.command and not shutil.which("tshark"))
     )
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE and steps(page)], ids=lambda p: Path(p).stem)
+@pytest.mark.parametrize("page", [page for page in PAGES if any(map(is_carried_out, steps(page)))], ids=lambda p: Path(p).stem)
 def test_commands_print_what_the_page_shows(page: str, place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place.folder)
     heading = ""
