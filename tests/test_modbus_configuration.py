@@ -49,8 +49,8 @@ ONE = {
     "{units: {m1: true}}": "24: units.m1: a whole number is wanted here, not true (write a whole number)",
     f"{{{ROLES}~}}}}": '61: tls.roles: keys are wanted here, not nothing (write "key: value" lines, indented'
     " below)",
-    "{listen: 0.0.0.0:1502}": "20: listen: 0.0.0.0:1502 is reached from other computers, and Modbus asks"
-    " nobody who it is (listen on 127.0.0.1, add `tls` with certificates, or write `insecure: true`)",
+    "{listen: 0.0.0.0:1502}": "20: listen: 0.0.0.0:1502 is reached from other computers, and Modbus"
+    " has no users (listen on 127.0.0.1, add `tls` with certificates, or write `insecure: true`)",
     "{rtu: [{device: COM1}]}": "27: rtu.0.device: this is no serial port (write a path as in /dev/ttyUSB0,"
     " socket://host:port or rfc2217://host:port)",
     "{rtu: [{path: m1}]}": f'25: rtu.0.path: device m1 has its port in the same place, "m1" ({GIVE})',

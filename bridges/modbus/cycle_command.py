@@ -68,7 +68,7 @@ def _polls(text: str) -> Iterator[Any]:
     if not 1 <= len(numbers) <= 2 or not all(each.isascii() and each.isdigit() for each in digits):
         raise ValueError(f"{text}: write UNIT:FUNCTION or UNIT:FUNCTION:COUNT, as in 1:4:10 or 1-32:4:10")
     if dash and int(first) > int(last):
-        raise ValueError(f"{text}: {first} comes behind {last}")
+        raise ValueError(f"{text}: {first} comes after {last}")
     for unit in range(int(first), min(int(last), 999) + 1) if dash else [int(first)]:
         poll = Poll(unit, *map(int, numbers))
         if problem := poll.problem:

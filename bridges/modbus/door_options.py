@@ -124,7 +124,7 @@ class Options(BaseModel):
         if not (self.insecure or self.tls or is_loopback(endpoint(self.listen)[0])):
             raise PydanticCustomError(
                 "reached",
-                "{listen} is reached from other computers, and Modbus asks nobody who it is",
+                "{listen} is reached from other computers, and Modbus has no users",
                 {
                     "listen": self.listen,
                     "at": ("listen",),

@@ -65,7 +65,7 @@ class CommandHandler:
             elif query is not None:
                 self._readings.read(key, query)
             else:
-                raise VerbRefused("bad_request", "nothing is put here; the reference has the keys")
+                raise VerbRefused("bad_request", "this key takes no put; the reference lists the keys")
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
 
@@ -194,7 +194,7 @@ def _fault(key_target: str, given: dict[str, object]) -> Command:
     if "clear" in given:
         which = given.pop("clear")
         if given:
-            raise VerbRefused("bad_parameter", "clear: nothing is written beside it")
+            raise VerbRefused("bad_parameter", "clear: give nothing else with it")
         return Command("clear", "", {"number": which, "on": key_target})
     target = given.pop("target", key_target)
     if not isinstance(target, str) or owner_of(target) != owner_of(key_target):

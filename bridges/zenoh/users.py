@@ -91,5 +91,5 @@ def _user(line: str, before: Sequence[User]) -> User:
     if any(name == other.name for other in before):
         raise ValueError(f"{name} is there twice")
     if any(secret == other.secret for other in before):
-        raise ValueError(f"{name} has the password of another: a signature would be either's")
+        raise ValueError(f"{name} has the same password as another user: their signatures would be the same")
     return User(name, roles[role], secret)

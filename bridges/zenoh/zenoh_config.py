@@ -153,11 +153,11 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
 
 def _refuse_open_doors(options: Options) -> None:
     if options.tls and not options.users:
-        raise SecurityError("tls: certificates say who, not what each may; add `users`")
+        raise SecurityError("tls: certificates have no roles; add `users`")
     if options.users and options.listen and options.connect:
         raise SecurityError(
-            "connect: what comes from a router has no user here, so with `users` nothing of it would pass;"
-            " write `listen: []`, and let the router's access control decide, or leave `connect` away"
+            "connect: messages from a router have no user, so with `users` all would be refused;"
+            " write `listen: []`, and let the router's access control decide, or leave out `connect`"
         )
     beyond = [endpoint for endpoint in options.listen if not is_loopback(endpoint)]
     if options.insecure or not beyond:

@@ -48,7 +48,7 @@ class BoardTerminal:
                     "nothing answers: is it on, is this its terminal, is the baud right?"
                 ) from None
             shown = (heard + self._unread)[-60:]
-            raise DialogueError(f"what answers is no SAC at its prompt: {shown!r}") from None
+            raise DialogueError(f"the answer is not from a SAC at its prompt: {shown!r}") from None
 
     def ask(self, line: str, timeout_ns: int = ANSWER_NS) -> Dialogue[list[str]]:
         """Type a line; answers the text up to the prompt, without the echo."""
@@ -119,7 +119,7 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
         if row != now
     ]
     if wrong:
-        raise DialogueError("the board has not what was sent:\n" + "\n".join(wrong))
+        raise DialogueError("the board does not have what was sent:\n" + "\n".join(wrong))
     if store:
         try:
             yield from terminal.ask("qs")
@@ -161,7 +161,7 @@ def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialog
     """
     lines = yield from terminal.ask("vd", timeout_ns)
     if lines[:1] != ["0\t0"]:
-        raise Refusal("the motor runs; stop it first (S), or what it runs through would change under it")
+        raise Refusal("the motor runs; stop it first (S): the queue must not change while it runs")
 
 
 def _listing(terminal: BoardTerminal) -> Dialogue[list[Row]]:

@@ -282,7 +282,7 @@ def _until(
             recording.rows
             and recording.rows[-1][0] - recording.rows[min(seen, len(recording.rows) - 1)][0] > patience_ns
         ):
-            raise fail(f"hil: {device} did not do as told: is it running, and at its main menu?")
+            raise fail(f"hil: {device} did not carry out the command: is it running, and at its main menu?")
     raise AssertionError("the pieces do not end")
 
 

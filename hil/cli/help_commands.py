@@ -22,7 +22,7 @@ def docs(
 
     pages = find_pages()
     if not pages:
-        raise fail("hil: this installation came without its pages")
+        raise fail("hil: this installation has no pages")
     if topic is None:
         width = max(map(len, pages))
         rows = {name: page.title for name, page in pages.items()}

@@ -75,7 +75,7 @@ class DriveUnit:
                 continue
             value = place.value(tuple(known[each] for each in addresses), is_low_first=self._is_low_first)
             if not isfinite(value):
-                raise Refused(Code.ILLEGAL_DATA_VALUE, f"{entry.name}: {value} is no number to go by")
+                raise Refused(Code.ILLEGAL_DATA_VALUE, f"{entry.name}: {value} is no number that can be used")
             (fields if entry.is_parameter else given)[entry.name] = value
             done += addresses
         # From here on nothing is refused: what was written is taken.
@@ -103,7 +103,7 @@ class DriveUnit:
             entries = self.map.at[write.table, address]
             where = f"{write.table.value.removesuffix('s')} {address}"
             if not any(entry.is_taken for entry in entries):
-                raise Refused(Code.ILLEGAL_DATA_ADDRESS, f"{where}, {entries[0].name}, is only told")
+                raise Refused(Code.ILLEGAL_DATA_ADDRESS, f"{where}, {entries[0].name}, can only be read")
             known = sum(1 << (entry.place.bit or 0) for entry in entries if entry.place.is_bit)
             if entries[0].place.bit is not None and word & ~known:
                 bit = (word & ~known).bit_length() - 1

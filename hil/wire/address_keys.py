@@ -17,7 +17,7 @@ def query_keys(query: str, known: Sequence[str], example: str) -> Iterator[tuple
     for item in query.split("&") if query else ():
         key, equals, value = item.partition("=")
         if not equals:
-            raise AddressRefused("what is behind ? is not of the form key=value", f"write {example}")
+            raise AddressRefused("the part after ? is not of the form key=value", f"write {example}")
         if key not in known:
             known_are = f"known are: {', '.join(known)}"
             raise AddressRefused(f"there is no {key[:20]!r} in this address", known_are)

@@ -39,7 +39,7 @@ def test_a_cycle_for_programs() -> None:
         (("1",), "1: write UNIT:FUNCTION or UNIT:FUNCTION:COUNT, as in 1:4:10 or 1-32:4:10"),
         (("1:4:x",), "1:4:x: write UNIT"),
         (("1:4:1:1",), "1:4:1:1: write UNIT"),
-        (("9-3:4",), "9-3:4: 9 comes behind 3"),
+        (("9-3:4",), "9-3:4: 9 comes after 3"),
         (("1-300:4",), "1-300:4: unit 248: write 1 to 247"),
         (("1:8",), "1:8: function 8: write one of 1, 2, 3"),
         (("1:4:0",), "1:4:0: count 0: function 4 takes 1 to 125"),

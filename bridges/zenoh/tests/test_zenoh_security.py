@@ -60,7 +60,7 @@ def test_all_wrong_lines_are_named(tmp_path: Path) -> None:
         read_users(path)
     problems = str(caught.value).splitlines()
     assert [problem.split(":")[1] for problem in problems] == ["2", "3", "4", "5", "6", "7"]
-    wanted = ("name:role:password", "no name", "viewer, operator, admin", "12", "twice", "of another")
+    wanted = ("name:role:password", "no name", "viewer, operator, admin", "12", "twice", "as another user")
     for problem, words in zip(problems, wanted, strict=True):
         assert words in problem
 

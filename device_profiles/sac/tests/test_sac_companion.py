@@ -256,7 +256,7 @@ def played(dialogue, answer):
 def test_silence_and_strangers_are_told_apart():
     with pytest.raises(DialogueError, match="nothing answers"):
         played(companion.save(), lambda data: b"")
-    with pytest.raises(DialogueError, match="no SAC at its prompt: b'login: '"):
+    with pytest.raises(DialogueError, match="not from a SAC at its prompt: b'login: '"):
         played(companion.save(), lambda data: b"login: ")
 
 
@@ -319,7 +319,7 @@ def test_a_board_that_kept_something_else_is_not_believed():
         }
         return line + b"\r\n" + answers.get(line, b"") + b"SAC>"
 
-    with pytest.raises(DialogueError, match="the board has not what was sent:\nrow 1: "):
+    with pytest.raises(DialogueError, match="the board does not have what was sent:\nrow 1: "):
         played(companion.load(read_queue(FILE, "q.txt"), store=True), board_that_lies)
 
 

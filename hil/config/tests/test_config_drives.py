@@ -86,7 +86,7 @@ def test_drives_of_a_bench(folder: Path) -> None:
             "modbus+rtu:///dev/x?unit=1&speed=9600",
             "there is no 'speed' in this address (known are: unit, baud, f",
         ),
-        ("modbus+tcp://x:502?unit", "what is behind ? is not of the form key=value"),
+        ("modbus+tcp://x:502?unit", "the part after ? is not of the form key=value"),
         ("modbus+rtu:///dev/x?unit=1&baud=fast", "'fast' is no speed (write 300 to 4000000)"),
         ("modbus+rtu:///dev/x?unit=1&baud=110", "'110' is no speed"),
         ("modbus+rtu:///dev/x?unit=1&format=7E1", "'7E1' is no format of a character (known are: 8E1, 8O1"),

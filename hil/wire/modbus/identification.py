@@ -58,7 +58,7 @@ class Identification:
                     f"object {object_id} has {len(value)} bytes; {OBJECT_BYTES_MAX} fit into an answer"
                 )
         if reserved := sorted(set(self.extended).difference(EXTENDED_IDS)):
-            raise ValueError(f"objects of one's own are 128 to 255, not {reserved}")
+            raise ValueError(f"own objects are 128 to 255, not {reserved}")
 
     @cached_property
     def objects(self) -> dict[int, bytes]:
