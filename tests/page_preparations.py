@@ -1,20 +1,22 @@
-"""What a reader of the pages has before the commands below a heading: benches that run, files, patterns of what
-varies; and commands that somebody else has to end."""
+"""What a reader of the pages has before the commands below a heading: benches that run, files, patterns of
+what varies; and commands that somebody else has to end."""
 
 import os
 import re
+import shlex
 import signal
 import subprocess
 from collections.abc import Callable
 
 import can
 import yaml
-from device_profiles.sac.packet import encode
 from e2e_support import PATIENCE_S, Client, free_port, until
 from e2e_support import ended as run_ended
 from markdown_blocks import ROOT
 from page_sessions import Session
 from pymodbus.client import ModbusSerialClient
+
+from device_profiles.sac.packet import encode
 
 Prepare = Callable[[Session], None]
 CarryOut = Callable[[Session, str], str]
@@ -207,7 +209,9 @@ def _(session: Session) -> None:
 
 @before("ports", "Ports")
 def _(session: Session) -> None:
-    text = session.text("Ports").replace("baud: 38400", "baud: 384000000").replace("port: 7001", "port: 70010")
+    text = (
+        session.text("Ports").replace("baud: 38400", "baud: 384000000").replace("port: 7001", "port: 70010")
+    )
     session.write("lab.yaml", text)
 
 
@@ -251,7 +255,9 @@ def _(session: Session) -> None:
     session.serve(near, speed=1, beside=True, waits=False)
     until(lambda: session.servers[-1].status("x")["drive"]["state"] == "there", "the drive")
     session.environment["HIL_BENCH"] = "near"
-    twin = "simulated canopen_drive, vendor 00000000h, product CD32D0B4h, revision 00010000h, serial 10896CEEh"
+    twin = (
+        "simulated canopen_drive, vendor 00000000h, product CD32D0B4h, revision 00010000h, serial 10896CEEh"
+    )
     session.swaps["CL57, vendor 000002E1h, product 00000007h"] = twin
     session.varies = (NS, r"\d+(\.\d+)? ms", r"\d+ polls", r"\d+ exceptions")
 
@@ -264,14 +270,16 @@ RELOADED = "bench: lab\ndevices:\n  m1: {profile: mechaduino}\n"
 @before("reload", "Change a bench while it runs")
 def _(session: Session) -> None:
     session.serve(RELOADED + "  m2: {profile: mechaduino}\n  s1: {profile: sac}\n", speed=1, waits=False)
-    session.write("lab.yaml", RELOADED + "  m2: {profile: mechaduino, baud: 9600}\n  m3: {profile: mechaduino}\n")
+    session.write(
+        "lab.yaml", RELOADED + "  m2: {profile: mechaduino, baud: 9600}\n  m3: {profile: mechaduino}\n"
+    )
     session.swaps["lab.yaml:"] = f"{session.folder}/lab.yaml:"  # as it was given to hil serve
 
 
 @before("reload", "What it refuses")
 def _(session: Session) -> None:
-    wrong = "  m2: {profile: mechaduino, baud: 9600}\n  m3:\n    profile: mechadunio\n  m4: {profile: sac, boud: 9600}\n"
-    session.write("lab.yaml", RELOADED + wrong)
+    wrong = "  m3:\n    profile: mechadunio\n  m4: {profile: sac, boud: 9600}\n"
+    session.write("lab.yaml", RELOADED + "  m2: {profile: mechaduino, baud: 9600}\n" + wrong)
 
 
 @carries_out("reload", "hil reload")
@@ -290,7 +298,8 @@ def _(session: Session) -> None:
     session.varies = (DEG,)
     session.write(
         "bad.yaml",
-        "run: bad\naxes:\n  m1: {max_deg: 50}\n  s1: {}\nsteps:\n  - move: {m1: 90}\n  - {line: {m1: 9, s1: 9}}\n",
+        "run: bad\naxes:\n  m1: {max_deg: 50}\n  s1: {}\n"
+        "steps:\n  - move: {m1: 90}\n  - {line: {m1: 9, s1: 9}}\n",
     )
 
 
@@ -379,4 +388,19 @@ def _(session: Session) -> None:
     session.write("bench.yaml", text.replace("zenoh: {}", f"zenoh: {{listen: [tcp/{door}]}}"))
     session.swaps |= {"examples/zenoh/bench.yaml": "bench.yaml"}
     session.swaps |= {program: f"{program} zen tcp/{door}" for program in ("two_axes.py", "plain.py")}
+    session.swaps |= {
+        'connect_sync("zen")': f'connect_sync("zen", "tcp/{door}")',
+        "tcp/127.0.0.1:7447": f"tcp/{door}",
+    }
     session.varies = (DEG,)
+
+
+@carries_out("zenoh", "python examples/zenoh/plain.py")
+def _(session: Session, command: str) -> str:
+    """Carry it out, and then the page's own programs; one goes on printing states."""
+    said = session.run(command)
+    going_on = f"python -uc {shlex.quote(session.text('From Python', 'python'))}"
+    states = interrupted(session, going_on, lambda said: said.count("\n") > 2).splitlines()
+    assert [len(re.findall(r"-?\d+(?:\.\d+)?", line)) for line in states[1:3]] == [2, 2], states
+    assert session.program("What is there") == session.text("What is there", "text")
+    return said

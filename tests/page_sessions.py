@@ -1,8 +1,9 @@
 """Sessions of the project's pages: the commands of a page, in order, as its reader types them.
 
-A command stands in a block behind ``$``, or ``#`` for root; what it prints stands below. Both are compared, but
-for the numbers that vary: they are named by patterns, and for what a page shortens with a line ``...``. A command
-below which nothing stands is only carried out. One whose output shows an error exits with 1 or 2, others with 0.
+A command stands in a block behind ``$``, or ``#`` for root; what it prints stands below it. What was printed
+is compared with that line by line. A line ``...`` stands for any lines, and patterns say what varies: in pages
+and in what is printed they count as one word. A command below which nothing stands is only carried out. One
+that prints an error exits with 1 or 2, all others with 0.
 """
 
 import os
@@ -16,14 +17,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
-from e2e_support import HIL, PATIENCE_S, Place, Server
+from e2e_support import PATIENCE_S, Place, Server
 from markdown_blocks import ROOT, blocks, fits
 from typer.testing import CliRunner
 
 from hil.cli.cli import app
 
 _PROMPT = re.compile(r"^([$#]) (\S.*)$")
-_HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([^|;&>]*)")
+_HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([a-z-][^|;&>]*)")
 _ERROR = re.compile(r"^(?:hil: |\S+\.yaml:\d+:\d+: )", re.M)
 COLUMNS = "150"
 
@@ -76,15 +77,18 @@ def parsed(words: list[str]) -> None:
 class Session:
     """Reader of one page, in a folder of his own, with ``examples`` and ``wireshark`` of a checkout in it.
 
-    ``swaps`` are texts of the page and what stands for them here, such as port numbers that are free. ``varies``
-    are patterns of what is different each time.
+    ``swaps`` are texts of the page and what stands for them here, such as port numbers that are free.
+    ``varies`` are patterns of what is different each time.
     """
 
     def __init__(self, place: Place, page: str) -> None:
         self.place, self.page = place, page
         self.folder = place.folder
         place.runtime, place.state = self.folder / "run" / "hil", self.folder / "state" / "hil"
-        self.swaps: dict[str, str] = {"/run/user/1000": str(self.folder / "run"), "/home/you": str(self.folder)}
+        self.swaps: dict[str, str] = {
+            "/run/user/1000": str(self.folder / "run"),
+            "/home/you": str(self.folder),
+        }
         self.varies: tuple[str, ...] = ()
         self.servers: list[Server] = []
         self._processes: list[subprocess.Popen[str]] = []
@@ -109,6 +113,10 @@ class Session:
         """Block of the page, counted below its heading by language."""
         found = [e.text for e in blocks(self.page) if (e.heading, e.language) == (heading, language)]
         return self.here(found[index])
+
+    def program(self, heading: str) -> str:
+        """Run the Python below a heading, and return what it prints."""
+        return self.run(f"python -c {shlex.quote(self.text(heading, 'python'))}")
 
     def write(self, name: str, text: str) -> Path:
         return self.place.write(self.here(text), name)

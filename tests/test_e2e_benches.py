@@ -19,7 +19,6 @@ from e2e_support import HIL, PATIENCE_S, Server, ended, until
 from markdown_blocks import fits
 from page_sessions import steps as steps_of
 
-
 PAGE = "docs/how-to/runs.md"
 VARIES = (r"-?\d+\.\d+", "ahead|behind")
 

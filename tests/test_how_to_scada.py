@@ -1,14 +1,10 @@
 """Numbers and commands of ``docs/how-to/scada.md``."""
 
 import re
-import shutil
-import subprocess
-import sys
 import tomllib
 
 import pytest
-from e2e_support import PATIENCE_S, Place, free_port
-from markdown_blocks import ROOT, block, fits
+from markdown_blocks import ROOT, block
 
 from hil.compose.find import find_catalogue
 from hil.core.kinds import KINDS
@@ -68,16 +64,3 @@ def test_openhab_writes_what_the_map_has() -> None:
     of = map_of("mechaduino")
     assert of.at[Table.HOLDING_REGISTERS, starts[0]].name == "move_abs.position_deg"
     assert of.at[Table.COILS, starts[1]].name == "move_abs"
-
-
-@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll is not installed")
-def test_mbpoll_prints_what_the_page_shows() -> None:
-    command, _, shown = block(PAGE, "mbpoll").partition("\n")
-    program, number = ROOT / "examples" / "modbus" / "poll16.py", free_port()
-    text = program.with_suffix(".yaml").read_text()
-    with Place() as place:
-        place.serve(text.replace("modbus: {}", f"modbus: {{listen: 127.0.0.1:{number}}}"), bench="poll16")
-        subprocess.run([sys.executable, program, str(number)], timeout=PATIENCE_S, check=True)
-        words = command.removeprefix("$ ").replace("1502", str(number)).split()
-        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=True)
-    assert fits(shown, done.stdout), done.stdout

@@ -1,13 +1,10 @@
-"""Links in the project's Markdown pages: pages, headings, files, names in files and commands are there."""
+"""Links in the project's Markdown pages: pages, headings, files and names in files are there."""
 
 import re
 from pathlib import Path
 
 import pytest
-import typer
 from mentions import MENTION, is_defined
-
-from hil.cli.cli import app
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("docs", "examples", "device_profiles", "virtual_ports", "bridges")
@@ -17,7 +14,6 @@ PRESENT = [page for page in PAGES if page.name != "CHANGELOG.md" and page.parent
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.M)
 FILE = re.compile(r"`((?:hil|device_profiles|virtual_ports|bridges|tests|docs|examples)/[\w/.-]+\.\w+)")
-COMMAND = re.compile(r"(?:`|^\$ )hil ([a-z]+)", re.M)
 CODE_BLOCK = re.compile(r"^```.*?^```", re.M | re.S)
 
 
@@ -54,11 +50,3 @@ def test_files_and_names_in_them_are_there(page: Path) -> None:
         if not any((base / file).exists() for base in (ROOT, page.parent, page.parents[1]))
     ] == []
     assert [(file, name) for file, name in MENTION.findall(text) if not is_defined(ROOT / file, name)] == []
-
-
-def test_commands_are_those_that_there_are() -> None:
-    hil = typer.main.get_group(app)
-    known = set(hil.list_commands(typer.Context(hil)))  # hidden ones, and those of boards and bridges
-    named = {(page.name, name) for page in PRESENT for name in COMMAND.findall(page.read_text())}
-    assert len(named) > 50
-    assert sorted((page, name) for page, name in named if name not in known) == []

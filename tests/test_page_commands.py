@@ -9,16 +9,23 @@ import pytest
 from e2e_support import Place
 from markdown_blocks import ROOT
 from page_preparations import CARRIED_OUT, PREPARATIONS
-from page_sessions import Session, Step, hil_lines, parsed, steps
+from page_sessions import Session, Step, hil_lines, inline_commands, parsed, steps
+
+from hil.cli.command_classes import USAGE_ERROR
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
+FOLDERS = ("docs", "examples", "device_profiles", "virtual_ports", "bridges")
+ALL = [
+    *("README.md", "CONTRIBUTING.md"),
+    *(str(path.relative_to(ROOT)) for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.md"))),
+]
 ELSEWHERE = {
     ("docs/how-to/add-a-profile.md", "Add a board"): "test_how_to_board.py",
     ("docs/how-to/add-a-profile.md", "Where it may be"): "test_how_to_board.py",
     ("docs/how-to/runs.md", "Over several benches"): "test_e2e_benches.py",
 }
-"""Headings below which another file carries the commands out, as ``test_e2e_tour.py`` does those of the README
-and the tour."""
+"""Headings below which another file carries the commands out. ``test_e2e_tour.py`` does those of the README and
+the tour."""
 NOT_HERE = {
     r"sudo |make ": "installs or builds",
     r"podman |docker ": "needs a container's runtime: `make test-container`",
@@ -42,7 +49,9 @@ def is_carried_out(step: Step) -> bool:
     )
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if any(map(is_carried_out, steps(page)))], ids=lambda p: Path(p).stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if any(map(is_carried_out, steps(page)))], ids=lambda p: Path(p).stem
+)
 def test_commands_print_what_the_page_shows(page: str, place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place.folder)
     heading = ""
@@ -52,12 +61,25 @@ def test_commands_print_what_the_page_shows(page: str, place: Place, monkeypatch
                 heading = step.heading
                 if prepare := PREPARATIONS.get((page, heading)):
                     prepare(session)
-            by = [each for (of, begin), each in CARRIED_OUT.items() if of == page and step.command.startswith(begin)]
+            by = [
+                each
+                for (of, begin), each in CARRIED_OUT.items()
+                if of == page and step.command.startswith(begin)
+            ]
             session.check(step, *by)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/tour.md", *PAGES], ids=lambda p: Path(p).stem)
+@pytest.mark.parametrize(
+    "page", [page for page in ALL if "/decisions/" not in page and page != "docs/reference.md"]
+)
 def test_command_lines_are_right(page: str) -> None:
+    """Those of blocks are whole, those in sentences may lack arguments."""
     for step in steps(page):
         for line in hil_lines(step.command):
             parsed(shlex.split(line))
+    for line in inline_commands(page):
+        try:
+            parsed(shlex.split(line))
+        except USAGE_ERROR as error:
+            said = error.format_message()
+            assert re.match("Missing |Option .* requires|Usage: ", said), f"`hil {line}`: {said}"
