@@ -24,8 +24,7 @@ ELSEWHERE = {
     ("docs/how-to/add-a-profile.md", "Where it may be"): "test_how_to_board.py",
     ("docs/how-to/runs.md", "Over several benches"): "test_e2e_benches.py",
 }
-"""Headings below which another file carries the commands out. ``test_e2e_tour.py`` does those of the README and
-the tour."""
+"""Headings whose commands another file carries out. ``test_e2e_tour.py`` has those of README and tour."""
 NOT_HERE = {
     r"sudo |make ": "installs or builds",
     r"podman |docker ": "needs a container's runtime: `make test-container`",

@@ -22,7 +22,7 @@ from hil.wire.modbus.identification import Identification
 
 log = logging.getLogger("hil")
 
-RISK = "whoever reaches it moves all axes"
+RISK = "every program that can reach it can move all axes"
 
 
 class ModbusBridge:

@@ -163,7 +163,7 @@ def _quiet_output() -> Iterator[None]:
     try:
         yield
     except (BrokenPipeError, KeyboardInterrupt) as error:
-        # What is left in its buffer would be an error at the exit, or wait for ever.
+        # What is left in its buffer would be an error at the exit, or wait forever.
         null = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
         os.dup2(null, sys.stdout.fileno())
         os.close(null)

@@ -1,5 +1,5 @@
-"""Limit of the torque on a shaft, whoever sets it: the configuration, a command or a fault; and what an
-operator is told of a shaft that a load drags."""
+"""Limit of the torque on a shaft, for the configuration, commands and faults; text about a shaft that a load
+drags."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping

@@ -289,8 +289,8 @@ def test_a_good_bridge_passes() -> None:
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.__name__)
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[Desk], Bridge]) -> None:
     word, said = BROKEN[broken]
+    only = "answer" if word == "time" else word
     with pytest.raises(CheckFailed) as failed:
-        only = "answer" if word == "time" else word
         check_bridge(broken, request=REQUEST, patience_s=PATIENCE_S, only=only)
     gc.collect()  # what it has left open
     (finding,) = [each for each in failed.value.findings if each.startswith(f"{word}: ")]

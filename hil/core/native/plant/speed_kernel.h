@@ -1,7 +1,7 @@
 /* The speed of a shaft, for one REAL (real.h). */
 
 /* The speed that is left of one in rev/s: the limit at most, a NaN is cut too; and 0 where friction has left
-   less than any angle shows, instead of decaying for ever. */
+   less than any angle shows, instead of decaying forever. */
 INLINE REAL NAME(turning)(REAL rev_per_s, REAL limit)
 {
     REAL most = GREATER(LESSER(rev_per_s, limit), -limit);
