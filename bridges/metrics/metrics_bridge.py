@@ -52,7 +52,8 @@ class MetricsBridge:
     async def open(self) -> None:
         if not is_loopback(endpoint(self._options.listen)[0]):
             log.warning(
-                "bridges.metrics: insecure: whoever reaches %s may read all metrics", self._options.listen
+                "bridges.metrics: insecure: every program that can reach %s can read all metrics",
+                self._options.listen,
             )
         listeners = await open_listeners(self._options.listen)
         self._addresses = [address_shown(each) for each in listeners]
@@ -82,7 +83,7 @@ class MetricsBridge:
             "rejected": self._refused + turned_away,
             "dropped": 0,
             "insecure": not is_loopback(endpoint(self._options.listen)[0]),
-            "risk": "whoever reaches it reads all metrics",
+            "risk": "every program that can reach it can read all metrics",
         }
 
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
