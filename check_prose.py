@@ -69,6 +69,8 @@ class Rules(NamedTuple):
     """Terms of our own by their patterns, with what to write instead; proselint's; the exceptions."""
 
     terms: Mapping[str, str]
+    longest: int
+    """Maximum number of words of a sentence; a colon or semicolon ends one, too."""
     proselint: Config
     exceptions: Sequence[Allowed]
 
@@ -83,7 +85,12 @@ def read_rules(text: str) -> Rules:
         Allowed(each["rule"], each["text"], each.get("file", ""), each["reason"])
         for each in read.get("exceptions", ())
     ]
-    return Rules(read["terms"], {"max_errors": sys.maxsize, "checks": enabled}, exceptions)
+    return Rules(
+        read["terms"],
+        read["longest_sentence_words"],
+        {"max_errors": sys.maxsize, "checks": enabled},
+        exceptions,
+    )
 
 
 def _blank(text: str, sign: str = " ") -> str:
@@ -149,6 +156,13 @@ class Prose:
         return Finding(file, line, at - self._starts[index] + 1, rule, message, self._lines[index])
 
 
+def _sentence(words: int) -> str:
+    """Pattern of so many words without an end: a sign, a cell, an item, a heading, an empty line, a text."""
+    word = rf"(?=\S*\w)[^\s|]+(?<![.:;?!])(?<![.:;?!][){CODE}])"
+    gap = rf"(?<!\w{CODE})(?: +|\n *(?![-*#|]|\d+\.|\n))(?!{CODE}\w)"
+    return rf"(?<!\S)(?:{word}{gap}){{{words - 1}}}[^\s|]+"
+
+
 def findings(prose: Prose, rules: Rules) -> list[Finding]:
     """All that the rules find, in the order of the files and lines of each kind of rule."""
     found = []
@@ -156,6 +170,8 @@ def findings(prose: Prose, rules: Rules) -> list[Finding]:
         spaced = term.replace(" ", rf"(?: +|[ {CODE}]*\n[ {CODE}]*)")
         for match in re.finditer(rf"(?<![\w-]){spaced}(?![\w-])", prose.text, re.I):
             found.append(prose.finding(match.start(), "term", f"'{match[0]}': write {instead}"))
+    for match in re.finditer(_sentence(rules.longest + 1), prose.text):
+        found.append(prose.finding(match.start(), "long", f"a sentence of more than {rules.longest} words"))
     registry = CheckRegistry()
     if not registry.checks:
         registry.register_many(checks.__register__)

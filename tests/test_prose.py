@@ -6,6 +6,7 @@ from check_prose import RULES, Prose, findings, page_prose, python_prose, read_r
 
 OWN = """
 off = ["typography"]
+longest_sentence_words = 12
 [terms]
 "stays? away" = "a time-out"
 [[exceptions]]
@@ -31,8 +32,12 @@ def found(file: str, text: str) -> list[str]:
         ("It is very big.\n", "1:7: weasel_words.very"),
         ("It is is big.\n", "1:4: lexical_illusions"),
         ('"It is very big," she said.\n', "1:8: weasel_words.very"),
+        (
+            "Short.\n\nOne two three four five six\nseven eight nine ten eleven twelve thirteen.\n",
+            "3:1: long",
+        ),
     ],
-    ids=["term", "over two lines", "proselint", "word twice", "in quotes"],
+    ids=["term", "over two lines", "proselint", "word twice", "in quotes", "long sentence"],
 )
 def test_prose_of_a_page_is_read(text: str, where: str) -> None:
     (line,) = found("docs/page.md", text)
@@ -46,8 +51,10 @@ def test_prose_of_a_page_is_read(text: str, where: str) -> None:
         "The key `stays away` is code.\n",
         "See [the page](stay%20away.md#stay-away).\n",
         "<!-- very -->\n",
+        "| one two three four five six | seven eight nine ten eleven twelve thirteen |\n",
+        "One two three four five six seven:\n\n- eight nine ten\n- eleven twelve thirteen\n",
     ],
-    ids=["block", "inline", "link", "comment"],
+    ids=["block", "inline", "link", "comment", "cells", "items"],
 )
 def test_code_in_a_page_is_left_out(text: str) -> None:
     assert found("docs/page.md", text) == []
@@ -76,8 +83,9 @@ def test_docstrings_and_texts_of_a_program_are_read(text: str, where: str) -> No
         'KEY = "very"\n',
         'X = "the ``very big``"\n',
         '"""It ends."""\nY = ends\n',
+        'X = ("one two three four five six",\n     "seven eight nine ten eleven twelve thirteen")\n',
     ],
-    ids=["names and comments", "one word", "code", "words on both sides of an end"],
+    ids=["names and comments", "one word", "code", "words on both sides of an end", "two texts"],
 )
 def test_code_of_a_program_is_left_out(text: str) -> None:
     assert found("hil/program.py", text) == []

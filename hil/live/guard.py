@@ -1,7 +1,7 @@
 """Interrupts a firmware that takes all the time there is, so that one device's bug stops only it.
 
-A native timer raises SIGVTALRM each time this thread has burnt a part of the CPU time that a step may take,
-and, while a firmware runs, each time a part of the wall's time that it may wait has gone by. A step that
+A native timer raises SIGVTALRM each time this thread has used a part of the CPU time that a step may take.
+While a firmware runs, it also does so for each part of the wall's time that a step may wait. A step that
 sees too many of them gets ``FirmwareHung`` from the signal's Python handler, in the middle of whatever the
 firmware does; so does one of many short steps that get nowhere. A stopped process or a stolen CPU does not
 count, and a step costs no system call. Code that Python cannot interrupt ends the process; the native handler

@@ -35,9 +35,9 @@ def resample(
     """Read bytes that were sent back to back at ``sent_baud`` as a receiver at ``read_baud`` does.
 
     One start bit, 8 data bits (least significant first), parity if the format has it, stop bits, the line
-    idle before and after. The receiver waits for a falling edge, checks that the line is still low in the
-    middle of the start bit, takes each further bit in its middle, and looks for the next falling edge after
-    it has sampled the first stop bit. A sample on an edge sees the level after the edge.
+    idle before and after. The receiver waits for a falling edge, and checks that the line is still low in the
+    middle of the start bit. It takes each further bit in its middle, and looks for the next falling edge
+    after it has sampled the first stop bit. A sample on an edge sees the level after the edge.
 
     Raises:
         ValueError: a baud rate is not positive.

@@ -4,8 +4,7 @@
 ends, with ``terminal_settings.py``; ``clients.py`` counts who has it open, told by ``inotify.py``;
 ``stable_name.py`` is the symlink.
 
-What a pty cannot do, whatever runs behind it: modem lines and break (a client that asks for DTR or RTS
-after opening gets ENOTTY), parity and 7 bits (the kernel drops them silently), and an entry in a
-tool's list of serial ports (the path has to be typed). It cannot tell which client has stopped the output
-(tcflow) either: the stop ends when any of them closes.
+A pty has no modem lines and no break: a client that asks for DTR or RTS after opening gets ENOTTY. It has no
+parity and no 7 bits: the kernel drops them silently. It is in no tool's list of serial ports: the path has to
+be typed. It cannot tell which client has stopped the output (tcflow): the stop ends when any of them closes.
 """
