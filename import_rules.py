@@ -197,7 +197,7 @@ class Signs(_HouseContract):
 
 
 class NoCircles(_HouseContract):
-    """Contract: no module imports itself by way of others, be it for types alone."""
+    """Contract: no module imports itself by way of others, also for types alone."""
 
     def problems(self, graph: ImportGraph) -> Iterator[str]:
         left = graph.modules & self.house.files.keys()

@@ -1,4 +1,4 @@
-"""A test of ``master.py``, a program of one's own that knows nothing of hil, against 32 nodes with faults."""
+"""A test of ``master.py``, a program without code of hil, against 32 nodes with faults."""
 
 import subprocess
 import sys

@@ -100,7 +100,7 @@ def check(
 ) -> CommandAnswer:
     """Check a board by the rules for all boards.
 
-    It loads and powers up, does the same with the same bytes whatever pieces they come in, outlives garbage,
+    It loads and powers up, does the same with the same bytes whatever pieces they come in, survives garbage,
     starts again after a reset, and its log replays identically. Exits with 1 if one fails.
 
     Example: hil profile check boards/pinger

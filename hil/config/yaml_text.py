@@ -1,7 +1,7 @@
 """Reader of YAML text: plain values with their places, and findings where YAML would hide a mistake.
 
-PyYAML reads YAML 1.1: it takes ``on`` for true, ``0660`` for 432 and the last of two equal keys without a
-word. Those are findings here.
+PyYAML reads YAML 1.1: it takes ``on`` for true, ``0660`` for 432 and silently the last of two equal
+keys. Those are findings here.
 """
 
 import re

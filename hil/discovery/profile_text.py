@@ -1,4 +1,4 @@
-"""Text of a ``board.py``: where it says what, and what Python lets pass without a word."""
+"""Text of a ``board.py``: where it says what, and what Python silently accepts."""
 
 import ast
 from collections.abc import Iterator

@@ -166,7 +166,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
 
 
 def misfit(verb: str, result: Any) -> str:
-    """Reason why an answer has not its form, or empty; a verb that is not known may answer anything."""
+    """Reason why an answer does not have its form, or empty; a verb that is not known may answer anything."""
     return _misfit(FORMS[verb], result, "result") if verb in FORMS else ""
 
 

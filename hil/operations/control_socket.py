@@ -149,7 +149,7 @@ class ControlServer:
             await writer.drain()
 
     async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
-        """Answer a line, be it a request or not; ``capture`` in the answer: the connection carries one from
+        """Answer a line, request or not; ``capture`` in the answer: the connection carries one from
         now on."""
         name = ""
         try:

@@ -45,7 +45,7 @@ class Metrics:
     health: Health
 
     def read(self) -> Iterator[Reading]:
-        """Read all metrics, each in one go: between two, a reload may add and remove devices."""
+        """Read all metrics, each without interruption: between two, a reload may add and remove devices."""
         scrape = Scrape(self, self.sim.core.native.rt_stats(), read_process())
         for metric, read in METRICS:
             yield metric, list(read(scrape))

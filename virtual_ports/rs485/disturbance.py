@@ -22,7 +22,7 @@ PIECE_BYTES = 256
 
 
 class Burst(NamedTuple):
-    """Bytes that a station sends in one go; its driver is on from ``on_ns`` to ``off_ns``."""
+    """Bytes that a station sends without a pause; its driver is on from ``on_ns`` to ``off_ns``."""
 
     station: str
     start_ns: int

@@ -48,7 +48,7 @@ def error_rows() -> Iterator[str]:
 
 def homing_rows() -> Iterator[str]:
     """Tell the homing methods."""
-    yield "| method | home | first | at last | needs |"
+    yield "| method | home | first | finally | needs |"
     yield "|---|---|---|---|---|"
     for number, method in sorted(METHODS.items()):
         yield f"| {number} | {' | '.join(_homing_cells(method))} |"

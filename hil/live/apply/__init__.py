@@ -6,6 +6,6 @@ configuration, memories and tables. ``reload.py`` checks that the running bench 
 there is nothing to check). ``staging.py`` makes new devices and opens new ports beside what runs.
 ``fail_first.py`` calls these in this order, waits for memories that are being written, and puts away files of
 other boards. Then ``swap.py`` puts the new in the old's place. That cannot fail any more, except a fault of
-the configuration that a start refuses; errors of old ports that are closed at last are only logged.
+the configuration that a start refuses; errors of old ports that are closed finally are only logged.
 ``docs/follow-a-reload.md`` walks these files.
 """

@@ -2,7 +2,7 @@
 
 First everything that can fail is done beside what runs (``Stage``, memories, files). If something fails, the
 plan is refused: all of it is taken away again, and nothing has changed. Then the new takes the old's place in
-one step (``Swap``); at last what has gone is closed.
+one step (``Swap``); finally, removed parts are closed.
 """
 
 import asyncio

@@ -132,7 +132,7 @@ class DriveLine:
             member.place_lost(why)
 
     async def _serve(self) -> str:
-        """Ask what is to be asked, until the connection is lost; answers why."""
+        """Send the requests in order until the connection is lost; answers why it was lost."""
         while self._client.is_open and not self._is_closed:
             if not self._waiting:
                 self._wake.clear()

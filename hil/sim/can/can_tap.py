@@ -112,7 +112,7 @@ class CanTap:
     # ---- hil.wire.can.slcan_adapter.SlcanChannel ----
 
     def open(self, bit_rate: int, *, is_listening: bool) -> bool:
-        """Go on the bus. With another rate than the bus has it destroys frames, as in life."""
+        """Go on the bus. With another rate than the bus has it destroys frames, as a real one does."""
         self._bus.set_listening(self.name, is_listening)
         self._bus.switch_on(self.name, bit_rate)
         self._seen = self._bus.tally(self.name)

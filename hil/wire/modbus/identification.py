@@ -49,7 +49,7 @@ class Identification:
     model_name: str = ""
     user_application_name: str = ""
     extended: Mapping[int, bytes] = field(default_factory=dict)
-    """Objects of one's own, by their numbers (128 to 255)."""
+    """Own objects, by their numbers (128 to 255)."""
 
     def __post_init__(self) -> None:
         for object_id, value in self.objects.items():
