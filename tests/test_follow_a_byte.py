@@ -162,7 +162,7 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
     ("follow-a-command", "## In simulated time"): asked_to_move,
-    ("follow-a-reload", "## What can fail"): reloaded,
+    ("follow-a-reload", "## Steps that can fail"): reloaded,
     ("follow-a-reload", "## In one step"): reloaded,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""

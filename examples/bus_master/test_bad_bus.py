@@ -36,7 +36,7 @@ def test_a_node_that_sends_no_crc_is_understood(bus: ServedBench) -> None:
         assert master(bus, "v120", 8, 8) == "1 nodes have it, 0 have not\n"
 
 
-def test_a_node_without_a_voice_is_told(bus: ServedBench) -> None:
+def test_a_node_that_does_not_acknowledge_is_reported(bus: ServedBench) -> None:
     bus.hil("fault", "inject", "packet_no_ack", "s7.network")
     bus.hil("fault", "inject", "packet_nak", "s9.network")
     assert master(bus, "v120") == (
