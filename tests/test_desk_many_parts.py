@@ -94,7 +94,12 @@ def test_each_axis_is_asked_and_set_by_its_address(tmp_path: Path) -> None:
 
         await until(sampled, "samples")
         assert {row[1] for row in rows} == {60.0}
-        assert {each["verb"] for each in await ask("verbs", "arm.elbow")} == {"position", "stop", "pin"}
+        assert {each["verb"] for each in await ask("verbs", "arm.elbow")} == {
+            "position",
+            "stop",
+            "pin",
+            "zero",
+        }
         row = next(row for row in (await ask("status"))["devices"] if row["device"] == "arm")
         assert row["snapshots"]["arm.elbow"]["position_deg"] == pytest.approx(60, abs=1)
 
@@ -228,7 +233,9 @@ def test_boards_without_serial_interfaces_are_asked_and_listed(tmp_path: Path) -
                 assert of_port == [None, None, 0, None, {}, axes]
             assert (status[name]["rx_bytes"], status[name]["port_failure"]) == (0, None)
         assert misfit("list", await ask("list")) == misfit("status", await ask("status")) == ""
-        assert {each["verb"] for each in await ask("verbs", "d1")} == {"position", "stop", "reset", "pin"}
+        assert {each["verb"] for each in await ask("verbs", "d1")} == {
+            *("position", "stop", "reset", "pin", "zero")
+        }
         assert {each["verb"] for each in await ask("verbs", "b1")} == {"reset"}
         assert (await ask.verb("d1", "position", position_deg=60.0)).answer == {"set_point": 60.0}
         await ask("pin", "d1", pin="D3", level=1)

@@ -83,9 +83,10 @@ def test_a_zero_of_the_angle_that_is_told(using: Using) -> None:
         done = await ask("zero", "m1")
         assert done.answer == {"was_deg": before, "board_deg": None}, "off, it counts nothing"
         assert (await ask("state", "m1"))["position_deg"] == 0
+        assert (await ask.verb("m1", "zero")).answer["was_deg"] == 0, "by this door, too"
         await ask.verb("m1", "enable")
         done = await ask("zero", "m1.axis")
-        assert done.answer["board_deg"] == pytest.approx(before, abs=1)
+        assert done.answer["board_deg"] == pytest.approx(before, abs=3)
         assert (await ask("set", "m1", field="position_deg", value=90)).answer == {"position_deg": 90}
         assert (await ask("state", "m1"))["position_deg"] == pytest.approx(90, abs=0.1)
         assert (await refusal(ask("set", "m1", field="position_deg", value=2e6)))[0] == "bad_parameter"

@@ -96,3 +96,7 @@ class AxisVerbs(Generic[Answer_co]):
         r"""Type at the board's serial interface; ``\r`` and ``\xHH`` may be written with a backslash."""
 
     def reset(self) -> Answer_co: ...
+
+    def zero(self) -> Answer_co:
+        """Let the shaft's angle, ``position_deg``, be 0 here: nothing turns, and the board knows nothing of
+        it."""

@@ -116,6 +116,11 @@ COMMON = (
             Parameter("level", "low or high", is_whole=True, limits="0 or 1"),
         ),
     ),
+    Verb(
+        "zero",
+        "let the shaft's angle, position_deg, be 0 here; nothing turns, and the board knows nothing of it",
+        is_of_axis=True,
+    ),
 )
 
 

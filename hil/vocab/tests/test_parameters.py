@@ -128,5 +128,5 @@ def test_the_common_verbs_stand_in_every_table() -> None:
     assert rows[0]["role"] == "admin"
     assert rows[0]["parameters"] == {"angle_deg": "an angle, -90 to 90 deg, needed"}
     assert {row["verb"]: row["role"] for row in rows[1:]} == dict.fromkeys(
-        ("type", "reset", "pin"), "operator"
+        ("type", "reset", "pin", "zero"), "operator"
     )
