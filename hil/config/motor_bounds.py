@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from hil.core.kinds import KINDS
-from hil.sim.load_limit import load_problem
+from hil.sim.load_limit import AS_SHOWN, load_problem
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.faults import MOST_LOADS
 
@@ -76,7 +76,7 @@ def numbers_beyond(plan: AxisPlan, usual: Mapping[str, float]) -> Iterator[Beyon
         )
         most["detent_torque_Nm"] = (holding_Nm, "what this motor holds: with more its coils do not turn it")
     for name, (limit, why) in most.items():
-        if not 0 <= (value := plan.parameters[name]) <= limit * (1 + 1e-9):
+        if not 0 <= (value := plan.parameters[name]) <= limit * (1 + AS_SHOWN):
             yield Beyond(("axis", name), f"{value:g} is out of bounds", f"write 0 to {limit:g}: {why}")
 
 
@@ -88,7 +88,7 @@ def _other_units(parameters: Mapping[str, float], usual: Mapping[str, float]) ->
         low, high = figure / TIMES, figure * TIMES
         if not 0 < value < math.inf:
             yield Beyond(("axis", name), f"{value:g} is out of bounds", "write more than 0")
-        elif not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+        elif not low * (1 - AS_SHOWN) <= value <= high * (1 + AS_SHOWN):
             yield Beyond(
                 ("axis", name),
                 f"{value:g} is out of bounds",
@@ -101,12 +101,12 @@ def _inertia_beyond(plan: AxisPlan, holding_Nm: float) -> Iterator[Beyond]:
     rotor_kg_m2, limit_kg_m2 = plan.parameters["inertia_kg_m2"], holding_Nm * START_S / STARTED_rad_per_s
     load_kg_m2 = plan.load.inertia_kg_m2 if plan.plant == "full" else 0.0
     why = f"with more this motor's {holding_Nm:g} Nm need over {START_S:g} s to 60 rpm"
-    if not 0 < rotor_kg_m2 <= limit_kg_m2 * (1 + 1e-9):
+    if not 0 < rotor_kg_m2 <= limit_kg_m2 * (1 + AS_SHOWN):
         what = f"{rotor_kg_m2:g} kg m2 is out of bounds"
         yield Beyond(
             ("axis", "inertia_kg_m2"), what, f"write more than 0, and {limit_kg_m2:g} or less: {why}"
         )
-    elif not rotor_kg_m2 + load_kg_m2 <= limit_kg_m2 * (1 + 1e-9):
+    elif not rotor_kg_m2 + load_kg_m2 <= limit_kg_m2 * (1 + AS_SHOWN):
         what = f"the load has {load_kg_m2:g} kg m2 of inertia"
         remedy = f"make it {limit_kg_m2 - rotor_kg_m2:g} or less, from all its numbers: {why}"
         yield Beyond(("load",), what, remedy)

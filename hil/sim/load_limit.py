@@ -6,6 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from hil.vocab.faults import MOST_LOADS
 
+AS_SHOWN = 1e-5
+"""Share by which a number may be beyond a limit, which messages round to six digits."""
+
 
 def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float] = ()) -> str | None:
     """Error text for a torque on the shaft of a motor that holds ``holding_Nm``, beside others that are or
@@ -23,7 +26,7 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
         return words
     beside_Nm = math.fsum(other_Nm for other_Nm in others_Nm if other_Nm * torque_Nm > 0)
     sum_Nm = beside_Nm + torque_Nm
-    if abs(sum_Nm) <= most_Nm or math.isclose(abs(sum_Nm), most_Nm):
+    if abs(sum_Nm) <= most_Nm or math.isclose(abs(sum_Nm), most_Nm, rel_tol=AS_SHOWN):
         return None
     return (
         f"with {beside_Nm:g} Nm that push the same way it is {sum_Nm:g}; in all {words}"
@@ -36,7 +39,7 @@ def load_notes(shot: Mapping[str, float], holding_Nm: float, speed_limit_rpm: fl
     """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, and a
     shaft at its largest speed."""
     load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
-    if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm):
+    if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm, rel_tol=AS_SHOWN):
         yield f"the load of {load_Nm:g} Nm is more than the motor holds ({holding_Nm:g} Nm)"
     if abs(speed_rpm) > speed_limit_rpm or math.isclose(abs(speed_rpm), speed_limit_rpm):
         yield f"the shaft turns at {speed_rpm:.0f} rpm, the limit of its model"

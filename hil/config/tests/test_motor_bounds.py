@@ -1,5 +1,6 @@
 """Bounds of motors and loads by the motor's own figures, at their borders, for every board and plant."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -8,6 +9,7 @@ from hil.compose import find_catalogue
 from hil.config import ConfigError, parse
 from hil.config.motor_bounds import BOUNDS, OF_OTHER_MOTORS, numbers_beyond, pulls_beyond
 from hil.core.kinds import KINDS, speed_limit_rpm
+from hil.sim.load_limit import load_problem
 from hil.vocab.axis_plan import AxisPlan, Load
 
 CATALOGUE = find_catalogue()
@@ -64,6 +66,19 @@ def test_the_borders_by_the_profiles_figures(profile: str, plant: str) -> None:
             assert name not in beyond(plan_of(profile, plant, **{name: good}), profile)
         for bad in (figures[name] / 101, figures[name] * 101, 0.0, -1.0, 1e300, INFINITE, NAN):
             assert beyond(plan_of(profile, plant, **{name: bad}), profile) == [name], bad
+
+
+@pytest.mark.parametrize("resistor_ohm", [0.13, 0.17, 0.19, 0.7])
+def test_what_a_remedy_says_can_be_written(resistor_ohm: float) -> None:
+    key = "sense_resistor_ohm"
+    plan = plan_of("mechaduino", "full", **{key: resistor_ohm, "inertia_kg_m2": 9e9, "detent_torque_Nm": 9e9})
+    for found in numbers_beyond(plan, usual("mechaduino", "full")):
+        (limit,) = re.findall(r"(?:, and| to) (\S+?)(?: or less)?:", found.remedy)
+        said = {found.key[-1]: float(limit)}
+        assert beyond(plan_of("mechaduino", "full", **{key: resistor_ohm} | said), "mechaduino") == []
+    holding_Nm = KINDS[plan.law].holding_Nm(plan.parameters)
+    (most,) = re.findall(r" to (\S+),", load_problem(9e9, holding_Nm) or "")
+    assert load_problem(float(most), holding_Nm) is None
 
 
 def test_rotor_and_load_have_one_bound_of_inertia() -> None:
