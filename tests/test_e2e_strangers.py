@@ -30,6 +30,7 @@ ASKING = (
     ("step", "m1", "1", "--seconds", "0.01"), ("drive", "m1", "--steps", "1"), ("axis", "m1"),
     ("axis", "m1", "state"), ("run", "{folder}/run.yaml"), ("benches",), ("reload",), ("fault", "list"),
     ("fault", "clear"), ("fault", "inject", "noise", "m1"), ("capture", "m1", "-w", "-"),
+    ("capture", "m1", "-c", "1"),
     ("sac", "save", "{folder}/q.txt"),
 )  # fmt: skip
 """Commands that ask a bench."""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _IDLE_S = 0.2
 """Pause after which what is held is shown, where only silence ends a packet; of a bench in real time."""
+_SLOWEST = 0.02
+"""Least speed of a bench for whose sake the pause is longer."""
 
 
 def capture(
@@ -85,7 +87,7 @@ def _capture(
     socket = bench_meant(bench, runtime_dir).socket
     try:
         is_waiting = count is not None or target.is_live
-        idle_s = _IDLE_S / min(ask(socket, "status")["speed"], 1) if is_waiting else None
+        idle_s = _IDLE_S / min(1, max(_SLOWEST, ask(socket, "status")["speed"])) if is_waiting else None
         client, _ = begin(socket, "capture", ports=sources)
     except ControlError as error:
         raise fail(f"hil: {error}") from None

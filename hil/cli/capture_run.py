@@ -9,7 +9,7 @@ from functools import partial
 
 from hil.cli.capture_files import Records, blocks_of
 from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget
-from hil.cli.decoded_item import DecodedItem, DecodedKind
+from hil.cli.decoded_item import DecodedItem, DecodedKind, printable
 from hil.cli.decoding import Decoder
 from hil.cli.interrupts import ended_by
 from hil.cli.live_input import LiveInput
@@ -103,7 +103,7 @@ def _carried(
 
 def described(interfaces: Sequence[Interface]) -> str:
     """Say what is captured, as in ``bus0 (sac, 38400 baud), can0 (CAN, 1000000 bit/s), m1 (bytes)``."""
-    return ", ".join(f"{each.name} ({_line(each)})" for each in interfaces)
+    return printable(", ".join(f"{each.name} ({_line(each)})" for each in interfaces))
 
 
 def _line(each: Interface) -> str:

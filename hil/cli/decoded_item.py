@@ -50,7 +50,7 @@ class DecodedItem:
 
     def line(self, first_ns: int, *, colours: bool = False) -> str:
         """Format for people: seconds since ``first_ns``, source, words; with an error in red."""
-        line = f"{(self.at_ns - first_ns) / 1e9:12.6f} {self.source} {self.say()}"
+        line = printable(f"{(self.at_ns - first_ns) / 1e9:12.6f} {self.source} {self.say()}")
         return f"{_RED}{line}{_PLAIN}" if colours and self.error else line
 
     def as_dict(self, first_ns: int) -> dict[str, Any]:
@@ -68,6 +68,12 @@ class DecodedItem:
             self.can_id,
         )
         return dict(zip(KEYS, values, strict=True))
+
+
+def printable(text: str) -> str:
+    """The same with signs for what a terminal would not show as it is: names and comments of a capture may be
+    anybody's."""
+    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def as_lines(items: Iterable[DecodedItem]) -> Iterator[str]:

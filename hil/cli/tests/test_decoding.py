@@ -127,3 +127,11 @@ def test_packets_for_programs_and_in_red() -> None:
     items = list(decoded(capture, Decoder()))
     assert items[1].line(0, colours=True).startswith("\x1b[31m")
     assert items[0].line(0, colours=True) == items[0].line(0)
+
+
+def test_names_and_comments_do_nothing_to_a_terminal() -> None:
+    line = Interface("a\x1b[2Jb", "sac")
+    capture = header("test", [line]) + record(0, 1, RecordKind.FRAMING_ERROR, b"x", "by\r\x9b1mme")
+    (text,) = lines_of(capture)
+    assert text.isprintable()
+    assert r"a\x1b[2Jb framing error (by\r\x9b1mme): 78" in text
