@@ -85,8 +85,20 @@ def test_a_file_that_git_does_not_track_is_in_no_debian_package(checkout: Path) 
     assert listed == ["docs/how-to/notes.md", "systemd/hil.service.orig", "wireshark/own.lua"]
 
 
+def data_files() -> dict[str, list[str]]:
+    """Files that a wheel has beside its modules, by the folders into which they go."""
+    configured = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    return dict(configured["tool"]["setuptools"]["data-files"])
+
+
+def test_an_image_is_built_with_all_that_a_wheel_has() -> None:
+    kept = [line[1:] for line in (ROOT / ".dockerignore").read_text().splitlines() if line.startswith("!")]
+    for pattern in (each for globs in data_files().values() for each in globs):
+        assert pattern in kept or str(Path(pattern).parent) in kept, pattern
+
+
 def test_what_others_than_python_look_for_is_in_the_wheel() -> None:
-    configured = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["data-files"]
+    configured = data_files()
     into = {
         f"{folder}/{path.name}"
         for folder, globs in configured.items()
