@@ -47,7 +47,9 @@ def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = Non
 
 def pin(
     device: DeviceName,
-    name: Annotated[str, typer.Argument(help="As in D2 or enable; a wrong one lists them.")],
+    name: Annotated[
+        str, typer.Argument(help="As in D2 of a Mechaduino, sync of a SAC; a wrong one lists them.")
+    ],
     level: Annotated[int, typer.Argument(help="0 or 1.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
