@@ -83,7 +83,7 @@ class Moves:
     # ---- loops ----
 
     def loop(self, text: Text) -> None:
-        """Execute ``l``: alone it ends a loop after its last entry, and any other motion (decision)."""
+        """Execute ``l``: alone it ends what runs in a controlled way, loop or motion (decision)."""
         if not text.peek():
             self._motion.finish()
         elif text.is_digit():
