@@ -1,9 +1,9 @@
 """Sessions of the project's pages: the commands of a page, in order, as its reader types them.
 
 A command stands in a block after ``$``, or ``#`` for root; its output stands below it. The output is compared
-line by line. A line ``...`` stands for any lines, and patterns say what varies: in a page and in the output they
-count as one word. A command without output below it is only carried out. A command that prints an error exits
-with 1 or 2, all others with 0.
+line by line. A line ``...`` stands for any lines, and patterns say what varies: in a page and in the output
+they count as one word. A command without output below it is only carried out. A command that prints an error
+exits with 1 or 2, all others with 0.
 """
 
 import os
