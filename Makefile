@@ -1,4 +1,4 @@
-# Everything a newcomer needs: `make demo` and `make test`. The rest is for working on the project.
+# Everything a newcomer needs: `make demo` and `make test-quick`. The rest is for working on the project.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,15 +7,24 @@ NATIVE := $(shell find hil/core/native device_profiles/sac/native virtual_ports/
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
 
-.PHONY: demo abi test test-native wheels test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
 
 test: $(VENV)/.dev
+	@echo "All tests: about 8 minutes on two cores. \`make test-quick\` has a part of them: a minute."
 	@$(BYTECODE)
 	@$(MAKE) --no-print-directory test-native
-	$(BIN)/python -m pytest -q -n 4 --dist loadfile --no-loadscope-reorder
+	@$(SIDE_BY_SIDE)
+
+# Those beside the code, without those that are marked as long.
+test-quick: $(VENV)/.dev
+	@echo "The quick tests: about a minute on two cores."
+	@$(SIDE_BY_SIDE) -m "not long" hil device_profiles virtual_ports bridges
+
+# More workers than CPUs: most tests wait.
+SIDE_BY_SIDE = $(BIN)/python -m pytest -q -n 5 --dist loadfile --no-loadscope-reorder
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:
