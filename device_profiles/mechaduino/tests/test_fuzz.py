@@ -2,6 +2,7 @@
 
 import random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -35,6 +36,7 @@ PIECES = st.lists(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=60)
 @given(PIECES)
 def test_any_bytes_do_no_harm_and_the_same_twice(pieces: list[tuple[float, bytes]]) -> None:
@@ -58,6 +60,7 @@ def flood(size: int) -> list[bytes]:
     return pieces
 
 
+@pytest.mark.long
 def test_a_flood_of_200_kB_and_the_board_still_answers() -> None:
     # c, w, j, g and a would take hours of simulated time between them; they have their own test below.
     slow = str.maketrans("", "", "cwjga")

@@ -233,6 +233,7 @@ MOST_PULSES = 200_000
 minutes."""
 
 
+@pytest.mark.long
 @settings(max_examples=int(os.environ.get("HIL_FUZZ", 250)))
 @given(setups, st.lists(acts, min_size=4, max_size=14))
 def test_pulse_times_are_the_models_to_the_half_microsecond(setup: Setup, given_acts: list[Act]) -> None:

@@ -76,6 +76,7 @@ ROWS = st.builds(
 )
 
 
+@pytest.mark.long
 @given(st.lists(ROWS, min_size=30, max_size=30))
 def test_any_rows_survive_a_file(rows):
     rows = [row._replace(position=position) for position, row in enumerate(rows, 1)]

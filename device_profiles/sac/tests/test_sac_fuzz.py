@@ -8,8 +8,12 @@ import os
 import random
 from collections.abc import Callable
 
+import pytest
+
 from device_profiles.sac.network import DC1, DC2
 from hil.testing import Bench
+
+pytestmark = pytest.mark.long
 
 CASES = int(os.environ.get("HIL_FUZZ", "10000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))

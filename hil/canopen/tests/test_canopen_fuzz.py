@@ -188,7 +188,7 @@ class AnyLife(RuleBasedStateMachine):
             works(self.rig)
 
 
-TestAnyLife = AnyLife.TestCase
+TestAnyLife = pytest.mark.long(AnyLife.TestCase)
 TestAnyLife.settings = settings(max_examples=60, stateful_step_count=40)
 
 

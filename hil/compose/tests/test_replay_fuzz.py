@@ -213,6 +213,7 @@ def test_a_fault_on_a_line_with_nobody_on_it() -> None:
     runtime.clear_fault(number)
 
 
+@pytest.mark.long
 def test_any_log_is_replayed_or_refused_with_its_place() -> None:
     mutations = Mutations(SEED, written())
     refused = 0

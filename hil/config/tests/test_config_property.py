@@ -137,6 +137,7 @@ WORDS = "bench|devices|m1|profile|mechaduino|port|kind|pty|axis|on|2001-01-01|.i
 TOKENS = st.sampled_from(["|\n", *MARKS.split("|"), *WORDS.split("|")])
 
 
+@pytest.mark.long
 @given(st.lists(TOKENS, max_size=30).map("".join))
 @settings(max_examples=500)
 def test_any_yaml_like_text_gives_a_bench_or_problems(text: str) -> None:
@@ -194,6 +195,7 @@ def dict_problems(data: Mapping[str, object]) -> list[Problem] | None:
     return None
 
 
+@pytest.mark.long
 @given(st.dictionaries(KEYS, VALUES, max_size=4), st.dictionaries(KEYS, VALUES, max_size=6))
 @settings(max_examples=300)
 def test_any_mapping_gives_a_bench_or_problems(top: dict[str, object], keys: dict[str, object]) -> None:
@@ -230,6 +232,7 @@ def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
 PIECES = [*"ab:-#[]{},'\"\\ \t!?|>*%@1.~\n\ufeff", "a: ", "- ", "\n  ", "\n- ", "\nb: 1", "--- ", "# c\n"]
 
 
+@pytest.mark.long
 @settings(max_examples=2000)
 @example("&a [*a]")
 @given(st.lists(st.sampled_from([*PIECES, "\n", "&a ", "*a"]), max_size=14).map("".join))
@@ -237,6 +240,7 @@ def test_the_fast_parser_reads_what_the_other_reads(text: str) -> None:
     assert nodes(text, yaml_text._compose) == nodes(text, yaml_text._compose_slowly)
 
 
+@pytest.mark.long
 @settings(max_examples=300)
 @given(st.integers(0, len(VALID)), st.sampled_from(["", *PIECES]), st.integers(0, 2))
 def test_one_slip_is_read_alike_by_both_parsers(place: int, piece: str, gone: int) -> None:

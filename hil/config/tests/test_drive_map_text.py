@@ -147,6 +147,7 @@ def test_any_text_is_a_map_or_a_list_of_problems(text: str) -> None:
         assert isinstance(read_drive_map(text, "map.yaml"), DriveMap)
 
 
+@pytest.mark.long
 @given(st.data())
 @settings(max_examples=300)
 def test_any_slip_in_a_good_map_ends_in_problems_with_places(data: st.DataObject) -> None:

@@ -125,6 +125,7 @@ def law_questions(text: str) -> list[int]:
     return found
 
 
+@pytest.mark.long
 def test_no_room_asks_for_a_law_beside_the_table() -> None:
     files = [file for file in HIL.rglob("*.py") if "tests" not in file.parts and file.parent.name != "core"]
     assert {file.name: lines for file in files if (lines := law_questions(file.read_text()))} == {}

@@ -165,6 +165,7 @@ def _writing_calls(tree: ast.AST) -> set[str]:
     return found
 
 
+@pytest.mark.long
 def test_all_of_the_product_writes_by_it() -> None:
     found = {}
     for package in ("hil", "device_profiles", "virtual_ports", "bridges"):

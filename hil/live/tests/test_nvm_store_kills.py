@@ -10,8 +10,12 @@ from pathlib import Path
 from queue import Queue
 from typing import TextIO
 
+import pytest
+
 from hil.firmware.nvm import Content, decode
 from hil.live.store import NvmStore
+
+pytestmark = pytest.mark.long
 
 KILLS = int(os.environ.get("HIL_KILLS", "100"))
 """Number of kills; `make kills` does more."""

@@ -230,6 +230,7 @@ def check(answer: dict[str, Any], line: bytes) -> None:
         assert answer["code"] in CODES, line[:300]
 
 
+@pytest.mark.long
 def test_every_request_gets_an_answer(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     grammar = Grammar(random.Random(SEED))
     accepted = 0

@@ -65,6 +65,7 @@ def info_of(verbs: tuple[Verb, ...], types: Sequence[str]) -> DeviceInfo:
     return DeviceInfo("m1", "specimen", False, table_of(verbs), field_table(types), {"a": "", "b": "f0"})
 
 
+@pytest.mark.long
 @given(VERBS, TYPES)
 def test_no_two_values_share_a_register(verbs: tuple[Verb, ...], types: list[str]) -> None:
     of = register_map(info_of(verbs, types))
@@ -72,6 +73,7 @@ def test_no_two_values_share_a_register(verbs: tuple[Verb, ...], types: list[str
     assert all(cell.address + cell.width <= 0x10000 for cell in of.cells)
 
 
+@pytest.mark.long
 @given(VERBS, TYPES, NAMES.map(lambda name: Verb(f"{name}_new", "does more", (Parameter("x", "much"),))))
 def test_numbers_stay_when_a_verb_and_a_field_are_appended(
     verbs: tuple[Verb, ...], types: list[str], new: Verb
@@ -86,6 +88,7 @@ def test_numbers_stay_when_a_verb_and_a_field_are_appended(
             assert after[cell.table, cell.name].type == cell.type
 
 
+@pytest.mark.long
 @given(VERBS, VERBS)
 def test_another_map_has_another_crc(one: tuple[Verb, ...], other: tuple[Verb, ...]) -> None:
     maps = [register_map(info_of(verbs, ["f32"])) for verbs in (one, other)]

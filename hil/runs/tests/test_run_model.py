@@ -104,6 +104,7 @@ def at_end(bench: Bench, axis: ModelAxis) -> str:
     return "moves" if axis.is_under_way and axis.ends_ns == bench.progress.ended_at_ns else "stands"
 
 
+@pytest.mark.long
 @given(runs())
 def test_a_run_in_which_nothing_goes_wrong_leads_where_it_was_planned(made: Any) -> None:
     bench = Bench(*made)
@@ -138,6 +139,7 @@ def test_a_run_lets_go_of_what_it_held_whatever_goes_wrong(
             assert done[done.index("stop") :] == ["stop", "release"]
 
 
+@pytest.mark.long
 @given(runs(), st.tuples(*[WRONGS] * len(NAMES)))
 def test_the_same_run_is_the_same_again(made: Any, wrong: tuple[Wrong | None, ...]) -> None:
     first, again = (Bench(*made, dict(zip(NAMES, wrong, strict=True))) for _ in range(2))
@@ -145,6 +147,7 @@ def test_the_same_run_is_the_same_again(made: Any, wrong: tuple[Wrong | None, ..
     assert [axis.used for axis in first.axes.values()] == [axis.used for axis in again.axes.values()]
 
 
+@pytest.mark.long
 @given(runs())
 def test_axes_that_tell_no_position_are_moved_alike(made: Any) -> None:
     """A run gives the same motions to an axis whether or not it knows the position."""

@@ -133,6 +133,7 @@ def test_too_fine_an_interval_is_refused() -> None:
         Bench(CONFIG).axis("m1").record("r", interval_ms=0.01)
 
 
+@pytest.mark.long
 def test_drawings(tmp_path: Path) -> None:
     recording = second_order(0.3)
     text = text_plot.draw({"": recording}, 80, colour=False, title="a step")

@@ -15,6 +15,8 @@ from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import Desk, Source, Watched
 from hil.vocab.verbs import Role, VerbRefused
 
+pytestmark = pytest.mark.long
+
 SOURCE = Source("lines", Role.OPERATOR)
 REQUEST = b"m1 wave\n"
 MOST_CLIENTS, LINE_BYTES = 32, 1024

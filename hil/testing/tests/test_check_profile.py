@@ -65,6 +65,7 @@ def test_a_board_without_a_mistake_passes(tmp_path: Path) -> None:
     check_profile(specimen(tmp_path, "pass"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("mistake", "old", "said"),
     [

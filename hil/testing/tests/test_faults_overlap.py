@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
@@ -375,5 +376,5 @@ class Overlaps(RuleBasedStateMachine):
         assert replay(self.rig.log).difference() is None
 
 
-TestOverlaps = Overlaps.TestCase
+TestOverlaps = pytest.mark.long(Overlaps.TestCase)
 TestOverlaps.settings = settings(max_examples=25, stateful_step_count=30)

@@ -66,10 +66,12 @@ def run_once() -> str:
     return outcome(bench)
 
 
+@pytest.mark.long
 def test_a_hundred_runs_are_one() -> None:
     assert len({run_once() for _ in range(100)}) == 1
 
 
+@pytest.mark.long
 def test_another_process_with_another_hash_seed_does_the_same() -> None:
     program = (
         "import importlib.util, sys\n"

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 TEST = """
 CONFIG = {"bench": "b", "devices": {"m1": {"profile": "mechaduino", "port": "memory"}}}
 
@@ -20,6 +22,7 @@ def test_it_says_what_is_wrong(bench):
 """
 
 
+@pytest.mark.long
 def test_the_fixture_makes_benches(tmp_path: Path) -> None:
     (tmp_path / "test_inner.py").write_text(TEST)
     env = os.environ | {

@@ -19,6 +19,8 @@ BENCH = {
 }
 INNER = """
 import pytest
+
+pytestmark = pytest.mark.long
 BENCH = {"bench": "t", "speed": 20, "devices": {"s1": {"profile": "sac"}}}
 
 def test_it_fails(live_bench):

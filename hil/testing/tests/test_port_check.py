@@ -12,6 +12,8 @@ import pytest
 from hil.testing import CheckFailed, check_port
 from hil.vocab.ports import Port, PortHost, PortStats
 
+pytestmark = pytest.mark.long
+
 PATIENCE_S = 0.5
 HELD_BYTES = 1 << 17
 

@@ -315,5 +315,5 @@ class Master(RuleBasedStateMachine):
             self.state = F if self.told() == FRA else self.told()
 
 
-TestMaster = Master.TestCase
+TestMaster = pytest.mark.long(Master.TestCase)
 TestMaster.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)

@@ -67,6 +67,7 @@ def test_frames_of_the_table(row: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.long
 @settings(max_examples=1000, deadline=None)
 @given(frames())
 def test_bits_are_those_of_the_naive_model(frame: CanFrame) -> None:
@@ -74,6 +75,7 @@ def test_bits_are_those_of_the_naive_model(frame: CanFrame) -> None:
     assert text(wire_bits(frame)) == naive_stuffed(naive_plain(frame)) + 10 * "1"
 
 
+@pytest.mark.long
 @settings(max_examples=1000, deadline=None)
 @given(frames())
 def test_lengths_are_within_the_published_bounds(frame: CanFrame) -> None:
@@ -99,12 +101,14 @@ def test_the_crc_has_its_published_check_value() -> None:
     assert crc15(b"") == 0
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(frames())
 def test_the_crc_of_bits_with_their_crc_is_none(frame: CanFrame) -> None:
     assert crc15(plain_bits(frame)) == 0
 
 
+@pytest.mark.long
 @settings(max_examples=500, deadline=None)
 @given(frames(), frames())
 def test_urgency_is_the_order_of_the_wire(first: CanFrame, second: CanFrame) -> None:

@@ -136,6 +136,7 @@ def some_frame(chance: random.Random) -> CanFrame:
     return CanFrame(number, chance.randbytes(size), is_extended)
 
 
+@pytest.mark.long
 def test_fuzz_any_bytes_get_their_answer() -> None:
     """Lines with some bytes changed, in any pieces: ``HIL_FUZZ`` of them. Each gets one answer; what is sent
     could be sent; the frame behind is understood; and pieces change nothing."""

@@ -82,6 +82,7 @@ def requests(draw: st.DrawFn) -> Request:
     return draw(st.sampled_from(made))
 
 
+@pytest.mark.long
 @given(requests(), st.data())
 def test_requests_and_answers_go_both_ways(request: Request, data: st.DataObject) -> None:
     assert parse(encode(request)) == request
@@ -203,6 +204,7 @@ def test_a_refusal_says_why() -> None:
         assert str(refused.value) == why
 
 
+@pytest.mark.long
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.one_of(st.binary(max_size=300), NEARLY), st.booleans())
 def test_any_bytes_are_a_request_or_refused(pdu: bytes, is_serial_line: bool) -> None:
@@ -284,6 +286,7 @@ def test_what_is_no_answer_is_said(reply: str) -> None:
         parse_answer(client_side.read(Table.HOLDING_REGISTERS, 0, 2), bytes.fromhex(reply))
 
 
+@pytest.mark.long
 @given(st.one_of(st.binary(max_size=260), NEARLY), requests())
 def test_any_bytes_are_an_answer_or_none(reply: bytes, request: Request) -> None:
     for one in (

@@ -68,6 +68,7 @@ def bools(values: Sequence[int], size: int | None = None) -> list[bool]:
     return [bool(value) for value in values] + [False] * (size - len(values))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("table", "ask", "reply", "most"), READS, ids=[each[0].value for each in READS])
 @given(data=st.data())
 def test_reads(
