@@ -1,4 +1,4 @@
-# Everything a newcomer needs: `make demo` and `make test-quick`. The rest is for working on the project.
+# Everything a newcomer needs: `make demo`, `make test-quick`, `make test`. The rest is for working on the project.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin

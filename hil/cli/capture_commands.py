@@ -136,6 +136,8 @@ def decode(
                 target.show([item], decoder.first_ns or 0)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}") from None
+    except OSError as error:
+        raise fail(f"hil: {target.name}: {error.strerror}") from None
 
 
 def _items(file: Path, decoder: "Decoder") -> "Iterator[DecodedItem]":

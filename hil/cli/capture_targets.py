@@ -162,10 +162,10 @@ def _quiet_output() -> Iterator[None]:
     """End the block quietly where nobody reads the standard output any more."""
     try:
         yield
-    except (BrokenPipeError, KeyboardInterrupt) as error:
+    except (OSError, KeyboardInterrupt) as error:
         # What is left in its buffer would be an error at the exit, or wait forever.
         null = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
         os.dup2(null, sys.stdout.fileno())
         os.close(null)
-        if isinstance(error, KeyboardInterrupt):
+        if not isinstance(error, BrokenPipeError):
             raise

@@ -2,6 +2,8 @@
 
 import json
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -89,3 +91,12 @@ def test_wireshark_is_told_of_the_dissector_and_of_canopen() -> None:
     assert Path(options[1].removeprefix("lua_script:")).is_file()
     assert len(options) == 2
     assert chosen_dissectors(LINES)[2:] == ["-d", "can.subdissector,canopen"]
+
+
+def test_a_full_disk_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "a.pcapng"
+    file.write_bytes(header("t", LINES) + record(0, 1, RecordKind.RX, PACKET))
+    command = [sys.executable, "-c", "from hil.cli.entry import main; main()", "decode", str(file)]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "hil: the standard output: No space left on device\n")
