@@ -143,7 +143,7 @@ def ask_the_drive(session: Session) -> None:
 
 @before("draw", "A step response")
 def _(session: Session) -> None:
-    session.serve(DEMO)
+    session.serve(DEMO, speed=5)
 
 
 @before("draw", "Step and direction")

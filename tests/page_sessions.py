@@ -163,6 +163,14 @@ class Session:
         if words[:2] == ["hil", "serve"]:
             file, *options = [word for word in words[2:] if word != "&"]
             return self.serve((self.folder / file).read_text(), *options).output
+        code, said = self.ended(command)
+        assert (code in (1, 2)) == bool(_ERROR.search(said)), f"{command}: exit code {code}: {said}"
+        return said
+
+    def ended(self, command: str) -> tuple[int, str]:
+        """Carry out a command that ends by itself; return its exit code and what it prints. One of hil alone
+        runs in this process."""
+        words = shlex.split(command, comments=True)
         if words[0] == "hil" and not re.search(r"[|;&<>]", command):
             environment = {**self.environment, "COLUMNS": COLUMNS}
             done = CliRunner().invoke(app, words[1:], env=environment)
@@ -174,8 +182,7 @@ class Session:
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
             )  # fmt: skip
             code, said = shell.returncode, shell.stdout
-        assert (code in (1, 2)) == bool(_ERROR.search(said)), f"{command}: exit code {code}: {said}"
-        return said
+        return code, said
 
     def check(self, step: Step, carry_out: Callable[["Session", str], str] | None = None) -> None:
         """Carry out a step, and compare what it prints with the page."""

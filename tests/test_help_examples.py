@@ -1,0 +1,104 @@
+"""The example in each command's help, carried out at one bench in the order of the table: its exit code."""
+
+import os
+import re
+import signal
+import subprocess
+from collections.abc import Callable
+
+import pytest
+from e2e_support import PATIENCE_S, Client, Place, free_port, until
+from page_preparations import captured, interrupted
+from page_sessions import Session
+
+from device_profiles.sac.packet import encode
+from hil.cli.cli import app
+from hil.cli.commands import commands
+
+EXAMPLES = {
+    command.name: re.findall(r"^Example: (hil .+)", command.about, re.M) for command in commands(app).all()
+}
+BENCH = """
+bench: shop
+devices:
+  m1: {profile: mechaduino, flash: {table: identity}}
+  s1: {profile: sac}
+segments: {bus0: {stations: [s1], taps: {master: {port: pty}}}}
+can: {can0: {bit_rate: 500000, nodes: {m1: 5}}}
+bridges: {zenoh: {listen: [tcp/127.0.0.1:PORT]}, modbus: {listen: "127.0.0.1:0"}}
+"""
+SQUARE = "run: square\naxes: {m1: {}}\nsteps: [{move: {m1: 90}}, {move: {m1: 0}}]\n"
+ROW = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+FILES = {
+    "bench.yaml": BENCH,
+    "square.yaml": SQUARE,
+    "moves.txt": "".join(ROW.format(position) for position in range(1, 31)),
+    "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
+}
+LAST = ("sac command", "replay")
+"""Examples that come last: they take the board's address, and the log of a bench that has ended."""
+ELSEWHERE = {
+    "serve": "this bench",
+    "sac calibrate": "test_sac_companion.py: a minute by the computer's clock",
+}
+"""Examples that are not carried out here, and where they are."""
+MAY_FAIL = "hil doctor"
+"""Command whose exit code says what it found here."""
+
+
+def talk(session: Session) -> None:
+    with Client(str(session.place.runtime / "shop" / "bus0.master")) as master:
+        master.write(encode(85, 1, b"y"))
+        master.read_until(b"\x06")
+
+
+def carried_out(session: Session, command: str) -> str:
+    """Carry out a command that ends by itself, and says of its success by its exit code."""
+    code, said = session.ended(command)
+    assert code == 0 or (code == 1 and command.startswith(MAY_FAIL)), f"$ {command}\nexit code {code}: {said}"
+    return said
+
+
+def watched(session: Session, command: str) -> str:
+    """End a view that is redrawn on a terminal, and else shown at its end."""
+    running = subprocess.Popen(command.split(), env=session.environment, stdout=subprocess.PIPE, text=True)
+    until(lambda: len(os.listdir(f"/proc/{running.pid}/task")) > 1, "the thread that draws")
+    running.send_signal(signal.SIGINT)
+    said, _ = running.communicate(timeout=PATIENCE_S)
+    assert running.returncode == 0, said
+    return said
+
+
+GO_ON: dict[str, Callable[[Session, str], str]] = {
+    "status": watched,
+    "capture": lambda session, command: captured(session, command, lambda: talk(session)),
+    "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),
+}
+"""Commands that go on until Ctrl-C, which is no error of them."""
+
+
+def test_each_command_has_an_example() -> None:
+    groups = {name.rpartition(" ")[0] for name in EXAMPLES} | {""}
+    assert [name for name, lines in EXAMPLES.items() if not lines and name not in groups] == []
+
+
+def test_examples_work(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place.folder)
+    with Session(place, "") as session:
+        session.swaps |= {"PORT": str(free_port()), "7447": str(free_port())}
+        for name, text in FILES.items():
+            session.write(name, text)
+        server = session.serve(BENCH, "--log", "bench.log", speed=5)
+        order = sorted(EXAMPLES, key=lambda each: LAST.index(each) if each in LAST else -1)
+        for name, line in ((each, line) for each in order for line in EXAMPLES[each]):
+            assert line.split()[1 : 1 + len(name.split())] == name.split()
+            if name in ("axis", "drive"):
+                session.run("hil axis m1 enable")
+            if name == "reset":
+                since_ns = server.ask("status")["sim_ns"]
+            if name == "replay":
+                session.end_benches()
+            if name not in ELSEWHERE:
+                GO_ON.get(name, carried_out)(session, session.here(line))
+            if name == "reset":
+                server.ready("m1", since_ns)
