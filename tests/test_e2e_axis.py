@@ -36,7 +36,7 @@ def test_the_list_has_every_verb_with_its_parameters(bench: Bench) -> None:
     verbs = [line.partition(":")[0] for line in lines if not line.startswith(" ")]
     assert verbs == [
         *("position", "velocity", "torque", "mode", "enable", "disable", "gains", "calibrate"),
-        *("move-abs", "move-rel", "stop", "pulses", "type", "reset", "pin"),
+        *("move-abs", "move-rel", "stop", "pulses", "type", "reset", "pin", "zero"),
     ]
     at = lines.index("move-abs: go to an angle with ramps")
     assert lines[at + 1 : at + 3] == [
