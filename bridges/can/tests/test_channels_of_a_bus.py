@@ -216,6 +216,7 @@ def test_a_message_that_is_none_of_classic_can_is_no_frame(wrong: dict[str, Any]
     assert frame_of(can.Message(**wrong)) is None
 
 
+@pytest.mark.long
 def test_it_keeps_to_what_bridges_keep_to() -> None:
     """The probe sends a frame through the bridge, and finds it at the desk."""
     desks: list[BusDesk] = []

@@ -10,6 +10,7 @@ import random
 import struct
 from collections import Counter
 
+import pytest
 from served_door import LOOK, Door, RawClient, packet, with_door
 from served_line import MemoryPort
 from simulated_loop import Simulated
@@ -137,6 +138,7 @@ async def asked(client: RawClient, pdus: list[bytes], chance: random.Random) -> 
     return seen
 
 
+@pytest.mark.long
 def test_every_request_has_its_answer() -> None:
     chance = random.Random(SEED)
     mutant = Mutant(chance)

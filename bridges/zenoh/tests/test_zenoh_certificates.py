@@ -26,6 +26,8 @@ from bridges.zenoh.users import read_users
 from bridges.zenoh.zenoh_config import client_config
 from hil.vocab.verbs import Role
 
+pytestmark = pytest.mark.long
+
 
 class Certified(Lan):
     """Daemon with certificates, and those who try. ``site`` is the folder of its keys."""

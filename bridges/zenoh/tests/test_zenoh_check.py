@@ -6,6 +6,7 @@ import socket
 from collections.abc import Mapping
 from typing import Any
 
+import pytest
 import zenoh
 
 from bridges.zenoh.bridge import Options, make
@@ -32,6 +33,7 @@ def _ask(status: Mapping[str, Any]) -> object:
         return [json.loads(reply.ok.payload.to_bytes()) for reply in replies if reply.ok]
 
 
+@pytest.mark.long
 def test_it_keeps_to_what_bridges_keep_to() -> None:
     options = Options(listen=[f"tcp/127.0.0.1:{free_port()}"])
     check_bridge(lambda desk: make(options, desk), ask=ask)

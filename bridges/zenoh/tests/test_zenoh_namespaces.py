@@ -31,6 +31,8 @@ from zenoh_computers import (
 
 from bridges.zenoh.zenoh_config import client_config
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def fresh_computers() -> Iterator[tuple[str, str]]:

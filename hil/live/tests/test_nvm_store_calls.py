@@ -21,6 +21,7 @@ EMPTY = Content("mechaduino", 0, {})
 FOR_EVER = 1_000_000
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
 def test_whatever_call_fails(tmp_path: Path) -> None:
     shim = tmp_path / "failing_calls.so"

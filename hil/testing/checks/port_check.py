@@ -29,11 +29,12 @@ def check_port(
     calls_out: bool = False,
     held_bytes: int = HELD_BYTES,
     patience_s: float = PATIENCE_S,
+    only: str = "",
 ) -> None:
     """Check a kind of port. ``make``: makes one, not yet open, with a folder for what it shows; ``client``:
     opens it as a program does. ``calls_out``: the port is a client itself, and ``client`` whom it calls, who
     is always there. ``held_bytes``: maximum backlog for a client that does not read. ``patience_s``: time in
-    which what has to happen does.
+    which what has to happen does. ``only``: word of the one check to make, while a port is mended.
 
     - opened: it has an address, and a client that comes is counted.
     - bytes: all 256 values pass both ways, in order.
@@ -51,7 +52,7 @@ def check_port(
     Raises:
         CheckFailed: with all that is wrong.
     """
-    found = asyncio.run(_PortCheck(make, client, calls_out, held_bytes, patience_s).findings())
+    found = asyncio.run(_PortCheck(make, client, calls_out, held_bytes, patience_s).findings(only))
     if found:
         raise CheckFailed("the port", found)
 
@@ -68,7 +69,7 @@ class _PortCheck:
         self._make, self._client, self._calls_out = make, client, calls_out
         self._held_bytes, self._patience_s = held_bytes, patience_s
 
-    async def findings(self) -> list[str]:
+    async def findings(self, only: str) -> list[str]:
         checks = {
             "opened": self._opened,
             "bytes": self._bytes,
@@ -83,7 +84,7 @@ class _PortCheck:
         }
         if self._calls_out:  # nobody leaves or comes
             checks = {word: check for word, check in checks.items() if word not in ("silence", "reset")}
-        return await findings_of(checks)
+        return await findings_of({only: checks[only]} if only else checks)
 
     @asynccontextmanager
     async def _open(self) -> AsyncIterator[tuple[Port, CheckedHost]]:

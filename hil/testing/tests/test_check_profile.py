@@ -23,6 +23,8 @@ import random
 from hil.vocab.firmware import ByteAvailable, Commit, Delay
 from hil.vocab.profile import Example, Profile
 
+pytestmark = pytest.mark.long
+
 SEEN = []
 
 
@@ -65,7 +67,6 @@ def test_a_board_without_a_mistake_passes(tmp_path: Path) -> None:
     check_profile(specimen(tmp_path, "pass"))
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("mistake", "old", "said"),
     [

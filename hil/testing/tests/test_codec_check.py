@@ -11,6 +11,8 @@ from hil.testing import CheckFailed, check_codec
 from hil.testing.checks.codec_check import Decode
 from hil.vocab.time import NS_PER_MS
 
+pytestmark = pytest.mark.long
+
 PAUSE_NS = 2 * NS_PER_MS
 MOST_BYTES = 32
 
@@ -161,12 +163,10 @@ BROKEN: dict[Callable[[], Decode], tuple[str, str]] = {
 }
 
 
-@pytest.mark.long
 def test_a_good_codec_passes() -> None:
     check_codec(Lengths, MESSAGES, encode=encode)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.__name__)
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[], Decode]) -> None:
     word, said = BROKEN[broken]
@@ -176,7 +176,6 @@ def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[], Decode]) 
     assert said in finding
 
 
-@pytest.mark.long
 def test_an_encoder_is_held_to_the_messages() -> None:
     with pytest.raises(CheckFailed, match=r"message: .* is encoded as") as failed:
         check_codec(Lengths, MESSAGES, encode=lambda items: encode(items)[:-1] + b"x")

@@ -324,6 +324,6 @@ def test_a_good_port_passes() -> None:
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[Path], Port]) -> None:
     word, said = BROKEN[broken]
     with pytest.raises(CheckFailed) as failed:
-        check_port(broken, held_bytes=HELD_BYTES, patience_s=PATIENCE_S)
+        check_port(broken, held_bytes=HELD_BYTES, patience_s=PATIENCE_S, only=word)
     (finding,) = [each for each in failed.value.findings if each.startswith(f"{word}: ")]
     assert said in finding

@@ -37,6 +37,7 @@ def offers(draw: st.DrawFn) -> list[Offer]:
     return sorted(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("leaps", [True, False])
 @settings(max_examples=150, deadline=None)
 @given(st.data())

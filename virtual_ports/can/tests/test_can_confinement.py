@@ -407,6 +407,7 @@ def do(bus: Bench, given_acts: list[tuple[Any, ...]], look_ns: int = 0) -> objec
     return bus.everything()
 
 
+@pytest.mark.long
 @settings(max_examples=int(os.environ.get("HIL_FUZZ", "150")), deadline=None)
 @given(acts())
 def test_fuzz_leaps_and_looks_change_nothing(given_acts: list[tuple[Any, ...]]) -> None:

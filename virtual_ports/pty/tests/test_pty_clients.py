@@ -258,6 +258,7 @@ def test_clients_of_other_processes_that_take_turns_lose_nothing(tmp_path: Path)
     run(tmp_path, scenario)
 
 
+@pytest.mark.long
 def test_a_thousand_clients_leave_nothing_behind(tmp_path: Path) -> None:
     async def scenario(port: Port, board: RecordingHost) -> None:
         fds = len(open_fds())

@@ -124,6 +124,7 @@ def test_a_stop_that_one_client_has_left_does_not_hold_up_the_others(
     run(tmp_path, scenario)
 
 
+@pytest.mark.long
 @needs_root
 @pytest.mark.parametrize(
     "kill",

@@ -166,6 +166,7 @@ def test_a_name_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.long
 def test_what_is_no_symlink_to_a_pts_is_refused_and_kept(tmp_path: Path) -> None:
     name = tmp_path / "m1"
 

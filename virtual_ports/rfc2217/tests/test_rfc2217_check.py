@@ -1,5 +1,7 @@
 """Ports of the kind ``rfc2217`` pass the shipped check of ports."""
 
+import pytest
+
 from hil.testing import check_port
 from hil.testing.checks.port_ends import FileClient
 from hil.vocab.ports import Port, PortContext
@@ -26,5 +28,6 @@ class Plain:
         self._line.close()
 
 
+@pytest.mark.long
 def test_they_keep_to_what_ports_keep_to() -> None:
     check_port(lambda folder: make(Options(), PortContext("b", "m1", folder)), Plain)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import pytest
+
 from hil.testing import check_codec
 from virtual_ports.rfc2217.telnet import Telnet
 
@@ -21,6 +23,7 @@ def of(line: bytes, reply: str) -> list[object]:
     return [("line", byte) for byte in line] + [("reply", byte) for byte in bytes.fromhex(reply)]
 
 
+@pytest.mark.long
 def test_it_keeps_to_what_codecs_keep_to() -> None:
     """Check an escaped 255, the question for RFC 2217, and 38400 baud, with their answers."""
     messages = {

@@ -3,6 +3,7 @@
 from random import Random
 from typing import Any
 
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
@@ -79,6 +80,7 @@ RIGHT = {
 }
 
 
+@pytest.mark.long
 @settings(max_examples=100)
 @example(  # a low of 1 ns at the end of the first burst of "a" goes on as a start bit
     [(0, "d", b"U" * 9), (1, "a", b"\xff\0" * 3), (2, "a", b"\2U\1y\3d\0")],
@@ -198,4 +200,4 @@ class Looked(RuleBasedStateMachine):
                 assert looked.ears[name].got == other.ears[name].got
 
 
-TestLooked = Looked.TestCase
+TestLooked = pytest.mark.long(Looked.TestCase)

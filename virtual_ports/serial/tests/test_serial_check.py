@@ -4,6 +4,8 @@ import os
 import tty
 from pathlib import Path
 
+import pytest
+
 from hil.testing import check_port
 from hil.testing.checks.port_ends import FileClient
 from hil.vocab.ports import Port, PortContext
@@ -28,6 +30,7 @@ class Lines:
         return FileClient(self._masters.pop(port))
 
 
+@pytest.mark.long
 def test_they_keep_to_what_ports_keep_to() -> None:
     lines = Lines()
     check_port(lines.port, lines.board, calls_out=True)

@@ -93,6 +93,7 @@ def test_the_last_files_are_for_others(caplog: pytest.LogCaptureFixture) -> None
     assert "files are open at most, a client was turned away; raise the limit" in said
 
 
+@pytest.mark.long
 def test_without_files_clients_wait(caplog: pytest.LogCaptureFixture) -> None:
     async def scenario(port: Port, board: RecordingHost) -> None:
         with connect(port) as early, connect(port) as late:

@@ -18,6 +18,8 @@ from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused
 from hil.wire.can_drive_address import CanPlace
 
+pytestmark = pytest.mark.long
+
 
 def with_drive(
     doing: Callable[[DriveWorld, ScriptedDrive, DriveControl], Awaitable[None]],

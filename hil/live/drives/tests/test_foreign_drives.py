@@ -11,6 +11,8 @@ from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
 
+pytestmark = pytest.mark.long
+
 
 def with_drives(
     doing: Callable[[DriveWorld, ForeignDrives, str], Awaitable[None]], *units: int, pty: bool = False

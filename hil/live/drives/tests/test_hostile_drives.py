@@ -13,6 +13,8 @@ from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
 
+pytestmark = pytest.mark.long
+
 WRITES = (5, 6, 15, 16)
 LONG = (PathPiece(20_000 * NS_PER_MS, 0.0, 10.0), PathPiece(0, 200.0))
 
