@@ -16,15 +16,14 @@ test: $(VENV)/.dev
 	@echo "All tests: about 8 minutes on two cores. \`make test-quick\` has a part of them: a minute."
 	@$(BYTECODE)
 	@$(MAKE) --no-print-directory test-native
-	@$(SIDE_BY_SIDE)
+	@$(SIDE_BY_SIDE) -n 5  # more workers than CPUs: most tests wait
 
 # Those beside the code, without those that are marked as long.
 test-quick: $(VENV)/.dev
 	@echo "The quick tests: about a minute on two cores."
-	@$(SIDE_BY_SIDE) -m "not long" hil device_profiles virtual_ports bridges
+	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long" hil device_profiles virtual_ports bridges
 
-# More workers than CPUs: most tests wait.
-SIDE_BY_SIDE = $(BIN)/python -m pytest -q -n 5 --dist loadfile --no-loadscope-reorder
+SIDE_BY_SIDE = $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:

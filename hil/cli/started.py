@@ -4,6 +4,7 @@ import os
 import shlex
 import shutil
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from hil import __version__
@@ -102,4 +103,6 @@ def _hil() -> str:
     own, known = Path(sys.executable).with_name("hil"), shutil.which("hil")
     if not own.exists() or (known and own.samefile(known)):
         return "hil"
-    return str(own.relative_to(Path.cwd()) if own.is_relative_to(Path.cwd()) else own)
+    with suppress(ValueError, OSError):  # it is elsewhere; this folder is gone
+        return str(own.relative_to(Path.cwd()))
+    return str(own)
