@@ -1,5 +1,6 @@
 """Entry of the program ``hil``: the command line, or names for a shell's completion, which must be quick."""
 
+import errno
 import gc
 import os
 import signal
@@ -39,6 +40,11 @@ def main() -> None:
         app()
     except KeyboardInterrupt:  # outside of any command
         sys.exit(INTERRUPTED)
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT) or error.filename is not None:
+            raise
+        sys.stdout = None  # type: ignore[assignment]  # what is left in it cannot be written either
+        sys.exit(f"hil: standard output: {error.strerror}")
     finally:
         gc.freeze()  # memory ends with the process: a last look for garbage takes a sixth of `hil check`
 

@@ -1,0 +1,142 @@
+"""Exit codes: each of the table that the reference has, by real cases of every group of commands."""
+
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from e2e_support import HIL, PATIENCE_S, Place, Server, until
+
+from hil.cli.command_group import panel_of
+from hil.cli.command_table import PANELS
+from hil.cli.exit_codes import EXIT_CODES, Exit
+
+BENCH = """
+bench: t
+speed: 5
+devices:
+  m1: {profile: mechaduino, flash: {table: identity}}
+  s1: {profile: sac}
+segments: {bus0: {stations: [s1], taps: {master: {port: pty}}}}
+"""
+FILES = {
+    "wrong.yaml": "bench: t\ndevices: {m1: {profile: mechadunio}}\n",
+    "right.yaml": "bench: u\ndevices: {m1: {profile: mechaduino}}\n",
+    "far.yaml": "run: far\naxes: {m1: {}}\nsteps: [{move: {m1: 720000}}]\n",
+    "near.yaml": "run: near\naxes: {m1: {max_deg: 1}}\nsteps: [{move: {m1: 9}}]\n",
+    "empty.pcapng": "",
+}
+CASES: dict[str, tuple[int, str]] = {
+    "list": (Exit.DONE, "bench t "),
+    "check right.yaml": (Exit.DONE, "no problems"),
+    "status --bench nowhere": (Exit.FAILED, "running: t"),
+    "check wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),
+    "serve wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),
+    "replay nothing.jsonl": (Exit.MISTAKE, "No such file"),
+    "state m1": (Exit.DONE, "position_deg"),
+    "profile list": (Exit.DONE, "mechaduino"),
+    "pin m1 D9 0": (Exit.FAILED, "no pin 'D9'"),
+    "reset m9": (Exit.FAILED, "no device 'm9'"),
+    "pin m1 D2 low": (Exit.MISTAKE, "write a whole number"),
+    "profile check nowhere": (Exit.MISTAKE, "no folder nowhere"),
+    "sac load nothing.txt": (Exit.MISTAKE, "No such file"),
+    "axis m1": (Exit.DONE, "move-abs"),
+    "axis s1 move-abs 9e99": (Exit.FAILED, "write "),
+    "runs show nothing": (Exit.FAILED, "no run 'nothing'"),
+    "axis m1 jump": (Exit.MISTAKE, "has no 'jump'"),
+    "run near.yaml": (Exit.MISTAKE, "near.yaml:"),
+    "step s1 90": (Exit.MISTAKE, "no set-point that could step"),
+    "modbus cycle 1:3:10": (Exit.DONE, "cycle "),
+    "decode empty.pcapng": (Exit.FAILED, "empty.pcapng"),
+    "can eds m1": (Exit.FAILED, "no CANopen node"),
+    "capture nothing -w out.pcapng": (Exit.FAILED, "no port 'nothing'"),
+    "capture": (Exit.MISTAKE, "Missing argument"),
+    "modbus cycle 1-": (Exit.MISTAKE, "write UNIT:FUNCTION"),
+    "fault kinds": (Exit.DONE, "byte_flip"),
+    "fault clear 9": (Exit.FAILED, "no fault 9"),
+    "fault inject byte_drop m1 rate": (Exit.MISTAKE, "write it as in rate=0.01"),
+    "docs tour": (Exit.DONE, "# Tour"),
+    "arduino install --sketchbook /proc/none": (Exit.FAILED, "/proc/none"),
+    "docs nothing": (Exit.MISTAKE, "no page 'nothing'"),
+    "completion tcsh": (Exit.MISTAKE, "bash, zsh, fish"),
+    "zenoh keys": (Exit.MISTAKE, "Missing"),
+}
+"""Command lines with their exit code and a part of what they say."""
+ELSEWHERE = {Exit.FIRMWARE_HUNG: "test_e2e_runaway.py"}
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Place, Server]]:
+    with Place() as place:
+        for name, text in FILES.items():
+            place.write(text, name)
+        yield place, place.serve(BENCH).ready()
+
+
+def where(place: Place) -> tuple[str, str]:
+    return "--runtime-dir", str(place.runtime)
+
+
+@pytest.mark.parametrize("line", CASES)
+def test_a_command_exits_with(
+    bench: tuple[Place, Server], line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place, (code, said) = bench[0], CASES[line]
+    monkeypatch.chdir(place.folder)
+    assert said in place.cli(*where(place), *line.split(), code=code)
+
+
+def test_each_group_has_each_code() -> None:
+    found = {(panel_of(line.split()[0]), code) for line, (code, _) in CASES.items()}
+    assert found == {(panel, code) for panel in PANELS for code in (Exit.DONE, Exit.FAILED, Exit.MISTAKE)}
+    of_runs = {Exit.RUN_FAILED, Exit.RUN_CANCELLED, Exit.INTERRUPTED}
+    assert {code for _, code in found} | of_runs | set(ELSEWHERE) == set(EXIT_CODES)
+    assert all("70" in (Path(__file__).parent / file).read_text() for file in ELSEWHERE.values())
+
+
+def is_moving(run: dict[str, Any]) -> bool:
+    return run["state"] == "running" and run["left_s"] is not None
+
+
+@pytest.mark.parametrize(
+    ("code", "ended_by"),
+    [
+        (Exit.RUN_FAILED, "axis m1 disable"),
+        (Exit.RUN_CANCELLED, "runs cancel"),
+        (Exit.INTERRUPTED, signal.SIGINT),
+        (Exit.INTERRUPTED, signal.SIGTERM),
+    ],
+)
+def test_a_run_exits_with(bench: tuple[Place, Server], code: int, ended_by: str | signal.Signals) -> None:
+    place, server = bench
+    place.cli(*where(place), "axis", "m1", "enable")
+    command = [HIL, *where(place), "run", "far.yaml"]
+    with subprocess.Popen(command, cwd=place.folder, stdout=subprocess.PIPE, text=True) as running:
+        (name,) = until(
+            lambda: [each["run"] for each in server.ask("runs", name="") if is_moving(each)], "it"
+        )
+        if isinstance(ended_by, signal.Signals):
+            running.send_signal(ended_by)
+        else:
+            words = ended_by.split() + [name] * (code == Exit.RUN_CANCELLED)
+            place.cli(*where(place), *words)
+        said, _ = running.communicate(timeout=PATIENCE_S)
+    assert running.returncode == code, said
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [("docs reference | head -n 1", Exit.DONE), ("list > /dev/full", Exit.FAILED)],
+)
+def test_an_output_that_takes_no_more(bench: tuple[Place, Server], line: str, code: int) -> None:
+    """A reader that has read enough is no error, a full disk is."""
+    script = f"{HIL} {' '.join(where(bench[0]))} {line}; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+    )
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    assert code == Exit.DONE or re.fullmatch("hil: .*No space left on device\n", done.stderr)
