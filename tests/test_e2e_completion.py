@@ -4,7 +4,9 @@ import os
 import pty
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -110,9 +112,10 @@ def offered_by_fish(place: Place, line: str) -> set[str]:
     return {word for word in words if word.startswith(start)}  # fish offers what only contains it, too
 
 
-def offered_by_zsh(place: Place, line: str) -> set[str]:
-    """Words that zsh offers. It completes on a terminal only; what it would add there is written to a
-    file."""
+@contextmanager
+def zsh(place: Place) -> Iterator[Callable[[str], set[str]]]:
+    """Function that answers the words that zsh offers for a line. It completes on a terminal only; what it
+    would add there is written to a file."""
     completion(place, "zsh")
     setup = place.write(ZSH, "setup.zsh")
     ready, found = place.folder / "ready", place.folder / "found"
@@ -122,25 +125,33 @@ def offered_by_zsh(place: Place, line: str) -> set[str]:
         stdin=inside, stdout=inside, stderr=inside, cwd=place.folder, env=environment(place),
         start_new_session=True,
     )  # fmt: skip
+
+    def offered(line: str) -> set[str]:
+        found.unlink(missing_ok=True)
+        os.write(terminal, b"\x15" + line.encode() + b"\x18")  # on a line that is empty again
+        until(lambda: found.exists() and "DONE\n" in found.read_text(), f"what zsh offers for {line!r}")
+        return {word.rstrip("/") for word in found.read_text().split("\n")} - {"DONE", ""}
+
     try:
         os.write(terminal, f"source {setup}\n".encode())
         until(ready.exists, "zsh")
-        os.write(terminal, line.encode() + b"\x18")
-        until(lambda: found.exists() and "DONE\n" in found.read_text(), f"what zsh offers for {line!r}")
-        return {word.rstrip("/") for word in found.read_text().split("\n")} - {"DONE", ""}
+        yield offered
     finally:
         shell.kill()
         shell.wait()
         os.close(terminal)
         os.close(inside)
-        ready.unlink(missing_ok=True)
-        found.unlink(missing_ok=True)
 
 
-SHELLS: dict[str, Callable[[Place, str], set[str]]] = {
-    "bash": offered_by_bash,
-    "fish": offered_by_fish,
-    "zsh": offered_by_zsh,
+@contextmanager
+def each_time(ask: Callable[[Place, str], set[str]], place: Place) -> Iterator[Callable[[str], set[str]]]:
+    yield partial(ask, place)
+
+
+SHELLS = {
+    "bash": partial(each_time, offered_by_bash),
+    "fish": partial(each_time, offered_by_fish),
+    "zsh": zsh,
 }
 
 
@@ -148,7 +159,8 @@ SHELLS: dict[str, Callable[[Place, str], set[str]]] = {
 def test_shells_offer_what_there_is(folder: Place, shell: str) -> None:
     if not shutil.which(shell):
         pytest.skip(f"no {shell} here")
-    assert {line: SHELLS[shell](folder, line) for line in LINES} == LINES
+    with SHELLS[shell](folder) as offered:
+        assert {line: offered(line) for line in LINES} == LINES
 
 
 def test_names_of_other_benches_are_not_mixed(folder: Place) -> None:
