@@ -3,6 +3,7 @@
 import re
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -125,6 +126,17 @@ def test_a_run_exits_with(bench: tuple[Place, Server], code: int, ended_by: str 
             place.cli(*where(place), *words)
         said, _ = running.communicate(timeout=PATIENCE_S)
     assert running.returncode == code, said
+
+
+def test_ctrl_c_while_a_command_exits_is_silent() -> None:
+    script = (
+        "import atexit, os, signal, sys; atexit.register(os.kill, os.getpid(), signal.SIGINT)\n"
+        "sys.argv = ['hil', '--version']; from hil.cli.entry import main; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, timeout=PATIENCE_S, check=False
+    )
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, b"")
 
 
 @pytest.mark.parametrize(

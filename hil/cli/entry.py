@@ -47,6 +47,8 @@ def main() -> None:
         sys.exit(f"hil: standard output: {error.strerror}")
     finally:
         gc.freeze()  # memory ends with the process: a last look for garbage takes a sixth of `hil check`
+        if not is_serving:  # nothing is left to be ended in order, and a traceback of the exit helps nobody
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _answer_in_json(app: Any) -> None:
