@@ -43,7 +43,7 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT) or error.filename is not None:
             raise
-        sys.stdout = None  # type: ignore[assignment]  # what is left in it cannot be written either
+        sys.stdout = None  # what is left in it cannot be written either
         sys.exit(f"hil: standard output: {error.strerror}")
     finally:
         gc.freeze()  # memory ends with the process: a last look for garbage takes a sixth of `hil check`

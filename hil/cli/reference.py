@@ -71,7 +71,8 @@ def _commands(app: typer.Typer) -> str:
             flags = ", ".join(f"`{flag}`" for flag in option.flags)
             options.setdefault((flags, _cell(option.about)), []).append(command.name)
     rows += ["", "| option | of | meaning |", "|---|---|---|"]
-    rows += [f"| {opts} | {', '.join(names)} | {meaning} |" for (opts, meaning), names in options.items()]
+    for (opts, meaning), names in options.items():
+        rows.append(f"| {opts} | {', '.join(f'`{name}`' for name in names)} | {meaning} |")
     return "\n".join(rows)
 
 
