@@ -4,16 +4,14 @@ what varies; and commands that somebody else has to end."""
 import os
 import re
 import shlex
-import signal
-import subprocess
 from collections.abc import Callable
 
 import can
 import yaml
-from e2e_support import PATIENCE_S, Client, free_port, until
+from e2e_support import Client, free_port, until
 from e2e_support import ended as run_ended
 from markdown_blocks import ROOT
-from page_sessions import Session
+from page_sessions import Session, captured, interrupted
 from pymodbus.client import ModbusSerialClient
 
 from device_profiles.sac.packet import encode
@@ -49,44 +47,6 @@ def carries_out(name: str, command: str) -> Callable[[CarryOut], CarryOut]:
         return carry_out
 
     return enter
-
-
-def interrupted(session: Session, command: str, is_done: Callable[[str], bool]) -> str:
-    """Start a command, and wait for its end, or until what it has printed says that it is done: then press
-    Ctrl-C."""
-    said = session.folder / "said.txt"
-    with said.open("w") as file, subprocess.Popen(
-        ["bash", "-c", command], cwd=session.folder, env=session.environment,
-        stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-    ) as going_on:  # fmt: skip
-        try:
-            until(lambda: going_on.poll() is not None or is_done(said.read_text()), f"what {command} does")
-        finally:
-            if going_on.poll() is None:
-                os.killpg(going_on.pid, signal.SIGINT)
-            going_on.wait(PATIENCE_S)
-    return said.read_text()
-
-
-def captured(session: Session, command: str, talk: Callable[[], None]) -> str:
-    """Capture what is said on a line: once if that goes to a file, else until a program has shown it."""
-    if not (file := re.search(r"-w (\w\S+)", command)):
-
-        def is_shown(said: str) -> bool:
-            talk()
-            return said.count("\n") > 2
-
-        return interrupted(session, command, is_shown)
-    path, has_talked = session.folder / file[1], False
-
-    def is_written(_: str) -> bool:
-        nonlocal has_talked
-        if not has_talked and path.exists() and path.stat().st_size:
-            talk()
-            has_talked = True
-        return has_talked and session.run(f"hil decode {path.name} 2>/dev/null | cat").count("\n") >= 2
-
-    return interrupted(session, command, is_written)
 
 
 # ---- arduino ----
@@ -314,7 +274,7 @@ def _(session: Session) -> None:
 @carries_out("runs", "hil run --detach")
 def _(session: Session, command: str) -> str:
     said = session.run(command)
-    until(lambda: session.servers[-1].ask("runs", name="far")[0]["left_s"], "its plan")
+    until(lambda: session.servers[-1].ask("runs", name="far")[0]["step"], "its first step")
     return said
 
 

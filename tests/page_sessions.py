@@ -9,6 +9,7 @@ exits with 1 or 2, all others with 0.
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
-from e2e_support import PATIENCE_S, Place, Server
+from e2e_support import PATIENCE_S, Place, Server, until
 from markdown_blocks import ROOT, blocks, fits
 from typer.testing import CliRunner
 
@@ -190,6 +191,44 @@ class Session:
         said = carry_out(self, command) if carry_out else self.run(command)
         if step.shown:
             assert fits(self.here(step.shown), said, *self.varies), f"$ {command}\n{said}"
+
+
+def interrupted(session: Session, command: str, is_done: Callable[[str], bool]) -> str:
+    """Start a command, and wait for its end, or until what it has printed says that it is done: then press
+    Ctrl-C."""
+    said = session.folder / "said.txt"
+    with said.open("w") as file, subprocess.Popen(
+        ["bash", "-c", command], cwd=session.folder, env=session.environment,
+        stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+    ) as going_on:  # fmt: skip
+        try:
+            until(lambda: going_on.poll() is not None or is_done(said.read_text()), f"what {command} does")
+        finally:
+            if going_on.poll() is None:
+                os.killpg(going_on.pid, signal.SIGINT)
+            going_on.wait(PATIENCE_S)
+    return said.read_text()
+
+
+def captured(session: Session, command: str, talk: Callable[[], None]) -> str:
+    """Capture what is said on a line: once if that goes to a file, else until a program has shown it."""
+    if not (file := re.search(r"-w (\w\S+)", command)):
+
+        def is_shown(said: str) -> bool:
+            talk()
+            return said.count("\n") > 2
+
+        return interrupted(session, command, is_shown)
+    path, has_talked = session.folder / file[1], False
+
+    def is_written(_: str) -> bool:
+        nonlocal has_talked
+        if not has_talked and path.exists() and path.stat().st_size:
+            talk()
+            has_talked = True
+        return has_talked and session.run(f"hil decode {path.name} 2>/dev/null | cat").count("\n") >= 2
+
+    return interrupted(session, command, is_written)
 
 
 def inline_commands(page: str) -> Iterator[str]:

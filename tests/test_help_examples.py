@@ -8,8 +8,7 @@ from collections.abc import Callable
 
 import pytest
 from e2e_support import PATIENCE_S, Client, Place, free_port, until
-from page_preparations import captured, interrupted
-from page_sessions import Session
+from page_sessions import Session, captured, interrupted
 
 from device_profiles.sac.packet import encode
 from hil.cli.cli import app
