@@ -7,6 +7,8 @@ import pytest
 
 from hil.testing import CheckFailed, check_profile
 
+pytestmark = pytest.mark.long
+
 BOARDS = Path(__file__).parents[3] / "device_profiles"
 YAML = """\
 name: specimen
@@ -22,8 +24,6 @@ import random
 
 from hil.vocab.firmware import ByteAvailable, Commit, Delay
 from hil.vocab.profile import Example, Profile
-
-pytestmark = pytest.mark.long
 
 SEEN = []
 
