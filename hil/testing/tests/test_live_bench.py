@@ -12,6 +12,8 @@ import serial
 
 from hil.testing import LiveError, ServedBench, live
 
+pytestmark = pytest.mark.long  # they start daemons
+
 BENCH = {
     "bench": "t",
     "speed": 20,
@@ -19,8 +21,6 @@ BENCH = {
 }
 INNER = """
 import pytest
-
-pytestmark = pytest.mark.long
 BENCH = {"bench": "t", "speed": 20, "devices": {"s1": {"profile": "sac"}}}
 
 def test_it_fails(live_bench):
