@@ -266,6 +266,7 @@ def test_strange_files_are_refused_with_their_places(place: Place) -> None:
     for name, content, why in (
         ("a.log", "(1.0) can0 123#0\n", "a.log: line 1: '0' is no data, two digits"),
         ("b.pcapng", "x" * 20, "b.pcapng: this is no pcapng file"),
+        ("e.pcapng", "{}", "e.pcapng: this is no pcapng file"),
         ("c.blf", "x" * 500, "c.blf: python-can cannot read it"),
     ):
         assert why in place.hil("decode", str(place.write(content, name)), code=1)

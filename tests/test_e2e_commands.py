@@ -80,6 +80,26 @@ def test_status_watch_redraws_until_ctrl_c(place: Place) -> None:
     assert exit_code(child, terminal) == 0
 
 
+@pytest.mark.parametrize(("option", "wanted"), [((), rb"(\d+) ticks"), (("--json",), rb'"at_ns": (\d+)')])
+def test_status_watch_goes_on_in_a_pipe_until_the_bench_ends(
+    place: Place, option: tuple[str, ...], wanted: bytes
+) -> None:
+    server = place.serve(config())
+    command = [HIL, "status", "--watch", "--runtime-dir", str(place.runtime), *option]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as watching:
+        assert watching.stdout
+        shown = b""
+        while len(set(re.findall(wanted, shown))) < 3:
+            piece = watching.stdout.readline()
+            assert piece, shown[-2000:]
+            shown += piece
+        server.stop()
+        rest = watching.stdout.read()
+        assert watching.wait(PATIENCE_S) == 1
+    assert b"Traceback" not in rest
+    assert rest.rstrip().splitlines()[-1].startswith((b"hil: ", b'{"error"'))
+
+
 def exit_code(child: int, terminal: int) -> int:
     """Exit code of a program under a terminal, whose output is read on until it ends."""
     deadline = time.monotonic() + PATIENCE_S

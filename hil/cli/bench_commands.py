@@ -1,8 +1,10 @@
 """``hil list``, ``hil status``, ``hil replay`` and ``hil doctor``."""
 
 import json
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -51,30 +53,32 @@ def status(
 
     Example: hil status --watch
     """
-    if as_json:
-        typer.echo(json.dumps(ask_bench(bench, runtime_dir, "status")))
-        return
-    from rich.console import Console
-
-    from hil.cli.views import status_view
-
-    console = Console(soft_wrap=True, markup=False)
-    if not watch:
-        console.print(status_view(ask_bench(bench, runtime_dir, "status")))
-        return
     import time
 
+    from rich.console import Console
     from rich.live import Live
 
     from hil.cli import interrupts as signals
+    from hil.cli.views import status_view
 
-    try:
-        with Live(status_view(ask_bench(bench, runtime_dir, "status")), console=console, screen=True) as live:
-            while not signals.came:
-                time.sleep(0.5)
-                live.update(status_view(ask_bench(bench, runtime_dir, "status")))
-    except KeyboardInterrupt:
-        return
+    def answers() -> Iterator[dict[str, Any]]:
+        yield ask_bench(bench, runtime_dir, "status")
+        while watch and not signals.came:
+            time.sleep(0.5)
+            yield ask_bench(bench, runtime_dir, "status")
+
+    console = Console(soft_wrap=True, markup=False)
+    with suppress(KeyboardInterrupt):
+        if as_json or not watch or not console.is_terminal:
+            for answer in answers():
+                typer.echo(json.dumps(answer)) if as_json else console.print(status_view(answer))
+            return
+        views = map(status_view, answers())
+        with Live(next(views), console=console, screen=True) as live, suppress(typer.Exit):
+            for view in views:
+                live.update(view)
+        if not signals.came:
+            ask_bench(bench, runtime_dir, "status")  # why it has ended, on the screen that stays
 
 
 def replay(

@@ -47,9 +47,10 @@ def run(
     try:
         text = file.read_text()
     except (OSError, UnicodeDecodeError) as error:
-        raise fail(f"hil: {file}: {error}", Exit.MISTAKE) from None
+        why = error.strerror if isinstance(error, OSError) else error
+        raise fail(f"hil: {file}: {why}", Exit.MISTAKE) from None
     if len(text) > DOCUMENT_BYTES:
-        raise fail(f"{file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", Exit.MISTAKE)
+        raise fail(f"hil: {file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", Exit.MISTAKE)
     request = {"text": text, "file": str(file), "check": check, "name": name, "fresh": not name}
     if check:
         answer = _submitted(bench, runtime_dir, request)

@@ -2,13 +2,18 @@
 
 DUST = 1e-12
 """Magnitude below which a field's value is 0, whatever its unit: what decays and sums leave."""
+EXACT = 1 << 53
+"""Magnitude up to which a float has each whole number, as one of nanoseconds."""
 
 
 def shown_number(value: float | None) -> str:
     """Format a field's value; None is one that is not told."""
     if value is None:
         return "-"
-    return "0" if abs(value) < DUST else f"{value:.10g}"
+    if abs(value) < DUST:
+        return "0"
+    is_whole = float(value).is_integer() and abs(value) < EXACT
+    return str(round(value)) if is_whole else f"{value:.10g}"
 
 
 def fixed(value: float | None, decimals: int) -> str:

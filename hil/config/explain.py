@@ -133,6 +133,8 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         return f"{shown(value)} is none of the choices", f"write {context.get('expected', 'one of them')}"
     if kind == "string_pattern_mismatch" and context.get("pattern") == NAME_PATTERN:
         remedy = "a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -"
+        if spaced := missing_space(str(value)):
+            remedy = f'write a space after the colon: "{spaced}"'
         return f"{shown(value)} is not a name", remedy
     if kind == "string_pattern_mismatch":
         return f"{shown(value)} has the wrong form", f"the form is {context.get('pattern')}"

@@ -136,6 +136,8 @@ def read(data: bytes) -> Iterator[Record]:
     """
     if not data:
         raise CaptureError("the file is empty")
+    if data[:4] != b"\x0a\x0d\x0d\x0a"[: len(data)]:
+        raise CaptureError("this is no pcapng file")
     at, order, lines, units = 0, "<", list[Interface](), list[int]()
     while at < len(data):
         if len(data) - at < 12:
@@ -143,8 +145,6 @@ def read(data: bytes) -> Iterator[Record]:
         if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
             order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
             lines, units = [], []
-        elif at == 0:
-            raise CaptureError("this is no pcapng file")
         kind, size = struct.unpack_from(f"{order}II", data, at)
         if size < 12 or size % 4 or size > _BLOCK_MAX:
             raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")

@@ -29,7 +29,7 @@ def status(**shots: Any) -> dict[str, Any]:
     return {
         "bench": "b",
         "devices": rows,
-        "health": {"state": "ok", "problems": []},
+        "health": {"state": "ok", "late_ms": 0.0, "problems": []},
         "bridges": {},
         "rt_line": "",
         **numbers,
@@ -87,6 +87,9 @@ def test_the_state_says_which_angle_is_which() -> None:
         (367.15, "367.15"),
         (-1.5, "-1.5"),
         (16384.0, "16384"),
+        (591613357800.0, "591613357800"),
+        (1e300, "1e+300"),
+        (float("inf"), "inf"),
         (1 / 3, "0.3333333333"),
         (None, "-"),
     ],
