@@ -193,20 +193,27 @@ class Session:
             assert fits(self.here(step.shown), said, *self.varies), f"$ {command}\n{said}"
 
 
+def _hear_ctrl_c() -> None:
+    """Let a program end by Ctrl-C, as in a terminal: tests that run in a shell's background ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def interrupted(session: Session, command: str, is_done: Callable[[str], bool]) -> str:
     """Start a command, and wait for its end, or until what it has printed says that it is done: then press
     Ctrl-C."""
     said = session.folder / "said.txt"
     with said.open("w") as file, subprocess.Popen(
         ["bash", "-c", command], cwd=session.folder, env=session.environment,
-        stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+        stdout=file, stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=_hear_ctrl_c,
     ) as going_on:  # fmt: skip
         try:
             until(lambda: going_on.poll() is not None or is_done(said.read_text()), f"what {command} does")
-        finally:
             if going_on.poll() is None:
                 os.killpg(going_on.pid, signal.SIGINT)
             going_on.wait(PATIENCE_S)
+        finally:
+            if going_on.poll() is None:
+                os.killpg(going_on.pid, signal.SIGKILL)
     return said.read_text()
 
 
