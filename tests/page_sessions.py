@@ -217,25 +217,21 @@ def interrupted(session: Session, command: str, is_done: Callable[[str], bool]) 
     return said.read_text()
 
 
-def captured(session: Session, command: str, talk: Callable[[], None]) -> str:
-    """Capture what is said on a line: once if that goes to a file, else until a program has shown it."""
-    if not (file := re.search(r"-w (\w\S+)", command)):
+def captured(session: Session, command: str, talk: Callable[[], None], lines: int = 3) -> str:
+    """Capture a talk, until ``lines`` lines of it stand in the command's file, or in its output without one.
+    With a count of packets (``-c``), repeat the talk until the command ends."""
+    file, has_talked, is_counting = re.search(r"-w (\w\S+)", command), False, " -c " in command
 
-        def is_shown(said: str) -> bool:
-            talk()
-            return said.count("\n") > 2
-
-        return interrupted(session, command, is_shown)
-    path, has_talked = session.folder / file[1], False
-
-    def is_written(_: str) -> bool:
+    def is_shown(said: str) -> bool:
         nonlocal has_talked
-        if not has_talked and path.exists() and path.stat().st_size:
+        if "capturing" in said and (is_counting or not has_talked):
             talk()
             has_talked = True
-        return has_talked and session.run(f"hil decode {path.name} 2>/dev/null | cat").count("\n") >= 2
+        elif has_talked and file:
+            said = session.run(f"hil decode {file[1]} 2>/dev/null | cat")
+        return has_talked and said.count("\n") >= lines and not is_counting
 
-    return interrupted(session, command, is_written)
+    return interrupted(session, command, is_shown)
 
 
 def inline_commands(page: str) -> Iterator[str]:

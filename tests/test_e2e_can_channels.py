@@ -279,7 +279,7 @@ def test_strange_files_are_refused_with_their_places(place: Place) -> None:
 def test_what_a_log_cannot_have_is_refused(place: Place, server: Server) -> None:
     where = ("--runtime-dir", str(place.runtime))
     said = place.hil("capture", "can0", "-w", "x.log", "--rotate", "1", *where, code=2)
-    assert "--rotate needs a file of pcapng" in said
+    assert "--rotate needs --write with a file of pcapng" in said
     assert "can0" in place.hil("capture", "can9", "-w", "x.log", *where, code=1)
 
 

@@ -96,8 +96,10 @@ def test_p402_homes_and_moves_the_drive(server: Server, drive: BaseNode402) -> N
 def test_heartbeat_and_boot_up_are_seen(server: Server, network: canopen.Network, drive: BaseNode402) -> None:
     drive.sdo[0x1017].raw = 50
     assert drive.nmt.wait_for_heartbeat(5) == "OPERATIONAL"
+    states: list[int] = []
+    drive.nmt.add_heartbeat_callback(states.append)
     server.ask("reset", device="m1")
-    drive.nmt.wait_for_bootup(5)
+    until(lambda: 0 in states, "the boot-up")
 
 
 def test_blocks_of_the_stored_data_sheet(drive: BaseNode402, eds: Path) -> None:

@@ -64,8 +64,8 @@ class CanPair:
     def real(self, node: int) -> dict[str, Any]:
         query = "&" if "?" in self.at else "?"
         at = f"{self.at}{query}node={node}{self.master}"
-        # The twin takes three periods without a SYNC for a loss, and its daemon has to hear them meanwhile.
-        return DRIVE | {"at": at, "setpoint_rate_Hz": 10}
+        # Three periods without a SYNC are a loss to the twin: on a busy computer its daemon hears them late.
+        return DRIVE | {"at": at, "setpoint_rate_Hz": 4}
 
     def configure(self) -> str:
         """Write the near bench's configuration, and return it."""

@@ -21,7 +21,7 @@ ALL = [
 ]
 ELSEWHERE = {
     ("docs/how-to/add-a-profile.md", "Add a board"): "test_how_to_board.py",
-    ("docs/how-to/add-a-profile.md", "Where it may be"): "test_how_to_board.py",
+    ("docs/how-to/add-a-profile.md", "Where to put it"): "test_how_to_board.py",
     ("docs/how-to/runs.md", "Over several benches"): "test_e2e_benches.py",
 }
 """Headings whose commands another file carries out. ``test_e2e_tour.py`` has those of README and tour."""
@@ -31,7 +31,8 @@ NOT_HERE = {
     r"picocom ": "a terminal that only its user leaves",
     r".*/dev/ttyUSB": "needs a board",
     r"hil sac calibrate": "a minute by the computer's clock",
-    r".*\| wireshark": "needs a screen",
+    r".*\| wireshark|.*--wireshark": "needs a screen",
+    r"pip install dist/|pipx |uvx ": "installs: `make wheels` tries what it builds",
     r"arduino-cli ": "not in Debian",
 }
 """Commands that are not carried out, and why. Commands for root are not either."""

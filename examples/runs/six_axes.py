@@ -88,8 +88,9 @@ def main() -> None:
     progress, recordings, begun_s = perform(ready())
     print(f"{progress.run}: {progress.state}, {progress.steps} steps")
     for name, axis in progress.axes.items():
+        is_at_deg = round(axis.position_deg, 2) + 0.0  # 0.0 for what rounds to -0.0
         print(
-            f"  {name:8} at {axis.position_deg:7.2f} deg, planned {axis.target_deg:7.2f};"
+            f"  {name:8} at {is_at_deg:7.2f} deg, planned {axis.target_deg:7.2f};"
             f" following error at most {axis.error_max_deg:.3f}, rms {axis.error_rms_deg:.3f} deg"
         )
     if len(sys.argv) > 1:
