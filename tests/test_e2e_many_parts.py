@@ -98,7 +98,8 @@ def test_zenoh_keys_and_a_reload(place: Place) -> None:
         assert plain.one("axis/arm.elbow/cmd/position", '{"position_deg":50}')["set_point"] == 50
         assert plain.one("axis/arm.elbow/param/pKp", "12.0")["pKp"] == 12
         assert plain.one("axis/arm/param/pKp")["pKp"] == 15
-        assert {each["verb"] for each in plain.one("verbs/arm.elbow")["verbs"]} == {"position", "stop", "pin"}
+        verbs = {each["verb"] for each in plain.one("verbs/arm.elbow")["verbs"]}
+        assert verbs == {"position", "stop", "pin", "zero"}
         number = plain.one("axis/arm.elbow/fault", '{"fault":"shaft_jam"}')["number"]
         assert [fault["target"] for fault in server.ask("faults")] == ["arm.elbow"]
         assert plain.one("axis/arm/fault", f'{{"clear":{number}}}')["cleared"] == [number]

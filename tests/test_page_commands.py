@@ -83,3 +83,8 @@ def test_command_lines_are_right(page: str) -> None:
         except USAGE_ERROR as error:
             said = error.format_message()
             assert re.match("Missing |Option .* requires|Usage: ", said), f"`hil {line}`: {said}"
+
+
+@pytest.mark.parametrize(("page", "heading"), [*PREPARATIONS, *ELSEWHERE])
+def test_a_prepared_heading_is_the_page_s(page: str, heading: str) -> None:
+    assert re.search(rf"^#+ {re.escape(heading)}$", (ROOT / page).read_text(), re.M)
