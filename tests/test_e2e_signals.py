@@ -76,8 +76,6 @@ def wait_for_beginning(place: Place, server: Server, name: str, running: subproc
             until(lambda: any(run["state"] == "running" for run in server.ask("runs", name="")), "the run")
         case "monitor" | "command":
             until(lambda: server.status("m1" if name == "monitor" else "s1")["clients"], "the client")
-        case "status":
-            until(lambda: len(os.listdir(f"/proc/{running.pid}/task")) > 1, "the thread that draws")
         case _:
             assert running.stdout
             assert running.stdout.read(1)

@@ -97,7 +97,7 @@ def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Ca
         try:
             _carry_out(function(**arguments), profile, usual_baud, **target)
         except Refusal as error:
-            raise fail(f"hil: {error}", 2) from None
+            raise fail(str(error), 2) from None
         except DialogueError as error:
             raise fail(f"hil: {error}") from None
 
