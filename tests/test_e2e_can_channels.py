@@ -280,6 +280,9 @@ def test_what_a_log_cannot_have_is_refused(place: Place, server: Server) -> None
     where = ("--runtime-dir", str(place.runtime))
     said = place.hil("capture", "can0", "-w", "x.log", "--rotate", "1", *where, code=2)
     assert "--rotate needs --write with a file of pcapng" in said
+    name = str(place.folder / "m.log")
+    assert "m1 is no CAN bus; name the file .pcapng" in place.hil("capture", "m1", "-w", name, *where, code=1)
+    assert not (place.folder / "m.log").exists(), "it is refused before anything is written"
     assert "can0" in place.hil("capture", "can9", "-w", "x.log", *where, code=1)
 
 

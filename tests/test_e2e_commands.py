@@ -142,6 +142,20 @@ def test_monitor_whose_reader_goes_away_ends(place: Place) -> None:
 
 
 @pytest.mark.parametrize("device", ["m1", "m2"])
+def test_monitor_says_that_its_port_has_gone(place: Place, device: str) -> None:
+    server = place.serve(config(devices={"m1": {}, "m2": TCP})).ready()
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    command = [HIL, "monitor", device, "--runtime-dir", str(place.runtime)]
+    with subprocess.Popen(command, **streams) as running:
+        assert running.stdin
+        until(lambda: server.status(device)["clients"], "the client")
+        server.stop()
+        assert running.stderr
+        assert running.stderr.read().startswith(b"hil: the port has gone: ")
+        assert running.wait(PATIENCE_S) == 0
+
+
+@pytest.mark.parametrize("device", ["m1", "m2"])
 def test_monitor_in_a_terminal(place: Place, device: str) -> None:
     place.serve(config(devices={"m1": {}, "m2": TCP})).ready()
     child, terminal = pty.fork()

@@ -14,11 +14,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from hil.cli.ask import fail
-from hil.cli.capture_files import CaptureFile, Stream, capture_file
+from hil.cli.capture_files import CaptureFile, Stream, capture_file, is_log
 from hil.cli.decoded_item import DecodedItem
 from hil.cli.installed_files import installed
 from hil.cli.problem_lines import has_colours
-from hil.wire.pcapng import Interface
+from hil.wire.pcapng import CaptureError, Interface
 
 DISSECTOR = "wireshark/sac_packets.lua"
 _PATIENCE_S = 2
@@ -81,6 +81,8 @@ class FileTarget:
                     self._file.close()
 
     def begin(self, interfaces: Sequence[Interface]) -> int | None:
+        if is_log(self.name) and (other := next((each for each in interfaces if not each.is_can), None)):
+            raise CaptureError(f"{other.name} is no CAN bus; name the file .pcapng")
         self._file = capture_file(self.name, *self._rotation)
         return sys.stdout.fileno() if self.name == "-" else None
 

@@ -23,8 +23,11 @@ def monitor(address: str, seconds: float | None = None, hint: str = "") -> None:
     Raises:
         PortUnreachable: the address cannot be opened.
     """
-    with opened_port(address) as port, _raw_terminal(hint):
-        _copy(port, 1.0 if seconds is None else seconds)
+    with opened_port(address) as port:
+        with _raw_terminal(hint):
+            is_gone = _copy(port, 1.0 if seconds is None else seconds)
+        if is_gone:
+            say("hil: the port has gone: its bench has ended, or has the device no more", sys.stderr)
 
 
 @contextmanager
@@ -43,7 +46,8 @@ def _raw_terminal(hint: str) -> Iterator[None]:
         say("", sys.stderr)
 
 
-def _copy(port: int, quiet_s: float) -> None:
+def _copy(port: int, quiet_s: float) -> bool:
+    """Copy until something ends; answers whether that was the port."""
     interactive = sys.stdin.isatty()
     ended, waiting = False, b""
     os.set_blocking(port, False)  # the board may hold up what is typed until its answers have been read
@@ -52,22 +56,22 @@ def _copy(port: int, quiet_s: float) -> None:
         timeout_s = quiet_s if ended and not waiting else None
         ready, writable, _ = select.select(inputs, [port] if waiting else [], [], timeout_s)
         if not ready and not writable:
-            return
+            return False
         data = b""
         try:
             with suppress(BlockingIOError):  # another client was quicker
                 if port in ready and not (data := os.read(port, _READ_BYTES)):
-                    return
+                    return True
             with suppress(BlockingIOError):
                 if writable:
                     waiting = waiting[os.write(port, waiting) :]
         except OSError:
-            return  # the port has gone
+            return True
         while data:
             data = data[os.write(1, data) :]
         if 0 in ready:
             typed = os.read(0, _READ_BYTES)
             if interactive and QUIT in typed:
-                return
+                return False
             ended |= not typed
             waiting += typed

@@ -92,9 +92,9 @@ class ServedBench:
         """Send lines to a port, and read after each up to ``until``; answers all that came. Raises LiveError:
         it did not come in time."""
         __tracebackhide__ = True
-        heard = b""
+        heard, address = b"", self.port(name)
         baud = self.info["bauds"][name] or 115200
-        with serial.serial_for_url(self.port(name), baud, timeout=timeout_s) as port:
+        with serial.serial_for_url(address, baud, timeout=timeout_s) as port:
             for line in lines:
                 port.write(line)
                 heard += (answer := port.read_until(until))

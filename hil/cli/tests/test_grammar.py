@@ -138,3 +138,6 @@ def test_init_writes_what_check_takes_and_leaves_what_is_there(tmp_path: Path) -
     again = CliRunner().invoke(app, ["init", str(file)])
     assert again.exit_code == 2
     assert "is there already" in again.output
+    nowhere = CliRunner().invoke(app, ["init", str(tmp_path / "none" / "a.yaml")])
+    assert (nowhere.exit_code, nowhere.output.count("\n")) == (2, 1)
+    assert f"there is no folder {tmp_path / 'none'}" in nowhere.output
