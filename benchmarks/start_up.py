@@ -61,7 +61,7 @@ def cpu_ms(command: list[str]) -> float:
 
 
 def commands() -> None:
-    """What commands take, in turns with the reference. The first, unseen run writes the bytecode of hil."""
+    """Print the CPU times of commands, in turns with the reference. A first run writes bytecode."""
     reference = [sys.executable, "-c", "import pydantic, yaml"]
     with daemon(CONFIG) as running:
         file = running.folder / "bridges.yaml"

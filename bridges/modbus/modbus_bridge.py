@@ -104,7 +104,7 @@ class ModbusBridge:
         }
 
     def _identity(self, unit: DoorUnit) -> Identification:
-        """What 43/14 says of a unit."""
+        """Identification of a unit, function 43/14."""
         return device_identity(unit.registers.map, self._bench, version("hil-motion"))
 
 

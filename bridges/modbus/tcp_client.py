@@ -38,7 +38,7 @@ class TcpClient(asyncio.Protocol):
 
     @property
     def fault(self) -> str:
-        """What is wrong with its framing, after which nothing is read."""
+        """Error of its framing, after which nothing is read."""
         return self._splitter.fault
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:

@@ -22,7 +22,7 @@ class ModbusDrive(ClosedLoopDrive):
     def __init__(self, board: Board) -> None:
         super().__init__(board, FOLLOWING)
         self.set_point_deg = 0.0
-        """What the register has: the target of a move, the last set-point that was followed."""
+        """Value of the register: the target of a move, the last set-point that was followed."""
         self.velocity_rpm, self.acceleration_rpm_per_s = VELOCITY_RPM, ACCELERATION_RPM_PER_S
         self.bits = dict.fromkeys(BITS, 0)
         """Control bits as they were written last."""

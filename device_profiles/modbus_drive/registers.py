@@ -1,4 +1,4 @@
-"""What a Modbus master writes: values and control bits, all that one request has at once."""
+"""Writes of a Modbus master: values and control bits, all that one request has at once."""
 
 from collections.abc import Mapping
 

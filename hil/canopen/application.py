@@ -1,4 +1,4 @@
-"""What a CANopen node and its device profile know of each other.
+"""Protocols between a CANopen node and its device profile.
 
 The node has the communication objects (1000h to 1FFFh) and all services; an application adds the entries of
 its profile, and is told what was written, and when SYNC came.
@@ -79,7 +79,7 @@ class Entry:
 
 
 class SdoAbort(Exception):
-    """What an SDO client asks cannot be done; ``code`` is what it is answered."""
+    """Refusal of an SDO client's request; ``code`` is the answer."""
 
     def __init__(self, code: int, why: str = "") -> None:
         self.code = code
@@ -129,7 +129,7 @@ class Application(Protocol):
 
 
 class NodeServices(Protocol):
-    """What a node does for its application, at any time."""
+    """Services of a node for its application, at any time."""
 
     def value(self, index: int, subindex: int) -> Value:
         """Tell the value of an entry that is not live. Raises KeyError: there is none."""

@@ -23,7 +23,7 @@ Routes = dict[int, Handler]
 
 
 class Manager(Protocol):
-    """What is told by the services."""
+    """Events of the services."""
 
     def command(self, data: bytes, now_ns: int) -> None:
         """Take a command of network management."""

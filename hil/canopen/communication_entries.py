@@ -38,7 +38,7 @@ _RO, _RW, _CONST = Access.RO, Access.RW, Access.CONST
 
 
 class Identity(NamedTuple):
-    """What a node says of itself: 1018h, by which LSS finds it too, and 1008h to 100Ah."""
+    """Identity of a node: 1018h, by which LSS finds it too, and 1008h to 100Ah."""
 
     vendor_id: int
     product_code: int

@@ -12,7 +12,7 @@ _WRITABLE = (Access.RW, Access.WO)
 
 
 class ObjectOwner(Protocol):
-    """What is behind objects: a service of the node, or the application."""
+    """Owner of objects: a service of the node, or the application."""
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
         """Read an entry that is live. Raises SdoAbort."""

@@ -1,4 +1,4 @@
-"""What a node keeps without power: parameters (1010h, 1011h), and its node id and bit rate (LSS).
+"""Store of a node without power: parameters (1010h, 1011h), and its node id and bit rate (LSS).
 
 A section is ``COP1``, the CRC-32 of what follows, node id (one byte), bit rate (four), and for each kept
 value its index (two), sub-index (one), length (two) and bytes; all little-endian.

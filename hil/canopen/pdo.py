@@ -1,4 +1,4 @@
-"""What receive and transmit PDOs have in common: the communication parameters, and a mapping.
+"""Parts that receive and transmit PDOs share: the communication parameters, and a mapping.
 
 Source: CiA 301 version 4.2.0, 7.5.2.35 and 7.5.2.37.
 """

@@ -15,7 +15,7 @@ TIMEOUT_S = 30
 MOTION_S = 3700.0
 """Maximum wait for a motion's end: the bench's own limit, and a little more."""
 _OF_MOTION = ("effective_at_ns", "ends_after_ns", "set_point")
-"""What a verb's answer says of its motion, and the operation `wait` asks for."""
+"""Keys of a verb's answer that describe its motion; the operation `wait` takes them."""
 
 
 def axis(

@@ -1,4 +1,4 @@
-"""What a capture has, in words and for programs: packets, frames, bytes and events, each a line."""
+"""Items of a capture, in words and for programs: packets, frames, bytes and events, each a line."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass

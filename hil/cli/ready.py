@@ -1,4 +1,4 @@
-"""What ``hil serve`` tells programs: one JSON object when the boards answer, in a file or as its output.
+"""Report of ``hil serve`` for programs: one JSON object when the boards answer, in a file or as its output.
 
 Real boards and drives are not waited for: they may be away.
 """

@@ -1,4 +1,4 @@
-"""What commands tell: text for people, or with --json one line of JSON for programs, in one shape.
+"""Answers of commands: text for people, or with --json one line of JSON for programs, in one shape.
 
 A command that tells something answers a ``CommandAnswer``, and has the option --json by that. Of one that
 fails the line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists

@@ -54,7 +54,7 @@ def _boards(
 
 
 def _modbus(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
-    """What nodes and a format say; of a format that boards cannot have, ``modbus_findings`` tells."""
+    """Findings of nodes and a format; of a format that boards cannot have, ``modbus_findings`` tells."""
     from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
     if isinstance(segment.get("modbus"), dict):

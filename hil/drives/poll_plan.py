@@ -37,7 +37,7 @@ def spans_of(places: Iterable[Place], gap: int = GAP_REGISTERS) -> tuple[Span, .
 
 @dataclass(frozen=True)
 class Reading:
-    """What a drive told, of a request that was sent at ``at_ns``, simulated time. ``values`` are by the names
+    """Answer of a drive to a request that was sent at ``at_ns``, simulated time. ``values`` are by the names
     of the map, set-point and parameters included; ``bits`` by dotted names, as in ``status.moving``."""
 
     at_ns: int

@@ -1,4 +1,4 @@
-"""What a unit says that it is, function 43/14: the same at the door and on a line."""
+"""Identification of a unit, function 43/14: the same at the door and on a line."""
 
 from hil.registers.registers_protocol import UnitMap
 from hil.wire.modbus.identification import Identification

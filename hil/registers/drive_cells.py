@@ -1,4 +1,4 @@
-"""What is where in a drive's map, and which entry a register or a bit belongs to."""
+"""Places of values in a drive's map, and which entry a register or a bit belongs to."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -73,7 +73,7 @@ class DriveCells:
 
     @cached_property
     def cells(self) -> Sequence[Cell]:
-        """What is where: values, single bits, and words of bits."""
+        """Contents of a map: values, single bits, and words of bits."""
         found = []
         for (table, address), entries in self.at.items():
             first = entries[0]

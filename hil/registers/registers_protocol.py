@@ -1,4 +1,4 @@
-"""What a Modbus node needs of a unit: the registers of one axis with their state."""
+"""Needs of a Modbus node of a unit: the registers of one axis with their state."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -18,11 +18,11 @@ class UnitMap(Protocol):
 
     @property
     def cells(self) -> Sequence[Cell]:
-        """What is where, in the order of tables and addresses."""
+        """Registers and bits, in the order of tables and addresses."""
 
     @property
     def notes(self) -> Sequence[str]:
-        """What is not in it, and why."""
+        """Things that are left out of it, with the reason."""
 
     @property
     def version(self) -> int:

@@ -1,4 +1,4 @@
-"""What a tap is to the port in front of it, whatever wire is behind it."""
+"""Face of a tap towards the port in front of it, whatever wire is behind it."""
 
 from collections.abc import Callable
 from typing import Protocol

@@ -46,7 +46,7 @@ class ServedBench:
         self.log_file = kept / "hil.log"
         self.capture_file = kept / "capture.pcapng"
         self.info: Mapping[str, Any] = {}
-        """What ``hil serve --json`` said when the boards answered; the reference has its keys."""
+        """Report of ``hil serve --json`` from when the boards answered; the reference has its keys."""
 
     @property
     def pid(self) -> int:
@@ -66,7 +66,7 @@ class ServedBench:
 
     @property
     def log(self) -> str:
-        """What the daemon has logged so far."""
+        """Log of the daemon so far."""
         return self.log_file.read_text(errors="replace")
 
     def ask(self, verb: str, **arguments: Any) -> Any:

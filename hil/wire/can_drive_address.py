@@ -43,7 +43,7 @@ class CanPlace:
 
     @property
     def where(self) -> str:
-        """What no two places share."""
+        """Key that no two places share."""
         return self.channel if self.port is None else f"{self.channel}:{self.port}"
 
     def __str__(self) -> str:

@@ -39,7 +39,7 @@ class TcpPlace:
 
     @property
     def where(self) -> str:
-        """What no two places share."""
+        """Key that no two places share."""
         return str(self)
 
     def __str__(self) -> str:
@@ -62,7 +62,7 @@ class RtuPlace:
 
     @property
     def where(self) -> str:
-        """What no two places share."""
+        """Key that no two places share."""
         return self.path
 
     def __str__(self) -> str:

@@ -14,7 +14,7 @@ from virtual_ports.can._bit_wire import BitWire
 
 
 class Loader(Protocol):
-    """What has frames for a controller of the wire."""
+    """Source of frames for a controller of the wire."""
 
     def load(self, wire: BitWire) -> None:
         """Load what is to be sent next."""

@@ -43,7 +43,7 @@ class Mailboxes:
         self._waiting: list[Mailbox] = []
         self._count = 0
         self._slots: list[Mailbox | None] = [None, None]
-        """What was loaded last into each of the controller's two places."""
+        """Frames that were loaded last into each of the controller's two places."""
 
     def __len__(self) -> int:
         return len(self._waiting)

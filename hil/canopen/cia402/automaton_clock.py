@@ -1,4 +1,4 @@
-"""What a drive does at times of its own: looks at the axis, steps of its mode, SYNC."""
+"""Times of a drive's own work: looks at the axis, steps of its mode, SYNC."""
 
 from hil.canopen.cia402.cyclic_modes import CyclicMode
 from hil.canopen.cia402.drive_automaton import STAYS, DriveAutomaton, refusals

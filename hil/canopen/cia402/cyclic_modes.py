@@ -24,7 +24,7 @@ def end_of(piece: PathPiece) -> float:
 
 
 class CyclicMode(OperatingMode):
-    """What both modes have in common."""
+    """Base of both cyclic modes."""
 
     def __init__(self, context: DriveContext) -> None:
         super().__init__(context)

@@ -1,4 +1,4 @@
-"""What the modes of a drive share: its axis, the values of its objects, units, limits, and the set-point."""
+"""Shared state of a drive's modes: its axis, the values of its objects, units, limits, and the set-point."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

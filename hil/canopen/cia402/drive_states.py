@@ -21,7 +21,7 @@ class DriveState(IntEnum):
 
 
 class DriveCommand(Enum):
-    """What the lower four bits of a controlword ask for; a rising bit 7 is ``RESET``."""
+    """Commands in the lower four bits of a controlword; a rising bit 7 is ``RESET``."""
 
     SHUTDOWN = "shutdown"
     SWITCH_ON = "switch on"

@@ -59,7 +59,7 @@ class Unfit(Exception):
 
 @dataclass(frozen=True)
 class GreetSpec:
-    """What a drive is greeted with. ``syncs``: number of SYNCs from one state to the next."""
+    """Greeting of a drive. ``syncs``: number of SYNCs from one state to the next."""
 
     node: int
     sync_ns: int

@@ -37,7 +37,7 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class CanSpec:
-    """What a configuration says of a real CANopen drive."""
+    """Configuration of a real CANopen drive."""
 
     name: str
     address: CanDriveAddress
@@ -53,7 +53,7 @@ class CanDrive(RealDrive):
         self.spec, self.node, self.master = spec, spec.address.node, spec.address.master
         self.fields, self.verbs = drive_fields(TOLD), can_verbs()
         self.known: DriveKnown | None = None
-        """What its greeting found; also of a session that has ended."""
+        """Identity that its greeting found; also of a session that has ended."""
         self.watch = NodeWatch(round((spec.pace.timeout_s) * 1e9))
         self.set_points: Callable[[int], float] | None = None
         """Set-points that go out with SYNC: degrees at a time."""

@@ -118,7 +118,7 @@ class RealDrive(ABC):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What else is to be known of it now, for `hil status`."""
+        """Further facts about it now, for `hil status`."""
         return ()
 
     @property

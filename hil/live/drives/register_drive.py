@@ -26,7 +26,7 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True)
 class RegisterSpec:
-    """What a configuration says of a real Modbus drive."""
+    """Configuration of a real Modbus drive."""
 
     name: str
     address: DriveAddress

@@ -40,7 +40,7 @@ class CanTap:
         self._bus, self._clock = bus, clock
         self._adapter = SlcanAdapter(self)
         self._said: deque[tuple[int, bytes]] = deque()
-        """What is for the client, with its times."""
+        """Output for the client, with its times."""
         self._queue: deque[CanFrame] = deque()
         """Frames that are not sent yet, the oldest first."""
         self._is_given = False

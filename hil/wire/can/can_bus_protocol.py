@@ -37,7 +37,7 @@ class CanFilter(NamedTuple):
 
 
 class CanListener(Protocol):
-    """What is told of a node's life. It may send, and inject faults, at once."""
+    """Listener to a node's life. It may send, and inject faults, at once."""
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         """Take a frame of another node: the times of its start of frame, and of the end of its last bit."""
@@ -50,7 +50,7 @@ class CanListener(Protocol):
 
 
 class BusEvent(NamedTuple):
-    """What was on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time; or
+    """Event on the bus: a frame, whose last bit ended at ``at_ns``; or an error, found at that time; or
     the state that a node has taken. ``node``: who sent it, found it, or has become it. ``error``: bit, stuff,
     CRC, form, acknowledgement."""
 

@@ -34,7 +34,7 @@ class SlcanStatus(IntFlag):
 
 
 class SlcanChannel(Protocol):
-    """What is behind an adapter."""
+    """Bus behind an adapter."""
 
     def open(self, bit_rate: int, *, is_listening: bool) -> bool:
         """Go on the bus, in bits per second; False if that cannot be."""

@@ -22,7 +22,7 @@ class EdsError(ValueError):
 
 
 class EdsObjects(NamedTuple):
-    """What a file says of a node's objects, by index and sub-index; -1: the object as a whole."""
+    """Names of a node's objects in a file, by index and sub-index; -1: the object as a whole."""
 
     names: Mapping[tuple[int, int], ObjectName]
     values: Mapping[tuple[int, int], bytes]

@@ -1,4 +1,4 @@
-"""What a client sends, and what it makes of the answers: requests encoded, answers parsed."""
+"""Client's side: requests encoded, answers parsed."""
 
 import struct
 from collections.abc import Callable, Sequence

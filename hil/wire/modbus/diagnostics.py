@@ -1,4 +1,4 @@
-"""What a node of a serial line says of the line: functions 8 and 17 (6.8, 6.13).
+"""Diagnostics of a serial line by its node: functions 8 and 17 (6.8, 6.13).
 
 Source of what each counter counts: MODBUS over Serial Line, Specification and Implementation Guide V1.02,
 appendix A.

@@ -1,4 +1,4 @@
-"""What a device says that it is: Read Device Identification, function 43/14 (6.21).
+"""Identification of a device: Read Device Identification, function 43/14 (6.21).
 
 Its objects are texts under numbers, in three categories that build on each other: basic (0 to 2), regular (3
 to 6), extended (128 to 255). A client asks for a category, which comes in as many answers as it needs, or for

@@ -43,7 +43,7 @@ class MbapSplitter:
     def __init__(self) -> None:
         self._held = b""
         self.fault = ""
-        """What is wrong with the stream. Nothing after it can be read: the connection is to be closed."""
+        """Error of the stream. Nothing after it can be read: the connection is to be closed."""
 
     def feed(self, data: bytes) -> list[MbapPacket]:
         """Take bytes; gives the packets that they complete, those before a fault too."""

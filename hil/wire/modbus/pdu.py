@@ -105,7 +105,7 @@ class Mask(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What a client asks: of each function what it has. A tuple, because one is made for each request.
+    """Request of a client: of each function what it has. A tuple, because one is made for each request.
 
     Function 23 has both ``write``, which comes first, and ``read``.
     """
