@@ -149,6 +149,6 @@ def test_what_is_not_in_the_table_is_not_asked(using: Using) -> None:
     async def use(ask: Asking) -> None:
         code, why = await refusal(ask("explode"))
         assert code == "no_verb"
-        assert why.startswith("there is no verb 'explode'; did you mean reload? there are list, status, ")
+        assert why.startswith("there is no verb 'explode'; did you mean \"reload\"? there are list, status, ")
 
     using(use)

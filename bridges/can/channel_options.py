@@ -4,7 +4,6 @@ import ipaddress
 import re
 import socket
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -12,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from hil.vocab.address import NAME_PATTERN, Address, address_of, owner_of
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
+from hil.vocab.near_words import meant
 
 UDP_PORT = 43113
 """Port of python-can's ``udp_multicast``, its default."""
@@ -141,11 +141,9 @@ class Options(BaseModel):
         """Buses that are not there."""
         for key, node in self.nodes().items():
             if node.owner not in buses:
-                near = get_close_matches(node.owner, buses, n=1)
-                meant = f'did you mean "{near[0]}"? ' if near else ""
-                known = f"there are {', '.join(buses)}" if buses else "add it under `can:`"
+                remedy = meant(node.owner, buses) if buses else "add it under `can:`"
                 message = f"there is no CAN bus {node.owner!r}"
-                yield OptionProblem(("channels", key), message, f"{meant}{known}", at_key=True)
+                yield OptionProblem(("channels", key), message, remedy, at_key=True)
 
     def file_problems(self) -> Iterable[OptionProblem]:
         """Interfaces that this computer has not."""

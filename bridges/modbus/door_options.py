@@ -1,7 +1,6 @@
 """Options of the Modbus bridge."""
 
 from collections.abc import Collection, Iterable, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -10,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from hil.net.endpoint import endpoint, is_loopback
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
+from hil.vocab.near_words import meant
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 if TYPE_CHECKING:
@@ -157,10 +157,8 @@ class Options(BaseModel):
                     message = f"unit {number} is {other} and {axis}"
                     yield OptionProblem((*path, axis), message, "give each a number of its own")
                 if axis not in axes:
-                    near = get_close_matches(axis.lower(), axes, n=1)
-                    meant = f'did you mean "{near[0]}"? ' if near else ""
-                    remedy = f"{meant}there are {', '.join(axes)}"
-                    yield OptionProblem((*path, axis), f"there is no axis {axis!r}", remedy, at_key=True)
+                    message = f"there is no axis {axis!r}"
+                    yield OptionProblem((*path, axis), message, meant(axis, axes), at_key=True)
 
     def file_problems(self) -> Iterable[OptionProblem]:
         """Files of certificates that cannot be used."""

@@ -8,7 +8,7 @@ import typer
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
 from hil.cli.shown_numbers import shown_number
 from hil.cli.told import CommandAnswer
-from hil.vocab.near_words import meant, nearest
+from hil.vocab.near_words import meant
 
 TIMEOUT_S = 30
 """Maximum wait for an answer: a real board's terminal takes its time."""
@@ -80,8 +80,7 @@ def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, A
             wrong, name, text = name if equals else "", next(left, ""), value
             takes = f"it takes {', '.join(names) or 'nothing'}"
             if wrong and name not in texts:
-                near = f"did you mean {found}? " if (found := nearest(wrong, names)) else ""
-                raise fail(f"hil: there is no parameter {wrong!r}; {near}{takes}", 2)
+                raise fail(f"hil: there is no parameter {wrong!r}; {meant(wrong, names, takes)}", 2)
             if not name:
                 raise fail(f"hil: {value!r} is too much; {takes}", 2)
         if name in given:

@@ -8,6 +8,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from hil.cli.placeholders import usage_word, with_placeholders
 from hil.cli.plain_values import with_plain_values
+from hil.vocab.near_words import did_you_mean, nearest_or_begun
 
 USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]
 """Error of a wrong command line: click's, or that of typer's own copy of it."""
@@ -19,6 +20,7 @@ _VALUES = (
     ("Input should be greater than ", "write more than "),
     ("Input should be less than ", "write less than "),
     ("Input should be ", "write "),
+    (r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)", r"this is too much: \1"),
 )
 """Words for what pydantic, by way of typer, says of a value."""
 
@@ -38,6 +40,17 @@ class Quick:
                 error.param_hint = f"'{usage_word(given).strip('[]')}'"
             for pattern, words in _VALUES:
                 error.message = re.sub(pattern, words, error.message)
+            if near := getattr(error, "possibilities", None):  # options that are like a wrong one
+                error.possibilities = None
+                _suggest(error, near)
+            raise
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        self.suggest_commands = False  # in typer's words
+        try:
+            return super().resolve_command(ctx, args)  # type: ignore[misc]
+        except USAGE_ERROR as error:
+            _suggest(error, nearest_or_begun(args[0], self.list_commands(ctx)))  # type: ignore[attr-defined]
             raise
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
@@ -59,6 +72,13 @@ class Quick:
                     formatter.write_dl(records)
         if hasattr(self, "format_commands"):
             self.format_commands(ctx, formatter)
+
+
+def _suggest(error: Any, near: list[str]) -> None:
+    """Add the words that may be meant to the error of a wrong one."""
+    if near:
+        said = did_you_mean(*near)
+        error.message = f"{error.message.rstrip('.')}. {said[0].upper()}{said[1:]}"
 
 
 class OneCommand(Quick, TyperCommand):

@@ -11,10 +11,9 @@ from typer.core import TyperGroup
 
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
-from hil.cli.command_classes import USAGE_ERROR, OneCommand, Quick, summary
+from hil.cli.command_classes import OneCommand, Quick, summary
 from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, CommandRow
 from hil.cli.told import telling
-from hil.vocab.near_words import nearest
 
 _NOT_THIS_BENCH = {"zenoh keys"}
 """Commands whose --bench is not a running one."""
@@ -35,14 +34,6 @@ class AllCommands(Quick, TyperGroup):
         from hil.cli.board_commands import others
 
         return others().get(cmd_name)
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        try:
-            return super().resolve_command(ctx, args)
-        except USAGE_ERROR as error:
-            if near := nearest(args[0], self.list_commands(ctx)):
-                error.message += f" Did you mean {near!r}?"
-            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands of each group below its name, each with its whole summary."""

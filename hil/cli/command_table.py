@@ -46,7 +46,7 @@ _ROWS = (
     CommandRow("decode", WIRE, "capture_commands:decode"),
     CommandRow("play", WIRE, "capture_commands:play"),
     CommandRow("can", WIRE, "can_commands:can_app"),
-    CommandRow("fault", FAULTS, "line_commands:fault_app"),
+    CommandRow("fault", FAULTS, "fault_commands:fault_app"),
     CommandRow("doctor", SERVICE, "bench_commands:doctor"),
     CommandRow("docs", SERVICE, "help_commands:docs"),
     CommandRow("schema", SERVICE, "config_commands:schema"),

@@ -29,7 +29,7 @@ def docs(
         return CommandAnswer(rows, "\n".join(f"{name:{width}}  {title}" for name, title in rows.items()))
     name = topic.rpartition("/")[2].partition("#")[0].removesuffix(".md")
     if name not in pages:
-        raise fail(f"hil: there is no page {topic!r}; {meant(name, list(pages))}", 2)
+        raise fail(f"hil: there is no page {topic!r}; {meant(name, pages, '`hil docs` lists them')}", 2)
     text = pages[name].file.read_text()
     return CommandAnswer({"topic": name, "file": str(pages[name].file), "text": text}, text.rstrip("\n"))
 

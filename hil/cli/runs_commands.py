@@ -2,18 +2,30 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench
-from hil.cli.command_classes import Below
+from hil.cli.command_classes import USAGE_ERROR, Below
 from hil.cli.run_command import run_named
 from hil.cli.run_reports import is_under_way, run_line, run_report
 from hil.cli.told import AsJson, CommandAnswer
 
+
+class _Runs(Below):
+    """Group whose wrong command may be a run's name."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except USAGE_ERROR as error:
+            error.message += f" `hil runs show {args[0]}` shows a run of that name."
+            raise
+
+
 runs_app = typer.Typer(
-    cls=Below,
+    cls=_Runs,
     help="List runs, show one, cancel one.\n\nWithout a command: those that wait, move or have ended.\n\n"
     "Example: hil runs",
     invoke_without_command=True,

@@ -14,6 +14,7 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.port_model import PortConfig
 from hil.vocab.address import CONTROL_SOCKET
+from hil.vocab.near_words import did_you_mean
 
 if TYPE_CHECKING:
     from hil.vocab.bridge_protocol import DoorPort
@@ -70,7 +71,7 @@ class PortsCheck:
         if "kind" in value:
             found = Finding(at_kind, f"{wanted}, not {shown(kind)}", kinds)
         elif close := difflib.get_close_matches("kind", value, n=1):
-            found = Finding((*path, close[0]), "unknown key", 'did you mean "kind"?', at_key=True)
+            found = Finding((*path, close[0]), "unknown key", did_you_mean("kind"), at_key=True)
         else:
             found = Finding(at_kind, "this key is missing", 'say which kind of port, as in "kind: pty"')
         self.findings.append(found)
@@ -103,7 +104,7 @@ class PortsCheck:
             self.findings += [
                 finding
                 for finding in findings_of(error, model, path, self._document)
-                if f'did you mean "{finding.path[-1]}"?' not in meant
+                if did_you_mean(str(finding.path[-1])) not in meant
             ]
             return None
 

@@ -13,6 +13,7 @@ from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
 from hil.registers.cells import BIT
 from hil.registers.drive_map import CONTROL, IDENTITY, STATUS, TAKEN, TOLD, DriveMap, Place
+from hil.vocab.near_words import did_you_mean
 from hil.wire.modbus.pdu import ADDRESSES
 
 _BIT_TABLES, _WRITABLE = ("discrete", "coil"), ("holding", "coil")
@@ -175,7 +176,7 @@ def _missing(given: object, meant: Collection[tuple[KeyPath, str]]) -> Iterator[
         room = given if not where else given.get(where[0])
         return (isinstance(room, dict) and room.get(name) is not None) or (
             where,
-            f'did you mean "{name}"?',
+            did_you_mean(name),
         ) in meant
 
     for name in ("position_deg", "set_point_deg"):

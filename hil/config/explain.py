@@ -14,7 +14,7 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.later import Later
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
-from hil.vocab.near_words import nearest
+from hil.vocab.near_words import did_you_mean, meant, nearest
 
 
 class StrictModel(BaseModel):
@@ -56,17 +56,15 @@ def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -
 
 
 def suggestion(word: str, known: Collection[str]) -> str:
-    """``did you mean "x"?`` for the nearest known word, else all of them."""
-    if near := nearest(word, known):
-        return f'did you mean "{near}"?'
+    """Question for the nearest known word, else all of them."""
+    if near := did_you_mean(nearest(word, known)):
+        return near
     return f"known are: {', '.join(sorted(known))}" if known else "there are none"
 
 
 def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Finding:
     """Finding of a name that does not exist."""
-    near = nearest(name, known)
-    meant = f'did you mean "{near}"? ' if near else ""
-    remedy = f"{meant}known are: {', '.join(sorted(known)) or 'none'}"
+    remedy = meant(name, known, f"known are: {', '.join(sorted(known)) or 'none'}")
     return Finding(path, f"there is no {what} {shown(name)}", remedy)
 
 
@@ -89,12 +87,12 @@ def findings_of(
         else:
             findings.append(_explain(detail, document.known(path), document))
     # A mistyped key is also a missing one: the first is enough to say.
-    meant = {(f.path[:-1], f.remedy) for f in findings}
+    remedies = {(f.path[:-1], f.remedy) for f in findings}
     unspaced = {(*f.path[:-1], str(f.path[-1]).partition(":")[0]) for f in findings if f.path}
     return findings + [
         f
         for f in missing
-        if (f.path[:-1], f'did you mean "{f.path[-1]}"?') not in meant and f.path not in unspaced
+        if (f.path[:-1], did_you_mean(str(f.path[-1]))) not in remedies and f.path not in unspaced
     ]
 
 

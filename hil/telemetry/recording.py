@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from hil.core import FIELDS, AxisKind
+from hil.vocab.near_words import did_you_mean
 
 
 def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
@@ -19,8 +20,7 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
         if name not in kind.fields or name == "at_ns":
             near = get_close_matches(name, kind.fields, 3, 0.5)
             raise ValueError(
-                f"an axis has no signal {name!r}; "
-                + (f"did you mean {', '.join(near)}?" if near else "`hil reference` lists them")
+                f"an axis has no signal {name!r}; " + (did_you_mean(*near) or "`hil reference` lists them")
             )
     return tuple(dict.fromkeys(signals))
 

@@ -1,8 +1,9 @@
 """Things by name whose ``KeyError`` is a sentence: what there is not, what is like it, and what there is."""
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from typing import TypeVar
+
+from hil.vocab.near_words import meant
 
 Thing = TypeVar("Thing")
 
@@ -16,10 +17,7 @@ class NoSuchName(KeyError):
 
 def no_such(what: str, name: object, known: Mapping[str, object]) -> NoSuchName:
     """Error of a name that is not among those known; ``what``: the kind of thing, as in ``device``."""
-    like = get_close_matches(str(name), list(known), n=1)
-    meant = f" (did you mean {like[0]!r}?)" if like else ""
-    there = f"there are {', '.join(known)}" if known else "there is none"
-    return NoSuchName(f"there is no {what} {name!r}{meant}; {there}")
+    return NoSuchName(f"there is no {what} {name!r}; {meant(str(name), known)}")
 
 
 class NamedThings(Mapping[str, Thing]):

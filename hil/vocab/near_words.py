@@ -11,10 +11,23 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return by_lower[close[0]] if close else None
 
 
-def meant(word: str, known: Collection[str]) -> str:
-    """``did you mean x?`` if one is near, and all that there are, in their order."""
+def nearest_or_begun(word: str, known: Collection[str]) -> list[str]:
+    """The nearest known word, and those that the given one is the beginning of."""
     near = nearest(word, known)
-    return (f"did you mean {near}? " if near else "") + f"there are {', '.join(known) or 'none'}"
+    begun = (name for name in known if _plain(name).startswith(_plain(word)))
+    return list(dict.fromkeys([*([near] if near else []), *begun]))
+
+
+def did_you_mean(*words: str | None) -> str:
+    """``did you mean "a" or "b"?``; nothing without a word."""
+    quoted = [f'"{word}"' for word in words if word]
+    return f"did you mean {' or '.join(quoted)}?" if quoted else ""
+
+
+def meant(word: str, known: Collection[str], there: str = "") -> str:
+    """``did you mean "a"?`` if one is near, then ``there``: by default all that there are, in their order."""
+    all_known = f"there are {', '.join(known) or 'none'}"
+    return " ".join(filter(None, [did_you_mean(nearest(word, known)), there or all_known]))
 
 
 def _plain(word: str) -> str:

@@ -82,8 +82,8 @@ def test_what_tells_something_tells_it_in_json() -> None:
     [
         (["status", "--json", "--runtime-dir", "/nowhere"], 1, "no bench is running here"),
         (["state", "--json"], 2, "Missing argument 'DEVICE'"),
-        (["stat", "--json"], 2, "Did you mean 'state'?"),
-        (["docs", "run", "--json"], 2, "did you mean runs?"),
+        (["stat", "--json"], 2, 'Did you mean "state" or "status"?'),
+        (["docs", "run", "--json"], 2, "no page 'run'; did you mean \"runs\"? `hil docs` lists them"),
         (["check", "--json", "b.yaml"], 2, "b.yaml:1:8: there is no space"),
     ],
 )
@@ -100,10 +100,20 @@ def test_errors_in_json(words: list[str], code: int, message: str, tmp_path: Pat
         assert error["problems"][0].items() >= {"file": "b.yaml", "line": 3, "column": 5}.items()
 
 
-def test_a_mistyped_command() -> None:
-    done = CliRunner().invoke(app, ["statsu"])
-    assert done.exit_code == 2
-    assert "No such command 'statsu'. Did you mean 'status'?" in done.output
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("statsu", """No such command 'statsu'. Did you mean "status"?"""),
+        ("stat", """No such command 'stat'. Did you mean "state" or "status"?"""),
+        ("fault injct", """No such command 'injct'. Did you mean "inject"?"""),
+        ("runs square", "No such command 'square'. `hil runs show square` shows a run of that name."),
+        ("list --jsn", """No such option: --jsn. Did you mean "--json"?"""),
+        ("list m1", "this is too much: m1"),
+    ],
+)
+def test_a_mistyped_command(words: str, said: str) -> None:
+    done = CliRunner().invoke(app, words.split())
+    assert (done.exit_code, done.output.splitlines()[-1].removeprefix("Error: ")) == (2, said)
 
 
 @pytest.mark.parametrize(

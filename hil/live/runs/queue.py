@@ -28,6 +28,7 @@ from hil.runs import Execution, Plan, Progress
 from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.axis import Axes, AxisNow, How
 from hil.vocab.desk_protocol import Source
+from hil.vocab.near_words import meant
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
@@ -259,8 +260,8 @@ class RunQueue:
 def no_run(name: str, known: Iterable[str]) -> VerbRefused:
     """Refusal of a name that no run has."""
     last = [*known][-NAMED:]
-    there = f"there are {', '.join(last)}" if last else "there is none"
-    return VerbRefused("no_run", f"there is no run {name!r}; {there}")
+    there = f"there are {', '.join(last) or 'none'}; `hil runs` lists them"
+    return VerbRefused("no_run", f"there is no run {name!r}; {meant(name, [*known], there)}")
 
 
 def _refuse(text: str, waiting: Collection[Entry]) -> None:

@@ -120,7 +120,7 @@ def test_faults_of_all_kinds_begin_and_end_on_their_targets() -> None:
         (
             "bus_off",
             "m2.canopen",
-            "there is no 'm2.canopen'; did you mean m1.canopen? there are m1, m1.canopen, can0.a, can0",
+            "there is no 'm2.canopen'; did you mean \"m1.canopen\"? there are m1, m1.canopen, can0.a, can0",
         ),
     ],
 )

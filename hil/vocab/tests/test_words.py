@@ -10,7 +10,13 @@ FORMS = {
     "time": {"ms"},  # a number in the unit that its name says
     "address": {"address_of", "owner_of", "pin_of", "no_part"},  # how a name is spelled
     "parameters": {"filled"},  # what a Parameter means, for several
-    "near_words": {"nearest", "meant", "_plain"},  # what a word that was mistyped means
+    "near_words": {
+        "nearest",
+        "nearest_or_begun",
+        "did_you_mean",
+        "meant",
+        "_plain",
+    },  # what a word that was mistyped means
     "verbs": {"checked", "described", "table_of"},
 }
 """Functions that are part of a word's meaning."""
