@@ -147,7 +147,7 @@ def test_a_node_that_is_bus_off_comes_back(place: Place, server: Server, pty: ca
     assert place.hil("fault", "inject", "bus_off", "m1.canopen", *where).startswith("fault ")
     until(lambda: server.ask("buses")[0]["nodes"]["m1.canopen"]["state"] == "error-active", "its recovery")
     assert "bus_off: a node is bus-off, once" in place.cli("fault", "kinds")
-    assert place.hil("fault", "inject", "wire_swapped", "can0.a", *where, code=1).startswith("hil: ")
+    assert place.hil("fault", "inject", "wire_swapped", "can0.a", *where, code=2).startswith("hil: ")
 
 
 def test_a_client_with_another_rate_is_a_failure_of_the_bench(server: Server) -> None:

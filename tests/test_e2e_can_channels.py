@@ -269,7 +269,7 @@ def test_strange_files_are_refused_with_their_places(place: Place) -> None:
         ("e.pcapng", "{}", "e.pcapng: this is no pcapng file"),
         ("c.blf", "x" * 500, "c.blf: python-can cannot read it"),
     ):
-        assert why in place.hil("decode", str(place.write(content, name)), code=1)
+        assert why in place.hil("decode", str(place.write(content, name)), code=2)
     good = str(place.write("(1.0) can0 123#00\n", "d.log"))
     assert "write a node id of 1 to 127" in place.hil("decode", good, "--eds", "128=x", code=2)
     bad = place.write("[2000]\nnonsense\n", "x.eds")
@@ -283,7 +283,7 @@ def test_what_a_log_cannot_have_is_refused(place: Place, server: Server) -> None
     name = str(place.folder / "m.log")
     assert "m1 is no CAN bus; name the file .pcapng" in place.hil("capture", "m1", "-w", name, *where, code=1)
     assert not (place.folder / "m.log").exists(), "it is refused before anything is written"
-    assert "can0" in place.hil("capture", "can9", "-w", "x.log", *where, code=1)
+    assert "can0" in place.hil("capture", "can9", "-w", "x.log", *where, code=2)
 
 
 CHANNELS = """

@@ -223,8 +223,8 @@ def test_pin_steps_the_setpoint(place: Place) -> None:
             place.cli("pin", "m1", "D1", "1")
             place.cli("pin", "m1", "D1", "0")
         assert server.status()["snapshot"]["r"] == pytest.approx(setpoint_deg + 4 * 0.05625, abs=1e-3)
-    assert "m1 has no pin 'D9'; there are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=1)
-    assert "level: write 0 or 1" in place.cli("pin", "m1", "D1", "2", code=1)
+    assert "m1 has no input 'D9'; there are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=2)
+    assert "level: write 0 or 1" in place.cli("pin", "m1", "D1", "2", code=2)
 
 
 def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
@@ -238,19 +238,19 @@ def test_set_loads_the_shaft_and_the_encoders_registers(place: Place) -> None:
         place.cli("set", "m1", "diaagc", "2432")
         client.write(b"ne")
         assert b"MAGH" in client.read_until(b"ERRFL")
-    assert "load_torque_Nm, diaagc, errfl" in place.cli("set", "m1", "wrap_count", "1", code=1)
+    assert "load_torque_Nm, diaagc, errfl" in place.cli("set", "m1", "wrap_count", "1", code=2)
     for wrong in ("-1", "1e9", "1e308"):
-        said = place.cli("set", "m1", "diaagc", wrong, code=1)
+        said = place.cli("set", "m1", "diaagc", wrong, code=2)
         assert "diaagc: write 0 to 32767" in said
     for wrong in ("nan", "inf"):
-        assert "nan and inf are no values here" in place.cli("set", "m1", "diaagc", wrong, code=1)
-    refused = place.cli("set", "m1", "load_torque_Nm", "99", code=1)
+        assert "nan and inf are no values here" in place.cli("set", "m1", "diaagc", wrong, code=2)
+    refused = place.cli("set", "m1", "load_torque_Nm", "99", code=2)
     assert "write -4.95 to 4.95, 10 times what this motor holds (0.495 Nm)" in refused
     assert "Invalid value" in place.cli("set", "m1", "diaagc", "much", code=2)
     place.cli("set", "m1", "load_torque_Nm", "0")
     said = place.cli("zero", "m1")
     assert re.fullmatch(r"m1: the shaft's angle is 0 now; it was -?\d+\.\d\d deg\n", said)
-    assert "no device 'm9'; there are m1" in place.cli("zero", "m9", code=1)
+    assert "no device 'm9'; there are m1" in place.cli("zero", "m9", code=2)
     assert {"was_deg", "board_deg"} < json.loads(place.cli("zero", "m1", "--json")).keys()
 
 
@@ -258,7 +258,7 @@ def test_a_board_without_an_encoder_has_no_registers_and_the_log_none_of_them(pl
     log = place.folder / "inputs.log"
     server = place.serve(config(devices={"s1": {"profile": "sac", "flash": {}}}), "--log", str(log))
     for field in ("diaagc", "errfl"):
-        said = place.cli("set", "s1", field, "1", code=1)
+        said = place.cli("set", "s1", field, "1", code=2)
         there = "there are load_torque_Nm, position_deg, clock_Hz"
         assert said == f"hil: s1 has no field '{field}' that can be set; {there}\n"
     place.cli("set", "s1", "load_torque_Nm", "0.01")
@@ -278,7 +278,7 @@ def test_unknown_device_and_no_daemon(place: Place) -> None:
         ["pin", "m9", "D0", "1"],
         ["set", "m9", "errfl", "0"],
     ):
-        assert "no device 'm9'; there are m1" in place.cli(*command, code=1)
+        assert "no device 'm9'; there are m1" in place.cli(*command, code=2)
     assert "bench 'u' is not running here; running: t" in place.cli("status", "--bench", "u", code=1)
 
 
@@ -338,7 +338,7 @@ def test_check_of_files_that_are_no_configuration(place: Place) -> None:
 def test_check_and_diff(place: Place) -> None:
     old = place.write(config(devices={"m1": {}, "m2": {}, "m3": {}}), "old.yaml")
     new = place.write(config(devices={"m1": {}, "m2": {"baud": 9600}, "m4": {}}), "new.yaml")
-    assert "3 device(s), no problems" in place.cli("check", str(new))
+    assert "3 devices, no problems" in place.cli("check", str(new))
     lines = place.cli("check", str(new), "--diff", str(old)).splitlines()
     words = {tuple(line.split()[:2]) for line in lines}
     assert {("keep", "m1"), ("restart", "m2"), ("add", "m4"), ("remove", "m3")} <= words

@@ -83,7 +83,7 @@ def test_another_reader_of_the_terminal_is_a_reason_to_refuse(place: Place, queu
     server = place.serve(config(speed=5, devices={"s1": SAC}))
     with server.client("s1"):
         refused = sac(place, "load", str(queue))
-        assert refused.returncode == 2
+        assert refused.returncode == 1
         assert "another program has" in refused.stderr
     assert sac(place, "load", str(queue), "--device", "m1").returncode == 2
     assert sac(place, "load", str(queue), "--device", "s1", "--port", "/dev/null").returncode == 2

@@ -261,7 +261,7 @@ def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
     assert of == server.ask("registers", device="s1")
     assert place.hil("modbus", "map", "s1", "--format", "csv", *folder).count("\n") == len(of["rows"]) + 1
     assert "formats are table" in place.hil("modbus", "map", "s1", "--format", "xml", *folder, code=2)
-    assert "no device 'm9'" in place.hil("modbus", "map", "m9", *folder, code=1)
+    assert "no device 'm9'" in place.hil("modbus", "map", "m9", *folder, code=2)
     assert "which bench" in place.hil("modbus", "map", "m1", "-b", "other", *folder, code=1)
 
 

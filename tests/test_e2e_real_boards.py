@@ -103,7 +103,7 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
         (("byte_drop", "s2", "rate=1", "towards=up"), "towards: write board or client"),
     ):
         refused = hil(place, "fault", "inject", *parameters, "-b", "r")
-        assert refused.returncode == 1
+        assert refused.returncode == 2
         assert said in refused.stderr, refused
 
 
@@ -115,7 +115,7 @@ def test_a_capture_has_every_byte_both_ways(place: Place, pair: Any) -> None:
     with real.client("s2") as terminal, subprocess.Popen(command) as capture:
         until(lambda: path.exists() and path.stat().st_size > 0, "the capture's beginning")
         answer = terminal.ask(b"q\r", b"s sync\r\nSAC>")
-        assert hil(place, "capture", "nope", "-w", "-", "-b", "r").returncode == 1
+        assert hil(place, "capture", "nope", "-w", "-", "-b", "r").returncode == 2
         fields = ["-T", "fields", "-e", "rtacser.eventtype", "-e", "data.data"]
 
         def both() -> tuple[bytes, bytes]:

@@ -40,7 +40,7 @@ def test_a_file_is_checked_carried_out_and_replayed(place: Place) -> None:
     server, _ = serve(place, 2, 5, "--log", str(log))
     where = ("--runtime-dir", str(place.runtime))
     said = place.cli("run", str(EXAMPLES / "square.yaml"), "--check", *where)
-    assert "run square, 12 step(s), no problems" in said
+    assert "run square, 12 steps, no problems" in said
     said = place.cli("run", str(EXAMPLES / "square.yaml"), *where)
     assert "square: done\n  m1: stands at " in said
     assert said.count("following error at most") == 3

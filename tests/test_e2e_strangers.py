@@ -154,7 +154,7 @@ def test_two_benches_of_one_name_are_told_apart(place: Place) -> None:
                     assert f"process {pid}, since 20" in text
         text = place.cli("axis", "m5", "-b", str(folders[1]))
         assert "move-abs" in text
-        assert "no device 'm5'" in place.cli("axis", "m5", "-b", str(folders[0]), code=1)
+        assert "no device 'm5'" in place.cli("axis", "m5", "-b", str(folders[0]), code=2)
         base = ("--runtime-dir", str(place.runtime))
         assert place.hil("_names", "devices", "reset", *base) == ""
         assert place.hil("_names", "devices", "reset", "-b", str(folders[1]), *base) == "m5\tmechaduino\n"

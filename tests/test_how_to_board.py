@@ -48,7 +48,7 @@ def test_the_page_from_its_beginning_to_its_end(lab: Path) -> None:
     assert said(*check.split()[2:]) == [passed]
     (bench,) = re.findall(r"^```yaml\n(bench: .*?)^```$", PAGE, re.M | re.S)
     (lab / "try.yaml").write_text(bench)
-    assert said("check", "try.yaml") == ["try.yaml: bench try, 1 device(s), no problems"]
+    assert said("check", "try.yaml") == ["try.yaml: bench try, 1 device, no problems"]
     for file in FILES:
         assert block(file) == (lab / "boards" / "pinger" / file).read_text(), f"the page's {file}"
     pass_tests(lab / "boards" / "pinger")
@@ -114,6 +114,6 @@ def test_the_list_has_all_boards_and_what_is_wrong_with_one(lab: Path) -> None:
     known = json.loads("\n".join(said("schema", "try.yaml")))["$defs"]["DeviceConfig"]["properties"]
     assert "pinger" in known["profile"]["enum"]
     *_, end = said("check", "try.yaml")
-    assert end == "try.yaml: bench t, 1 device(s), no problems; not used and not usable: spoilt"
+    assert end == "try.yaml: bench t, 1 device, no problems; not used and not usable: spoilt"
     assert "it loads: " in said("profile", "check", "boards/spoilt", code=1)[0]
     assert said("profile", "check", "boards/nowhere", code=2) == ["hil: there is no folder boards/nowhere"]

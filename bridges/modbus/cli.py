@@ -71,7 +71,7 @@ def print_map(
         status = ask(meant[0].socket, "status")["bridges"].get("modbus", {}) if form == "table" else {}
     except ControlError as error:
         typer.echo(f"hil: {error}", err=True)
-        raise typer.Exit(1) from None
+        raise typer.Exit(2 if error.is_mistake else 1) from None
     for number, addresses in _addresses(status, answer["device"]).items():
         typer.echo(f"{answer['device']} is unit {number} at {', '.join(addresses)}")
     for line in formatted(answer, form):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hil.vocab.desk_protocol import Source
+from hil.vocab.problem import not_text
 from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12
@@ -38,8 +39,10 @@ def read_users(path: Path) -> list[User]:
         with path.open(encoding="utf-8") as file:
             mode = os.fstat(file.fileno()).st_mode & 0o777
             lines = file.read(_FILE_CHARACTERS).splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SecurityError(f"{path}: {error}; `hil zenoh keys` makes such a file") from None
+    except UnicodeDecodeError as error:
+        raise SecurityError(str(not_text(str(path), error))) from None
+    except OSError as error:
+        raise SecurityError(f"{path}: {error.strerror}; `hil zenoh keys` makes such a file") from None
     if mode & 0o077:
         raise SecurityError(f"{path}: others can read it (mode {mode:04o}); chmod 600 {path}")
     users = parse_users(lines, str(path))

@@ -30,12 +30,24 @@ def table_from_file(content: bytes) -> bytes:
     if len(content) == _COUNTS * 4:
         return content
     try:
-        angles = array("f", [float(word) for word in content.decode().replace(",", " ").split()])
-    except (UnicodeDecodeError, ValueError) as error:
-        raise ValueError(f"neither numbers nor 65,536 bytes of float32 ({error})") from error
+        words = content.decode().replace(",", " ").split()
+    except UnicodeDecodeError as error:
+        why = f"the byte {content[error.start]:#04x} at {error.start} is no text"
+        raise ValueError(f"neither numbers nor 65,536 bytes of float32: {why}") from None
+    if wrong := next((word for word in words if not _is_number(word)), None):
+        raise ValueError(f"neither numbers nor 65,536 bytes of float32: {wrong[:20]!r} is no number")
+    angles = array("f", map(float, words))
     if len(angles) != _COUNTS:
         raise ValueError(f"{len(angles):,} angles instead of {_COUNTS:,}")
     return angles.tobytes()
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 TABLE_FILE = MemoryFile(

@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
 from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
+from hil.vocab.axis import CONTROL_MODES
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
-MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
 _MOVE = (
     Parameter("velocity_rpm", "speed on the way", "rpm", 0.001, 3000.0, 60.0),
     Parameter("acceleration_rpm_per_s", "of both ramps", "rpm/s", 0.01, 1e6, 600.0),
@@ -45,7 +45,7 @@ def _set_point(board: Mechaduino, mode: str, r: float) -> None:
 
 def mode(board: Mechaduino, mode: str) -> None:
     _at_the_menu(board)
-    board.axis.set("mode", ord(MODES[mode]))
+    board.axis.set("mode", ord(CONTROL_MODES[mode]))
     if mode in ("velocity", "torque"):
         board.axis.set("r", 0.0)
     else:
@@ -56,7 +56,7 @@ def enable(board: Mechaduino) -> Answer:
     """Do as the letter ``y``, without its ten readings; a position is held where no mode was chosen."""
     _at_the_menu(board)
     letter = _letter(board)
-    if letter not in MODES.values():
+    if letter not in CONTROL_MODES.values():
         letter = "x"
     r = board.table.angle_deg() if letter in "xh" else 0.0
     board.axis.set("mode", ord(letter))
@@ -220,7 +220,7 @@ VERBS = (
     Verb(
         "mode",
         "choose what the set-point means; it becomes the present angle, or 0",
-        (Parameter("mode", "of the control law", choices=tuple(MODES)),),
+        (Parameter("mode", "of the control law", choices=tuple(CONTROL_MODES)),),
         mode,
         Effect.ENDS,
     ),

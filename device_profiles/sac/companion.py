@@ -12,7 +12,17 @@ from device_profiles.sac.companion_files import ROWS, QueueFile, Row
 from device_profiles.sac.network import DC1, DC2
 from device_profiles.sac.terminal import PROMPT
 from device_profiles.sac.typed_text import WORD, f_of
-from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Send, Step
+from hil.vocab.dialogue import (
+    Dialogue,
+    DialogueError,
+    Heard,
+    Listen,
+    Progress,
+    Refusal,
+    RefusedNow,
+    Send,
+    Step,
+)
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 _PROMPT = PROMPT.encode()
@@ -157,11 +167,11 @@ def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialog
     """Check that the motor stands.
 
     Raises:
-        Refusal: the motor runs.
+        RefusedNow: the motor runs.
     """
     lines = yield from terminal.ask("vd", timeout_ns)
     if lines[:1] != ["0\t0"]:
-        raise Refusal("the motor runs; stop it first (S): the queue must not change while it runs")
+        raise RefusedNow("the motor runs; stop it first (S): the queue must not change while it runs")
 
 
 def _listing(terminal: BoardTerminal) -> Dialogue[list[Row]]:

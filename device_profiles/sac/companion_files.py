@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from device_profiles.sac.typed_text import WORD, f_of
 from hil.vocab.dialogue import Refusal
+from hil.vocab.problem import not_text
 
 ROWS = 30
 ONE_SHOTS = 100
@@ -101,9 +102,7 @@ def _lines(data: bytes, file: str, problems: list[str]) -> Iterator[str]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        column = error.start - data.rfind(b"\n", 0, error.start)
-        problems.append(f"{file}:{line}:{column}: this is not text; save it as UTF-8")
+        problems.append(str(not_text(file, error)))
         return
     yield from text.replace("\r\n", "\n").removesuffix("\n").split("\n") if text else ()
 

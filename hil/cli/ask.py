@@ -96,10 +96,11 @@ def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
 
 def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
     """Send one request to a bench, or say what is wrong and end the command."""
+    from hil.cli.exit_codes import exit_of
     from hil.net.control_client import ControlError, ask
 
     path = bench_meant(bench, runtime_dir).socket
     try:
         return ask(path, verb, **arguments)
     except ControlError as error:
-        raise fail(f"hil: {error}") from None
+        raise fail(f"hil: {error}", exit_of(error)) from None

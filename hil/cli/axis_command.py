@@ -85,11 +85,12 @@ def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, A
                 raise fail(f"hil: {value!r} is too much; {takes}", 2)
         if name in given:
             raise fail(f"hil: {name} is given twice", 2)
-        given[name] = text if name in texts else _value(text)
+        given[name] = text if name in texts else number_or_text(text)
     return given
 
 
-def _value(text: str) -> float | int | str:
+def number_or_text(text: str) -> float | int | str:
+    """Value as it was typed: a number if it is one."""
     for read in (int, float):
         try:
             return read(text)

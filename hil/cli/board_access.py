@@ -6,9 +6,13 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, port_of
-from hil.cli.shown_numbers import fixed
+from hil.cli.axis_command import number_or_text
+from hil.cli.shown_numbers import fixed, shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
+
+SHARED = "socket://", "rfc2217://"
+"""Beginnings of addresses of ports that give each client all that the device says."""
 
 
 def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
@@ -23,16 +27,18 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
     rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
     if device not in rows:
-        raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}")
+        raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}", 2)
     if rows[device]["address"] is None:
         reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
         raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")
     address = port_of(rows[device]["address"], bench, runtime_dir)
     keys = first_keys(rows[device].get("greeting", ""))
-    hint = f"{device} does not repeat what it said at power-up: {keys} to see it answer." if keys else ""
+    hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []
+    if rows[device]["clients"] and not address.startswith(SHARED):
+        hints.append("Another program has this port open: each of you gets a part of what the device says.")
     try:
         with suppress(KeyboardInterrupt):
-            run(address, hint=hint)
+            run(address, hints=hints)
     except PortUnreachable as error:
         raise fail(f"hil: {error}") from None
 
@@ -42,7 +48,7 @@ def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = Non
 
     Example: hil reset m1
     """
-    return CommandAnswer(ask_bench(bench, runtime_dir, "reset", device=device))
+    return CommandAnswer(ask_bench(bench, runtime_dir, "reset", device=device), f"{device}: off and on again")
 
 
 def pin(
@@ -50,7 +56,7 @@ def pin(
     name: Annotated[
         str, typer.Argument(help="As in D2 of a Mechaduino, sync of a SAC; a wrong one lists them.")
     ],
-    level: Annotated[int, typer.Argument(help="0 or 1.")],
+    level: Annotated[str, typer.Argument(help="0 or 1.")],
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -58,7 +64,8 @@ def pin(
 
     Example: hil pin m1 D2 0
     """
-    return CommandAnswer(ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=level))
+    answer = ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=number_or_text(level))
+    return CommandAnswer(answer, f"{device}: {name} is {level}")
 
 
 def set_field(
@@ -72,7 +79,8 @@ def set_field(
 
     Example: hil set m1 load_torque_Nm 0.05
     """
-    return CommandAnswer(ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value))
+    answer = ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
+    return CommandAnswer(answer, f"{device}: {field} is {shown_number(value)}")
 
 
 def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:

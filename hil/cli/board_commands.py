@@ -21,7 +21,18 @@ from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
 from hil.cli.command_classes import Below, OneCommand
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
-from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Refusal, Result, Send, Task
+from hil.vocab.dialogue import (
+    Dialogue,
+    DialogueError,
+    Heard,
+    Listen,
+    Progress,
+    Refusal,
+    RefusedNow,
+    Result,
+    Send,
+    Task,
+)
 from hil.vocab.profile import Profile
 from hil.vocab.time import SimTimeNs
 
@@ -97,7 +108,7 @@ def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Ca
         try:
             _carry_out(function(**arguments), profile, usual_baud, **target)
         except Refusal as error:
-            raise fail(str(error), 2) from None
+            raise fail(str(error), 1 if isinstance(error, RefusedNow) else 2) from None
         except DialogueError as error:
             raise fail(f"hil: {error}") from None
 
@@ -161,9 +172,9 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
         )
     row = rows[name]
     if row["address"] is None:
-        raise Refusal(f"{name} has no serial port")
+        raise RefusedNow(f"{name} has no serial port")
     if row["clients"] and not row["address"].startswith("socket://"):
-        raise Refusal(
+        raise RefusedNow(
             f"another program has {row['address']} open, and would get some of the answers; close it"
         )
     return port_of(row["address"], bench, runtime_dir), float(status["speed"])

@@ -81,6 +81,7 @@ def _capture(
     sources: list[str], target: Any, count: int | None, bench: str | None, runtime_dir: Path | None
 ) -> None:
     from hil.cli.capture_run import capture_run
+    from hil.cli.exit_codes import exit_of
     from hil.net.control_client import ControlError, ask, begin
     from hil.wire.pcapng import CaptureError
 
@@ -90,7 +91,7 @@ def _capture(
         idle_s = _IDLE_S / min(1, max(_SLOWEST, ask(socket, "status")["speed"])) if is_waiting else None
         client, _ = begin(socket, "capture", ports=sources)
     except ControlError as error:
-        raise fail(f"hil: {error}") from None
+        raise fail(f"hil: {error}", exit_of(error)) from None
     with client:
         try:
             capture_run(client, target, count, idle_s)
@@ -118,7 +119,7 @@ def decode(
 
     Live: hil capture can0 -w - | hil decode -
 
-    Exits with 1 if the file ends within a record; prints the complete records.
+    Exits with 2 if the file ends within a record; prints the complete records.
 
     Example: hil decode bus0.pcapng
     """
@@ -135,7 +136,7 @@ def decode(
             for item in _items(file, decoder):
                 target.show([item], decoder.first_ns or 0)
     except CaptureError as error:
-        raise fail(f"hil: {file}: {error}") from None
+        raise fail(f"hil: {file}: {error}", 2) from None
     except OSError as error:
         raise fail(f"hil: {target.name}: {error.strerror}") from None
 
@@ -192,7 +193,7 @@ def play(
     try:
         rows = bursts(_content(file), source)
     except CaptureError as error:
-        raise fail(f"hil: {file}: {error}") from None
+        raise fail(f"hil: {file}: {error}", 2) from None
     answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
     text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
     return CommandAnswer({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

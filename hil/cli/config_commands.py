@@ -8,6 +8,7 @@ import typer
 
 from hil.cli.ask import fail
 from hil.cli.serve_command import Config, read_config
+from hil.cli.shown_numbers import counted
 from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def check(
         from hil.cli.profile_commands import say_what_is_spoilt
 
         besides = say_what_is_spoilt(bench)
-        text = f"{config}: bench {bench.bench}, {len(bench.devices)} device(s), no problems{besides}"
+        text = f"{config}: bench {bench.bench}, {counted(len(bench.devices), 'device')}, no problems{besides}"
         return CommandAnswer({"bench": bench.bench, "devices": list(bench.devices), "problems": []}, text)
     from hil.config import diff as difference
 
@@ -110,7 +111,7 @@ def init(
         write_file(file, first_bench(name, schema_file.name).encode())
         write_file(schema_file, json.dumps(json_schema(find_catalogue()), indent=2).encode() + b"\n")
     except OSError as error:
-        raise fail(f"hil: {error.filename or file}: {error.strerror}", 2) from None
+        raise fail(f"hil: {error.filename or file}: {error.strerror}") from None
     text = f"wrote {file}, and {schema_file.name} for editors"
     text += f"\nTry it: hil check {file}, then hil serve {file}"
     return CommandAnswer({"file": str(file), "schema": str(schema_file)}, text)

@@ -15,6 +15,7 @@ from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
 from hil.cli.told import CommandAnswer, wants_json
 from hil.host.journal import say
+from hil.vocab.problem import not_text
 
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
@@ -104,14 +105,12 @@ def step(
     if not {*names} <= ask_bench(bench, runtime_dir, "state", device=device).keys():
         raise fail(
             f"hil: {device} has no set-point that could step: `hil step` is for boards with a servo loop, as"
-            f" a Mechaduino; `hil axis {device}` lists what else turns it",
-            2,
+            f" a Mechaduino; `hil axis {device}` lists what else turns it"
         )
     if "type" not in (row["verb"] for row in ask_bench(bench, runtime_dir, "verbs", device=device)):
         raise fail(
             f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
-            f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that",
-            2,
+            f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that"
         )
     recording = _recorded(names)
 
@@ -214,8 +213,10 @@ def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: f
         return generate(steps, rate_Hz, acceleration) if steps is not None else ()
     except TrainError as error:
         raise fail(f"hil: {error}" if file is None else str(error), 2) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise fail(f"hil: {file}: {error}", 2) from None
+    except UnicodeDecodeError as error:
+        raise fail(str(not_text(str(file), error)), 2) from None
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
 
 
 def _length(answer: dict[str, Any], train: "Train") -> str:

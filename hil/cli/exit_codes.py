@@ -2,6 +2,9 @@
 
 from enum import IntEnum
 
+from hil.net.control_client import ControlError
+from hil.vocab.verbs import NOT_MISTAKES
+
 
 class Exit(IntEnum):
     """Exit code of a command."""
@@ -17,12 +20,19 @@ class Exit(IntEnum):
 
 EXIT_CODES: dict[int, str] = {
     Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
-    Exit.FAILED: "failure: no bench answers, the bench refused, a log differs, the doctor found a problem",
-    Exit.MISTAKE: "nothing was done, and a retry does not help: a wrong command line, or a configuration"
-    " or a file with problems, which are listed; of `hil serve`: something it needs is refused or in use",
+    Exit.FAILED: "failure: no bench answers, the bench or the board refused"
+    f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem",
+    Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
+    " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
+    " which are listed; of `hil serve`: something it needs is refused or in use",
     Exit.RUN_FAILED: "of `hil run`: the run failed; the report says why, and where all axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
     Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start names it",
     Exit.INTERRUPTED: "ended early by Ctrl-C or SIGTERM; `hil run` ends its run first",
 }
 """Codes with their meanings."""
+
+
+def exit_of(error: ControlError) -> Exit:
+    """Exit code of a command whose request was refused."""
+    return Exit.MISTAKE if error.is_mistake else Exit.FAILED

@@ -1,13 +1,17 @@
 """``hil fault``."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.axis_command import number_or_text
 from hil.cli.command_classes import Below
 from hil.cli.told import CommandAnswer
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+
+NONE = "no fault is active"
 
 fault_app = typer.Typer(
     cls=Below, help="Inject, list and clear faults.", no_args_is_help=True, rich_markup_mode=None
@@ -62,10 +66,7 @@ def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise fail(f'hil: "{text}" is no parameter; write it as in rate=0.01', 2)
-    try:
-        return name, float(value)
-    except ValueError:
-        return name, value
+    return name, number_or_text(value)
 
 
 @fault_app.command()
@@ -85,23 +86,29 @@ def clear(
     numbers = [number] if number is not None else [row["number"] for row in active]
     for each in numbers:
         ask_bench(bench, runtime_dir, "clear", number=each)
-    return CommandAnswer({"cleared": numbers})
+    return CommandAnswer({"cleared": numbers}, "\n".join(f"fault {each} cleared" for each in numbers) or NONE)
 
 
 @fault_app.command("list")
 def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
     """List the faults that are active.
 
+    A fault without for_s lasts until it is cleared.
+
     Example: hil fault list
     """
     rows = ask_bench(bench, runtime_dir, "faults")
     lines = []
     for row in rows:
-        parameters = " ".join(f"{name}={_short(value)}" for name, value in row["parameters"].items())
+        said = [str(row["number"]), row["kind"], row["target"], *_parameters_said(row["parameters"])]
         changed = f", {row['changed_bytes']} bytes" if "changed_bytes" in row else ""
-        lines.append(f"{row['number']} {row['kind']} {row['target']} {parameters}{changed}")
-    return CommandAnswer(rows, "\n".join(lines) or "no fault is active")
+        lines.append(" ".join(said) + changed)
+    return CommandAnswer(rows, "\n".join(lines) or NONE)
 
 
-def _short(value: Any) -> Any:
-    return f"{value:.15g}" if isinstance(value, float) else value
+def _parameters_said(parameters: dict[str, Any]) -> Iterator[str]:
+    """Parameters of a fault as they are typed; without those of its timing that say nothing."""
+    timing = {each.name: each.default for each in TIMING}
+    for name, value in parameters.items():
+        if value != timing.get(name):
+            yield f"{name}={value:.15g}" if isinstance(value, float) else f"{name}={value}"

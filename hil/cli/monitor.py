@@ -5,7 +5,7 @@ import select
 import sys
 import termios
 import tty
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from hil.host.journal import say
@@ -15,30 +15,30 @@ QUIT = 0x1D  # Ctrl-]
 _READ_BYTES = 4096
 
 
-def monitor(address: str, seconds: float | None = None, hint: str = "") -> None:
+def monitor(address: str, seconds: float | None = None, hints: Sequence[str] = ()) -> None:
     """Copy the terminal to the port and the port to the terminal, until Ctrl-], the end of standard
     input (if it is not a terminal: and until ``seconds`` have passed without an answer), or the port's end.
-    ``hint``: what somebody who types is told first.
+    ``hints``: what somebody who types is told first.
 
     Raises:
         PortUnreachable: the address cannot be opened.
     """
     with opened_port(address) as port:
-        with _raw_terminal(hint):
+        with _raw_terminal(hints):
             is_gone = _copy(port, 1.0 if seconds is None else seconds)
         if is_gone:
             say("hil: the port has gone: its bench has ended, or has the device no more", sys.stderr)
 
 
 @contextmanager
-def _raw_terminal(hint: str) -> Iterator[None]:
+def _raw_terminal(hints: Sequence[str]) -> Iterator[None]:
     if not sys.stdin.isatty():
         yield
         return
     before = termios.tcgetattr(0)
     try:
         tty.setraw(0, termios.TCSADRAIN)  # what was typed already is for the board, too
-        lines = ["Ctrl-] ends the monitor.", *filter(None, [hint])]
+        lines = ["Ctrl-] ends the monitor.", *hints]
         say("\r\n".join(lines) + "\r", sys.stderr)  # standard output has the board's bytes alone
         yield
     finally:

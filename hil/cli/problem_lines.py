@@ -54,11 +54,11 @@ def _shown(said: str, texts: dict[str, str], colours: bool) -> Iterator[str]:
 
 
 def _content(file: str) -> str:
-    """Text of a regular file; nothing if there is none, or it is no text."""
+    """Text of a regular file; nothing if there is none."""
     path = Path(file)
     try:
         if path.is_file() and path.stat().st_size <= _MOST_BYTES:
-            return path.read_text()
+            return path.read_text(errors="replace")
     except (OSError, ValueError):
         pass
     return ""

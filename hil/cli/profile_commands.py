@@ -85,7 +85,7 @@ def new(
         for file, text in files.items():
             write_file(board / file, text.encode())
     except OSError as error:
-        raise fail(f"hil: {error.filename or board}: {error.strerror}", 2) from None
+        raise fail(f"hil: {error.filename or board}: {error.strerror}") from None
     lines = [
         f"{board}: {', '.join(files)}",
         f"Try it: hil profile check {board}, and python -m pytest {board}",

@@ -11,6 +11,8 @@ from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.interrupts import noted
 from hil.cli.run_reports import EXIT_OF, clock_words, is_under_way, run_report, shown
+from hil.cli.shown_numbers import counted
+from hil.vocab.problem import not_text
 
 POLL_S = 0.1
 SUBMIT_S = 60.0
@@ -46,15 +48,16 @@ def run(
 
     try:
         text = file.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else error
-        raise fail(f"hil: {file}: {why}", Exit.MISTAKE) from None
+    except UnicodeDecodeError as error:
+        raise fail(str(not_text(str(file), error)), Exit.MISTAKE) from None
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", Exit.MISTAKE) from None
     if len(text) > DOCUMENT_BYTES:
         raise fail(f"hil: {file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", Exit.MISTAKE)
     request = {"text": text, "file": str(file), "check": check, "name": name, "fresh": not name}
     if check:
         answer = _submitted(bench, runtime_dir, request)
-        typer.echo(f"{file}: run {answer['run']}, {answer['steps']} step(s), no problems")
+        typer.echo(f"{file}: run {answer['run']}, {counted(answer['steps'], 'step')}, no problems")
         return
     interrupted = False
     with noted() as interrupts:  # from here on: the bench may have the run before its answer is here

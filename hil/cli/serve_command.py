@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import RuntimeDir, fail
+from hil.vocab.problem import not_text
 
 Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
 StateDir = Annotated[
@@ -106,6 +107,6 @@ def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
     except ConfigError as error:
         raise fail(str(error), 2, {str(path): text}) from None
     except UnicodeDecodeError as error:
-        raise fail(f"{path}:1:1: this is not UTF-8 text ({error})", 2) from None
+        raise fail(str(not_text(str(path), error)), 2) from None
     except OSError as error:
         raise fail(f"hil: {path}: {error.strerror}", 2) from None

@@ -1,6 +1,6 @@
 """Tables of ``hil list``, ``hil status`` and ``hil doctor``."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Group, RenderableType
@@ -10,6 +10,7 @@ from rich.text import Text
 from hil.cli.bus_views import bus_tables
 from hil.cli.run_reports import run_line
 from hil.cli.shown_numbers import fixed, shown_number
+from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
@@ -20,6 +21,7 @@ RUNS = 5
 """Maximum number of runs that the status has."""
 MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
 """Columns of an axis in the status: the angle of its shaft, and the one that its board counts itself."""
+_LETTERS = {letter: f"{letter} ({word})" for word, letter in CONTROL_MODES.items()}
 _ANGLES = {
     "yw": "position_deg: the shaft's angle, from the encoder's count 0 or `hil zero`\n"
     "r, y, yw: the board's own angles, by its calibration",
@@ -28,6 +30,11 @@ _ANGLES = {
     "enabled": "position_deg, commanded_deg: the drive's own angles, as it tells them",
 }
 """Meanings of angles, by a field that only such axes have."""
+_WORDS: dict[str, Callable[[int], str]] = {
+    "mode": lambda code: _LETTERS.get(chr(code), "none"),
+    "motion_state": lambda code: MOTION_STATES[code],
+}
+"""Words for the values of fields that are codes."""
 _BAR = "▁▂▃▄▅▆▇█"
 _HEALTH_STYLE = {"ok": "green", "late": "yellow"}
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
@@ -240,11 +247,15 @@ def _duration(power: int) -> str:
 
 
 def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
-    """Lines of an axis's fields: name, value and unit, in columns."""
+    """Lines of an axis's fields in columns: name, value, and the unit if the name does not end in it."""
     from hil.core.fields import FIELDS
 
     width = max(map(len, fields), default=0)
     for name, value in fields.items():
-        unit = FIELDS[name].unit if name in FIELDS else ""
-        yield f"{name:{width}}  {shown_number(value)} {unit or ''}".rstrip()
+        field = FIELDS.get(name)
+        said = shown_number(value, is_short=field is not None and field.type == "f32")
+        if word := _WORDS.get(name) if value is not None else None:
+            said = word(int(value or 0))
+        unit = field.unit if field and not name.endswith(f"_{field.unit}") else ""
+        yield f"{name:{width}}  {said} {unit}".rstrip()
     yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)

@@ -15,6 +15,7 @@ from hil.sim.given_fault import fault_of
 from hil.sim.verb_calls import verb_problem
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part, owner_of
 from hil.vocab.faults import Fault, FaultRefused
+from hil.vocab.parameters import plain
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
@@ -164,7 +165,7 @@ def _pin_problem(axis: CoreAxis, pin: object, level: object) -> str | None:
 def _field_problem(axis: CoreAxis, field: str, value: float) -> str | None:
     if field not in axis.kind.fields or not FIELDS[field].writable:
         return f"{field[:_SHOWN]!r} is no field that can be set"
-    return None if abs(value) <= MAX_VALUE else f"{field}: write at most {MAX_VALUE:g}"
+    return None if abs(value) <= MAX_VALUE else f"{field}: write at most {plain(MAX_VALUE)}"
 
 
 def _script_problem(points: tuple[tuple[int, int], ...]) -> str | None:

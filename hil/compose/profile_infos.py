@@ -6,6 +6,7 @@ from functools import lru_cache
 from hil.config import ConfigError, ProfileInfo, profile_from_yaml
 from hil.discovery.board_loading import Named
 from hil.discovery.board_places import YAML, BoardPlace, BoardPlaces
+from hil.vocab.problem import not_text
 
 _profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
 
@@ -37,7 +38,7 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
         except ConfigError as error:
             problems = error.problems
         except UnicodeDecodeError as error:
-            problems = [place.problem(YAML, f"this is not UTF-8 text ({error})", "save it as UTF-8")]
+            problems = [not_text(str(place.folder / YAML), error)]
         except OSError as error:
             remedy = "a board is described in this file: hil profile new writes one"
             problems = [place.problem(YAML, error.strerror or "it cannot be read", remedy)]

@@ -10,7 +10,7 @@ from hil.config.explain import shown, suggestion
 from hil.config.joint_findings import no_twin_finding
 from hil.config.station_names import CANOPEN
 from hil.core.kinds import KINDS
-from hil.vocab.address import DeviceParts, address_of, no_part
+from hil.vocab.address import DeviceParts, address_of, no_input, no_part
 
 Devices = Mapping[str, ProfileInfo]
 MOST_NODES = 256
@@ -105,8 +105,9 @@ def _switches(
         if not isinstance(pin, str):
             continue
         if pin not in inputs:
-            remedy = suggestion(pin, inputs) if inputs else "write a cam: this axis has no inputs"
-            yield Finding((*here, "pin"), f"{axis} has no input {shown(pin)}", remedy)
+            message, known = no_input(axis, pin, inputs)
+            remedy = known if inputs else "write a cam: this axis has no inputs"
+            yield Finding((*here, "pin"), message, remedy)
         elif (other := pins.setdefault(inputs[pin], name)) != name:
             message = f"the switch {other} is at {pin} already"
             yield Finding((*here, "pin"), message, "give each a pin of its own")

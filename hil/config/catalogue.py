@@ -19,6 +19,7 @@ from hil.vocab.address import NAME_PATTERN
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
+from hil.vocab.parameters import plain
 from hil.vocab.problem import ConfigError, Problem
 from hil.vocab.profile import Profile
 
@@ -64,11 +65,11 @@ class AxisParameter(StrictModel):
     def refusal(self, value: float) -> tuple[str, str] | None:
         """Reason why the value cannot be used, and remedy; None for a good one."""
         if self.above is not None and value <= self.above:
-            return f"{value:g} {self.unit} is too small", f"write more than {self.above:g}"
+            return f"{value:g} {self.unit} is too small", f"write more than {plain(self.above)}"
         if self.minimum is not None and value < self.minimum:
-            return f"{value:g} {self.unit} is too small", f"write {self.minimum:g} or more"
+            return f"{value:g} {self.unit} is too small", f"write {plain(self.minimum)} or more"
         if self.maximum is not None and value > self.maximum:
-            return f"{value:g} {self.unit} is too large", f"write {self.maximum:g} or less"
+            return f"{value:g} {self.unit} is too large", f"write {plain(self.maximum)} or less"
         if self.whole and not float(value).is_integer():
             return f"{value:g} is not a whole number", "write a whole number"
         return None

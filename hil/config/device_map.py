@@ -12,7 +12,7 @@ from hil.config.explain import shown
 from hil.config.path_values import is_path
 from hil.core.kinds import KINDS
 from hil.sim.settable import SETTABLE, SURROUNDINGS
-from hil.vocab.problem import ConfigError, Problem
+from hil.vocab.problem import ConfigError, Problem, not_text
 
 
 class MapCheck:
@@ -57,9 +57,7 @@ class MapCheck:
         except ConfigError as error:
             self.problems += error.problems
         except UnicodeDecodeError as error:
-            self.problems.append(
-                Problem(str(path), 1, 1, f"this is not UTF-8 text ({error})", "save it as UTF-8")
-            )
+            self.problems.append(not_text(str(path), error))
         except OSError as error:
             message = f"{path} cannot be read: {error.strerror}"
             self.findings.append(Finding(self._path, message, "write where it is, from this file on"))

@@ -13,6 +13,7 @@ from hil.core.abi import WIRES
 from hil.core.kinds import CLOCK_IN, CLOCK_OUT, KINDS, AxisKind
 from hil.vocab.address import DeviceParts, address_of, no_part, pin_of
 from hil.vocab.firmware import NETWORK
+from hil.vocab.near_words import meant
 
 Devices = Mapping[str, ProfileInfo]
 
@@ -90,7 +91,7 @@ def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[
     if pin in (*other, CLOCK_OUT if end == "to" else CLOCK_IN):
         what = "an output" if end == "to" else "an input"
         return Finding(path, f"{pin} of {device} is {what}", _choice(device, wanted_names))
-    remedy = suggestion(pin, wanted_names) if wanted_names else _choice(device, [])
+    remedy = meant(pin, wanted_names) if wanted_names else _choice(device, [])
     return Finding(path, f"{device} has no pin {shown(pin)}", remedy)
 
 

@@ -27,6 +27,8 @@ class FaultRegistry:
         """
         if kind not in FAULT_KINDS:
             raise FaultRefused(f"there is no fault {kind!r}; {suggestion(kind, FAULT_KINDS)}")
+        if target not in self._boards:
+            self._bench.faults.place(target)
         fault = fault_refusal(kind, target, parameters)
         if target not in self._boards:
             return self._bench.inject(fault)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.net.answers import misfit
+from hil.vocab.verbs import NOT_MISTAKES
 
 _TIMEOUT_S = 10
 _QUEUE_AGAIN_S = 0.02
@@ -23,7 +24,12 @@ ANSWER_BYTES = 64 << 20
 
 
 class ControlError(Exception):
-    """Error of a request that was refused, or that nobody answers: ``str(error)`` says why."""
+    """Error of a request that was refused, or that nobody answers: ``str(error)`` says why. ``is_mistake``:
+    true if the request itself is wrong, by the refusal's code (``hil.vocab.verbs.CODES``)."""
+
+    def __init__(self, why: str, *, is_mistake: bool = False) -> None:
+        super().__init__(why)
+        self.is_mistake = is_mistake
 
 
 def already_running(bench: str, pid: int) -> str:
@@ -64,7 +70,8 @@ def begin(
     try:
         request = json.dumps({"verb": verb} | arguments, allow_nan=False).encode() + b"\n"
     except ValueError:
-        raise ControlError("nan and inf are no values here; write a number") from None
+        why = "nan and inf are no values here; write a number"
+        raise ControlError(why, is_mistake=True) from None
     until_s = time.monotonic() + timeout_s
     client = socket.socket(socket.AF_UNIX)
     try:
@@ -132,7 +139,7 @@ def _result(line: bytes, verb: str, path: Path) -> Any:
     if not isinstance(answer, dict):
         raise ValueError("the answer is no object")
     if answer.get("ok") is False and isinstance(answer.get("error"), str):
-        raise ControlError(answer["error"])
+        raise ControlError(answer["error"], is_mistake=answer.get("code") not in (None, *NOT_MISTAKES))
     if answer.get("ok") is not True:
         raise ValueError("the answer says neither ok nor an error")
     if why := misfit(verb, answer.get("result")):

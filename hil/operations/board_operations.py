@@ -21,7 +21,7 @@ from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import ANGLE, SETTABLE, setting_problem
-from hil.vocab.address import address_of, no_part, owner_of
+from hil.vocab.address import address_of, no_input, no_part, owner_of
 from hil.vocab.axis import Axes
 from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.dialogue import DialogueError
@@ -66,7 +66,7 @@ class BoardOperations:
         """Drive an input pin, whatever the firmware does: a level at a pin is there."""
         pins = self._axis(asked).pins
         if pin not in pins:
-            raise VerbRefused("bad_parameter", f"{asked.target} has no pin {pin!r}; {meant(pin, list(pins))}")
+            raise VerbRefused("bad_parameter", "; ".join(no_input(asked.target, pin, pins)))
         return self._give(asked, Pin(pin, int(level)))
 
     def set_field(self, asked: Asked, field: str, value: Any) -> Done | Coroutine[Any, Any, Done]:

@@ -19,8 +19,9 @@ from hil.core.trajectory import (
 )
 from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
-from hil.vocab.address import pin_of
+from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
+from hil.vocab.parameters import plain
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
@@ -274,7 +275,7 @@ class StepPlanner:
             if axis not in self._run.axes:
                 self._find(*self._no_axis(place, axis))
             elif pin not in self._axes[axis].pins:
-                self._find(place, f"{axis} has no input {pin!r}", suggestion(pin, self._axes[axis].pins))
+                self._find(place, *no_input(axis, pin, self._axes[axis].pins))
             else:
                 self.phrases.drive(axis, pin, level)
 
@@ -297,7 +298,7 @@ def _limits(rules: AxisRules) -> AxisLimits:
 
 
 def _range(rules: AxisRules) -> str:
-    return f"its range is {rules.min_deg:g} to {rules.max_deg:g}"
+    return f"its range is {plain(rules.min_deg)} to {plain(rules.max_deg)}"
 
 
 def _is_angle(value: object) -> bool:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
-from hil.config.document import Document, document_from_mapping
+from hil.config.document import Document, Finding, document_from_mapping
 from hil.config.explain import StrictModel, findings_of
 from hil.config.port_model import Name
 from hil.config.reference_page import keys_table
@@ -182,6 +182,10 @@ def run_from_data(data: Mapping[str, object]) -> tuple[RunDocument, Document]:
 
 
 def _checked(document: Document) -> tuple[RunDocument, Document]:
+    if isinstance(document.value, dict) and {"bench", "devices"} <= document.value.keys():
+        message = "this is a bench's configuration, not a run"
+        remedy = f"`hil serve {document.file}` starts the bench"
+        raise document.error([Finding(("bench",), message, remedy, at_key=True)])
     try:
         run = RunDocument.model_validate(document.value)
     except ValidationError as error:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from hil.vocab.faults import FAULT_KINDS, TIMING, Fault, FaultRefused
+from hil.vocab.near_words import meant
 from hil.vocab.parameters import filled
 
 
@@ -11,7 +12,7 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
     (the kind's own name under "fault")."""
     known = FAULT_KINDS.get(kind)
     if known is None:
-        return None, {"fault": f"kinds are {', '.join(FAULT_KINDS)}"}
+        return None, {"fault": meant(kind, FAULT_KINDS, f"kinds are {', '.join(FAULT_KINDS)}")}
     parameters, problems = filled(kind, (*known.parameters, *TIMING), given)
     return (None, problems) if problems else (Fault(kind, target, parameters), {})
 

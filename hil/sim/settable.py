@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from hil.vocab.parameters import plain
+
 if TYPE_CHECKING:  # who only reads the names starts quickly
     from collections.abc import Callable
 
@@ -43,7 +45,7 @@ def setting_problem(
     if name == ANGLE and (problem := _zero_problem(axis, look or axis.snapshot)):
         return f"{name}: {problem}"
     low, high = _range(device, name)
-    return None if _is_between(low, value, high) else f"{name}: write {low:g} to {high:g}"
+    return None if _is_between(low, value, high) else f"{name}: write {plain(low)} to {plain(high)}"
 
 
 def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | None:

@@ -129,6 +129,7 @@ class Bench:
         Raises:
             FaultRefused: there is no such kind or target, or a parameter does not do.
         """
+        self._runtime.faults.place(target)
         number = self._runtime.inject(fault_refusal(kind, target, parameters))
         return FaultFace(number, self._runtime)
 

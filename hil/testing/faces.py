@@ -14,7 +14,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.settable import ANGLE, setting_problem
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
-from hil.vocab.address import pin_of
+from hil.vocab.address import no_input, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
@@ -272,12 +272,13 @@ class PinFace:
         pins = [*self._inputs, *outputs.names]
         if self._name not in pins:
             address = device.axes.label(device.name, axis)
-            raise KeyError(f"{address} has no pin {name!r}; it has {', '.join(pins) or 'none'}")
+            raise KeyError(f"{address} has no pin {name!r}; {meant(name, pins)}")
 
     def set(self, level: int) -> None:
         """Drive an input, now."""
         if self._name not in self._inputs:
-            raise ValueError(f"{self._name} of {self._device.name} is an output")
+            why = no_input(self._device.axes.label(self._device.name, self._part), self._name, self._inputs)
+            raise ValueError("; ".join(why))
         self._runtime.give(self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:

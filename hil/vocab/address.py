@@ -14,8 +14,10 @@ No two UARTs or axes of a device share a name. The first axis and the first UART
 names too; what hil writes itself has the device's name alone.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple, TypeVar
+
+from hil.vocab.near_words import meant
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,31}$"
 """Pattern of the name of a bench, a device, a segment, a tap, a UART and an axis."""
@@ -81,6 +83,11 @@ class DeviceParts(Mapping[str, Part_co]):
     def label(self, device: str, name: str) -> str:
         """Address of a part as hil writes it: the first one's is the device's name."""
         return str(Address(device, self.short(name)))
+
+
+def no_input(axis: str, pin: str, inputs: Collection[str]) -> tuple[str, str]:
+    """Error text of a pin that cannot be driven, and what there is instead."""
+    return f"{axis} has no input {pin!r}", meant(pin, inputs)
 
 
 def no_part(device: str, what: str, name: str, known: Mapping[str, object]) -> str:

@@ -15,6 +15,9 @@ from hil.vocab.time import SimTimeNs
 How = Literal["grace", "prejudice"]
 """Ways to stop: a controlled stop, with a ramp, or an immediate one."""
 
+CONTROL_MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
+"""Modes of a servo's control law, each with the letter that its field `mode` has."""
+
 Sample = tuple[float, ...]
 """Time in nanoseconds, set-point and position in degrees."""
 

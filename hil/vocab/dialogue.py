@@ -57,6 +57,10 @@ class Refusal(Exception):
     """Refusal of a dialogue, which sent nothing: a line for each reason."""
 
 
+class RefusedNow(Refusal):
+    """Refusal because of what the board is or does now: what was asked for is right as it is written."""
+
+
 @dataclass(frozen=True)
 class Task:
     """Work that a profile's command wants done: a dialogue, and how to report its result."""

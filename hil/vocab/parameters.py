@@ -4,12 +4,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from hil.vocab.near_words import meant, nearest
+
 
 class Form(NamedTuple):
     """Form of a value that is no number, word or text."""
 
     about: str
     fits: Callable[[Any], bool]
+
+
+_LONG = 10**12
+"""Magnitude from which a whole number is too long to be read digit by digit."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +52,9 @@ class Parameter:
         if self.is_text:
             if isinstance(value, str) and len(value) <= self.maximum:
                 return None
-            return f"write a text of at most {self.maximum:g} characters"
+            return f"write a text of at most {plain(self.maximum)} characters"
         if isinstance(value, bool) or not isinstance(value, int | float):
-            return "write a number"
+            return f"write {self.limits or 'a number'}"
         if not self.minimum <= value <= self.maximum:  # not a number is not in between either
             return f"write {self._range}"
         if self.is_whole and value != int(value):
@@ -57,7 +63,7 @@ class Parameter:
 
     @property
     def _range(self) -> str:
-        return self.limits or f"{self.minimum:g} to {self.maximum:g}"
+        return self.limits or f"{plain(self.minimum)} to {plain(self.maximum)}"
 
     def described(self) -> str:
         """Text of values, unit and default, in one line."""
@@ -65,7 +71,7 @@ class Parameter:
         if self.also:
             values += f" (also {' or '.join(self.also)})"
         if self.is_text:
-            values = f"text, at most {self.maximum:g} characters"
+            values = f"text, at most {plain(self.maximum)} characters"
         if self.form:
             values = self.form.about
         unit = f"{', in' if self.limits else ''} {self.unit}" if self.unit else ""
@@ -73,6 +79,15 @@ class Parameter:
         if self.is_optional or self.default == "" or self.default is False:
             default = "may be left out"
         return f"{self.about}, {values}{unit}, {default}"
+
+
+def plain(bound: float) -> str:
+    """Format a bound so that it can be read and typed: 1000000, 0.001, 2^53, 1e18."""
+    if float(bound).is_integer() and abs(bound) < _LONG:
+        return str(int(bound))
+    if float(bound).is_integer() and (whole := int(bound)) & (whole - 1) == 0 < whole:
+        return f"2^{whole.bit_length() - 1}"
+    return f"{bound:g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
 
 
 Values = dict[str, Any]
@@ -85,15 +100,15 @@ def filled(
     problems: dict[str, str] = {}
     values: Values = {}
     names = {parameter.name: parameter for parameter in parameters}
-    for name in given:
-        if name not in names:
-            problems[name] = f"parameters of {what} are {', '.join(names) or 'none'}"
+    slips = {name: nearest(name, names) for name in given if name not in names}
+    for name in slips:
+        problems[name] = meant(name, names, f"parameters of {what} are {', '.join(names) or 'none'}")
     for name, parameter in names.items():
         value = given.get(name, parameter.default)
         if value in parameter.also:
             value = dict(zip(parameter.also, parameter.choices, strict=True))[str(value)]
         if value is None:
-            if not parameter.is_optional:
+            if not parameter.is_optional and name not in slips.values():
                 problems[name] = f"this one is missing: {parameter.about}"
         elif problem := parameter.problem(value):
             problems[name] = problem

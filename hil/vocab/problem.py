@@ -19,6 +19,15 @@ class Problem:
         return f"{self.file}{place}: {self.message} ({self.remedy})"
 
 
+def not_text(file: str, error: UnicodeDecodeError) -> Problem:
+    """Problem of a file that is no text: where its first wrong byte is."""
+    before = error.object[: error.start]
+    begin = before.rfind(b"\n") + 1
+    line, column = before.count(b"\n") + 1, len(before[begin:].decode(errors="replace")) + 1
+    message = f"the byte {error.object[error.start]:#04x} is not UTF-8 text"
+    return Problem(file, line, column, message, "save the file as UTF-8")
+
+
 class ConfigError(Exception):
     """Error of a configuration, or of a board that it names, that cannot be used. ``problems`` has every
     mistake found, in file order."""

@@ -96,6 +96,9 @@ CODES = {
     "bad_config": "the configuration has problems; the text lists them all with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
+NOT_MISTAKES = ("not_now", "cannot", "forbidden", "failed")
+"""Codes with which a bench or board refuses a request that is right as it is written; all others are for
+wrong names, values and texts."""
 
 COMMON = (
     Verb(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from math import isqrt
 
+from hil.vocab.parameters import plain
+
 MAX_RATE_HZ = 200_000
 """Maximum rate of steps: a Mechaduino's interrupts follow no faster one (48 MHz: 240 cycles a step)."""
 MAX_STEPS = 100_000_000
@@ -88,10 +90,10 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
     if not 0 < abs(steps) <= MAX_STEPS:
         problems.append(f"{steps} steps: write 1 to {MAX_STEPS:,}, negative for the other direction")
     if not 0 < rate_hz <= MAX_RATE_HZ or 2 * _NS_PER_S / rate_hz * abs(steps) > MAX_NS:
-        problems.append(f"a rate of {rate_hz:g} Hz: write more than 0, up to {MAX_RATE_HZ:,}")
+        problems.append(f"a rate of {plain(rate_hz)} Hz: write more than 0, up to {MAX_RATE_HZ:,}")
     if acceleration_hz_per_s is not None and not 1e-3 <= acceleration_hz_per_s <= 1e12:
         problems.append(
-            f"an acceleration of {acceleration_hz_per_s:g} steps/s2: write 0.001 to 1e12, or none"
+            f"an acceleration of {plain(acceleration_hz_per_s)} steps/s2: write 0.001 to 1e12, or none"
         )
     if problems:
         raise TrainError("\n".join(problems))

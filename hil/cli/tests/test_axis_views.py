@@ -76,6 +76,20 @@ def test_the_state_says_which_angle_is_which() -> None:
     assert "position_deg, commanded_deg: the drive's own angles" in "\n".join(field_lines(REAL))
 
 
+def test_the_state_has_words_and_each_unit_once() -> None:
+    float32 = 0.20000000298023224
+    lines = field_lines({"velocity_rpm": 5.5, "mode": 104, "r": 1 / 3, "pKi": float32, "vLPF": 100.0})
+    assert [line.split(maxsplit=1) for line in lines] == [
+        ["velocity_rpm", "5.5"],
+        ["mode", "h (hybrid)"],
+        ["r", "0.33333333 deg"],
+        ["pKi", "0.2"],
+        ["vLPF", "100 Hz"],
+    ]
+    assert "mode  none" in field_lines({"mode": 0})
+    assert "motion_state   cruise" in "\n".join(field_lines(STEPPER))
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [

@@ -120,7 +120,6 @@ def test_a_mistyped_command(words: str, said: str) -> None:
     ("words", "said"),
     [
         (["set", "m1", "r", "fast"], "Invalid value for 'VALUE': write a number"),
-        (["pin", "m1", "D1", "on"], "Invalid value for 'LEVEL': write a whole number"),
         (["doctor", "--devices", "0"], "write at least 1"),
         (["doctor", "--devices", "513"], "write at most 512"),
     ],

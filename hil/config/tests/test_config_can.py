@@ -145,7 +145,7 @@ def test_faults_of_a_bus_are_checked() -> None:
         ({"fault": "wire_swapped", "target": "m1.canopen"}, "there is none"),
         ({"fault": "packet_nak", "target": "c.x"}, "there is none"),
         ({"fault": "bit_rate_wrong", "target": "c.x"}, "this key is missing"),
-        ({"fault": "bit_rate_wrong", "target": "c.x", "bit_rate": 9_999}, "write 10000 to 1e+06"),
+        ({"fault": "bit_rate_wrong", "target": "c.x", "bit_rate": 9_999}, "write 10000 to 1000000"),
     ):
         with pytest.raises(ConfigError) as caught:
             from_dict(base | {"faults": [fault]}, CATALOGUE)

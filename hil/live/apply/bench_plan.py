@@ -16,6 +16,7 @@ from hil.firmware.nvm import Content
 from hil.host.regular_file import read_text
 from hil.live.refusals import ConfigUnreadable, Refused
 from hil.live.store import Loaded, NvmStore, StoreError, belongs_to
+from hil.vocab.problem import not_text
 from hil.vocab.profile import Profile
 
 SWITCH_S = 0.0005
@@ -81,7 +82,7 @@ def plan_reload(
         try:
             new = parse(read_text(path), str(path), catalogue)
         except UnicodeDecodeError as error:
-            raise ConfigUnreadable(f"{path}:1:1: this is not UTF-8 text ({error})") from None
+            raise ConfigUnreadable(str(not_text(str(path), error))) from None
         except OSError as error:
             raise ConfigUnreadable(f"{path}: {error.strerror}") from None
         changes = diff(old, new)

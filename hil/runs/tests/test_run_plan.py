@@ -150,7 +150,7 @@ steps:
     with pytest.raises(ConfigError) as refused:
         plan_run(*parse_run(text, "bad.yaml"), AXES)
     assert str(refused.value).splitlines() == [
-        "bad.yaml:7:16: steps.0.move.m1: m1 may not go to 90 deg (its range is -1e+06 to 50)",
+        "bad.yaml:7:16: steps.0.move.m1: m1 may not go to 90 deg (its range is -1000000 to 50)",
         """bad.yaml:8:24: steps.1.line.s1: 's1' is none of the run's axes (known are: m1, m2)""",
     ]
 
@@ -159,7 +159,7 @@ steps:
     ("step", "said"),
     [
         ({"move": {"m9": 1.0}}, "steps.0.move.m9: 'm9' is none of the run's axes (known are: m1, m2, s1)"),
-        ({"move": {"m1": 99.0}}, "steps.0.move.m1: m1 may not go to 99 deg (its range is -1e+06 to 50)"),
+        ({"move": {"m1": 99.0}}, "steps.0.move.m1: m1 may not go to 99 deg (its range is -1000000 to 50)"),
     ],
 )
 def test_a_repeated_step_that_cannot_be_done_is_said_once(step: dict[str, Any], said: str) -> None:

@@ -54,6 +54,16 @@ class Faults:
             raise FaultRefused(f"there is no fault {number}; there are: {active}")
         return self.active[number]
 
+    def place(self, target: str) -> Place:
+        """Place that a fault can be at.
+
+        Raises:
+            FaultRefused: there is none of this name.
+        """
+        if (place := self._roster.place(target)) is None:
+            raise FaultRefused(f"there is no {target!r}; {meant(target, list(self._roster.targets()))}")
+        return place
+
     def check(self, fault: Fault, *, with_others: bool) -> None:
         """Check that a fault can be where it is wanted. ``with_others``: also beside the loads that are
         there; not for faults from a log, which were accepted when the others may have been different.
@@ -61,10 +71,7 @@ class Faults:
         Raises:
             FaultRefused: it cannot, and why.
         """
-        place = self._roster.place(fault.target)
-        if place is None:
-            there = meant(fault.target, list(self._roster.targets()))
-            raise FaultRefused(f"there is no {fault.target!r}; {there}")
+        place = self.place(fault.target)
         wanted = FAULT_KINDS[fault.kind].target
         if not place.has(wanted):
             places = {name: self._roster.place(name) for name in self._roster.targets()}

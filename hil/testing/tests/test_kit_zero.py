@@ -110,4 +110,4 @@ def test_the_drive_of_a_bus_is_homed_by_its_master() -> None:
 def test_no_angle_far_out(value: object) -> None:
     runtime = Bench(config())._runtime
     problem = setting_problem(runtime.faults, runtime.devices["m1"], ANGLE, value)
-    assert problem == "position_deg: write -1e+06 to 1e+06"
+    assert problem == "position_deg: write -1000000 to 1000000"

@@ -28,7 +28,7 @@ def test_all_ask_in_the_same_form() -> None:
         ("x", ["status", "run"], []),
     ],
 )
-def test_the_nearest_word_comes_first_then_what_is_begun(word: str, known: list[str], near: list[str]) -> None:
+def test_the_nearest_comes_first_then_what_is_begun(word: str, known: list[str], near: list[str]) -> None:
     assert nearest_or_begun(word, known) == near
 
 

@@ -37,8 +37,8 @@ DEFAULT = Parameter("rate_Hz", "how fast", "Hz", 1.0, 10.0, 2.5)
         (WHOLE, 5, None),
         (WHOLE, 5.0, None),
         (WHOLE, 5.5, "write a whole number"),
-        (WHOLE, 0, "write 1 to 1e+06"),
-        (WHOLE, math.nan, "write 1 to 1e+06"),
+        (WHOLE, 0, "write 1 to 1000000"),
+        (WHOLE, math.nan, "write 1 to 1000000"),
         (WHOLE, False, "write a number"),
         (CHOICE, "prejudice", None),
         (CHOICE, "Grace", "write grace or prejudice"),
@@ -53,6 +53,10 @@ DEFAULT = Parameter("rate_Hz", "how fast", "Hz", 1.0, 10.0, 2.5)
         (TEXT, b"123", "write a text of at most 5 characters"),
         (TEXT, None, "write a text of at most 5 characters"),
         (OPTIONAL, -1, "write 0 to 10"),
+        (replace(WHOLE, maximum=1, limits="0 or 1"), "high", "write 0 or 1"),
+        (replace(NUMBER, minimum=-(2.0**53), maximum=1e18), "x", "write a number"),
+        (replace(NUMBER, minimum=-(2.0**31), maximum=2.0**53), -1e300, "write -2147483648 to 2^53"),
+        (replace(NUMBER, minimum=1e-6, maximum=1e18), 0, "write 1e-6 to 1e18"),
     ],
 )
 def test_a_value_and_what_is_wrong_with_it(parameter: Parameter, value: object, problem: str | None) -> None:
@@ -67,14 +71,18 @@ def test_defaults_are_filled_in_and_what_is_optional_stays_away() -> None:
 
 
 def test_every_problem_is_told() -> None:
-    values, problems = filled("go", (NUMBER, WHOLE, CHOICE), {"angle": 1, "count": True, "how": "well"})
+    values, problems = filled("go", (NUMBER, WHOLE, CHOICE), {"tilt": 1, "count": True, "how": "well"})
     assert problems == {
-        "angle": "parameters of go are angle_deg, count, how",
+        "tilt": "parameters of go are angle_deg, count, how",
         "angle_deg": "this one is missing: an angle",
         "count": "write a number",
         "how": "write grace or prejudice",
     }
     assert values == {}
+    assert filled("go", (NUMBER,), {"angle_dg": 1}) == (
+        {},
+        {"angle_dg": 'did you mean "angle_deg"? parameters of go are angle_deg'},
+    ), "what was meant is not missing too"
     assert filled("rest", (), {"x": 1}) == ({}, {"x": "parameters of rest are none"})
 
 
@@ -110,7 +118,7 @@ def test_a_verb_tells_all_that_is_wrong_with_its_parameters() -> None:
 def test_described_for_people() -> None:
     assert [each.described() for each in (NUMBER, WHOLE, CHOICE, TEXT, OPTIONAL)] == [
         "an angle, -90 to 90 deg, needed",
-        "how many, 1 to 1e+06, needed",
+        "how many, 1 to 1000000, needed",
         "in which way, grace or prejudice, default grace",
         "what, text, at most 5 characters, needed",
         "a speed, 0 to 10 rpm, may be left out",

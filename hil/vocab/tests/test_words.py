@@ -8,8 +8,9 @@ import pytest
 MODULES = sorted(Path(__file__).parents[1].glob("*.py"))
 FORMS = {
     "time": {"ms"},  # a number in the unit that its name says
-    "address": {"address_of", "owner_of", "pin_of", "no_part"},  # how a name is spelled
-    "parameters": {"filled"},  # what a Parameter means, for several
+    "address": {"address_of", "owner_of", "pin_of", "no_part", "no_input"},  # how a name is spelled
+    "problem": {"not_text"},  # what is wrong with a file, in one form
+    "parameters": {"filled", "plain"},  # what a Parameter means, for several
     "near_words": {
         "nearest",
         "nearest_or_begun",

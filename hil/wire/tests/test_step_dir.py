@@ -62,7 +62,7 @@ def test_a_ramp_is_that_of_constant_acceleration() -> None:
         ((10, 200_001.0), "a rate of 200001"),
         ((10, 100.0, -1.0), "an acceleration of -1"),
         ((10, 100.0, float("inf")), "an acceleration of inf"),
-        ((100_000_000, 1e-9), "a rate of 1e-09"),
+        ((100_000_000, 1e-9), "a rate of 1e-9"),
     ],
 )
 def test_what_cannot_be_generated_is_refused(arguments: tuple[float, ...], what: str) -> None:
