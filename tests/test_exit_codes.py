@@ -36,10 +36,17 @@ CASES: dict[str, tuple[int, str]] = {
     "check right.yaml": (Exit.DONE, "no problems"),
     "status --bench nowhere": (Exit.FAILED, "running: t"),
     "check wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),
+    "check latin.yaml": (
+        Exit.MISTAKE,
+        "latin.yaml:2:3: the byte 0xff is not UTF-8 text (save the file as UTF-8)",
+    ),
     "serve wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),
     "replay nothing.jsonl": (Exit.MISTAKE, "No such file"),
     "state m1": (Exit.DONE, "position_deg"),
     "profile list": (Exit.DONE, "mechaduino"),
+    "reset s1": (Exit.DONE, "s1: off and on again"),
+    "pin m1 D2 1": (Exit.DONE, "m1: D2 is 1"),
+    "set m1 pKi 0.2": (Exit.DONE, "m1: pKi is 0.2"),
     "monitor u1": (Exit.FAILED, "has no serial port"),
     "monitor m9": (Exit.MISTAKE, "no device 'm9'"),
     "pin m1 D9 0": (Exit.MISTAKE, "no input 'D9'; there are D0"),
@@ -61,6 +68,9 @@ CASES: dict[str, tuple[int, str]] = {
     "runs show nothing": (Exit.MISTAKE, "no run 'nothing'"),
     "axis m1 jump": (Exit.MISTAKE, "has no 'jump'"),
     "run near.yaml": (Exit.MISTAKE, "near.yaml:"),
+    "run right.yaml": (Exit.MISTAKE, "a bench's configuration, not a run (`hil serve right.yaml` starts"),
+    "run latin.yaml": (Exit.MISTAKE, "latin.yaml:2:3: the byte 0xff"),
+    "drive m1 --file latin.yaml": (Exit.MISTAKE, "latin.yaml:2:3: the byte 0xff"),
     "step s1 90": (Exit.FAILED, "no set-point that could step"),
     "modbus cycle 1:3:10": (Exit.DONE, "cycle "),
     "capture bus0 --bench nowhere": (Exit.FAILED, "running: t"),
@@ -73,6 +83,8 @@ CASES: dict[str, tuple[int, str]] = {
     "modbus cycle 1-": (Exit.MISTAKE, "write UNIT:FUNCTION"),
     "fault kinds": (Exit.DONE, "byte_flip"),
     "fault list --bench nowhere": (Exit.FAILED, "running: t"),
+    "fault clear": (Exit.DONE, "no fault is active"),
+    "fault inject byte_drop m9": (Exit.MISTAKE, "no 'm9'; "),
     "fault clear 9": (Exit.MISTAKE, "no fault 9"),
     "fault inject byte_drop m1 rat=0.01": (Exit.MISTAKE, 'did you mean "rate"?'),
     "fault inject byte_drop m1 rate": (Exit.MISTAKE, "write it as in rate=0.01"),
@@ -102,6 +114,7 @@ def bench() -> Iterator[tuple[Place, Server]]:
     with Place() as place:
         for name, text in FILES.items():
             place.write(text, name)
+        (place.folder / "latin.yaml").write_bytes(b"bench: t\n# \xff\n")
         yield place, place.serve(BENCH).ready()
 
 

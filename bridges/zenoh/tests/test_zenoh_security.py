@@ -77,6 +77,10 @@ def test_an_empty_and_a_missing_file_are_refused(tmp_path: Path) -> None:
         read_users(users_file(tmp_path, "# nobody yet\n"))
     with pytest.raises(SecurityError, match="hil zenoh keys"):
         read_users(tmp_path / "none")
+    users = users_file(tmp_path, "")
+    users.write_bytes(b"# b\xff\n")
+    with pytest.raises(SecurityError, match=r"users:1:4: the byte 0xff is not UTF-8 text"):
+        read_users(users)
 
 
 # ---- signatures ----

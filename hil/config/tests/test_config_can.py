@@ -72,7 +72,7 @@ def test_what_cannot_be_is_said_where_it_stands(buses: str, said: str) -> None:
             "home.pin: a switch is a cam or at a pin, and here are",
         ),
         ("{home: {above_deg: 3, active: low}}", "home.active: a cam has no level (leave this key out)"),
-        ("{home: {pin: D9}}", 'home.pin: m1 has no input "D9"'),
+        ("{home: {pin: D9}}", "home.pin: m1 has no input 'D9'"),
         ("{home: {pin: D3, active: up}}", 'home.active: "up" is none of the choices'),
         ("{home: {pin: D3}, negative: {pin: D3}}", "negative.pin: the switch home is at D3 already"),
         ("{homing: {pin: D3}}", 'homing: unknown key (did you mean "home"?)'),
@@ -91,7 +91,7 @@ def test_switches_that_make_no_sense(switches: str, said: str) -> None:
 def test_a_stepper_has_other_inputs() -> None:
     text = problem("  c: {nodes: {s1: {id: 1, switches: {home: {pin: D3}}}}}")
     assert text.startswith(
-        '1:50: can.c.nodes.s1.switches.home.pin: s1 has no input "D3" (known are: Estop, RST,'
+        "1:50: can.c.nodes.s1.switches.home.pin: s1 has no input 'D3' (there are sync, Estop, RST)"
     )
 
 

@@ -119,10 +119,12 @@ def test_what_is_no_map(read: Read, tmp_path: Path, device: str, problem: str) -
 
 
 def test_what_is_no_text_is_said_so(read: Read, tmp_path: Path) -> None:
-    (tmp_path / "drives" / "lathe.yaml").write_bytes(b"\xff\xfe")
+    (tmp_path / "drives" / "lathe.yaml").write_bytes("# Dreh\nbänk: ".encode() + b"\xff\xfe")
     (first, second) = problems(read, BENCH, tmp_path)
     assert first.startswith("b.yaml:3:36: devices.x1.map: the map drives/lathe.yaml cannot be used")
-    assert second.startswith("drives/lathe.yaml:1:1: this is not UTF-8 text")
+    assert second.startswith(
+        "drives/lathe.yaml:2:7: the byte 0xff is not UTF-8 text (save the file as UTF-8)"
+    )
 
 
 def test_a_map_that_is_written_out_has_its_faults_where_they_stand(read: Read, tmp_path: Path) -> None:

@@ -199,6 +199,13 @@ def test_a_phrase_waits_for_the_last_word_of_real_servos() -> None:
     assert at(made.phrases[0].paths["m2"], 0)[0] == 12.5
 
 
+def test_a_benchs_configuration_is_no_run() -> None:
+    with pytest.raises(ConfigError) as refused:
+        parse_run("# lab\nbench: lab\ndevices: {m1: {profile: mechaduino}}\n", "lab.yaml")
+    said = "this is a bench's configuration, not a run (`hil serve lab.yaml` starts the bench)"
+    assert str(refused.value) == f"lab.yaml:2:1: bench: {said}"
+
+
 def test_what_a_real_board_cannot_do_is_found() -> None:
     for steps, rules, said in (
         ([{"line": {"s1": 9.0}}], {}, "s1 makes ramps of its own"),

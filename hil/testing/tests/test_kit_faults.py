@@ -240,8 +240,10 @@ def test_a_hung_board_goes_on_where_it_was(rig):
         ("wire_noise", "s1", {"rate": 0.1}, "wire_noise is on a segment or a CAN bus, as bus0; not on s1"),
         ("byte_flip", "s1", {}, "rate: this one is missing"),
         ("byte_flip", "s1", {"rate": "much"}, "rate: write a number"),
-        ("byte_flip", "s1", {"rate": 1, "rte": 1}, "rte: parameters of byte_flip are rate, towards, seed"),
-        ("byte_flop", "s1", {}, "fault: kinds are byte_flip"),
+        ("byte_flip", "s1", {"rate": 1, "rte": 1}, "rte: did you mean \"rate\"? parameters of byte_flip are"),
+        ("byte_flip", "s1", {"rte": 1}, "rte: did you mean"),
+        ("byte_flip", "s9", {}, "there is no 's9'; "),
+        ("byte_flop", "s1", {}, "fault: did you mean \"byte_flip\"? kinds are byte_flip"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(rig, kind, target, parameters, why):
