@@ -64,8 +64,8 @@ def test_a_step_into_a_pulse_train_is_no_success(place: Place) -> None:
 def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     others = {"s1": {"profile": "sac", "flash": {}}, "d1": {"profile": "modbus_drive", "port": None}}
     place.serve(config(speed=4, devices={"m1": {"flash": {"table": "empty"}}, **others})).ready()
-    assert "`hil step` is for boards with a servo loop" in place.hil("step", "s1", "9", code=2)
-    assert "d1 has no terminal, at which `hil step` types" in place.hil("step", "d1", "9", code=2)
+    assert "`hil step` is for boards with a servo loop" in place.hil("step", "s1", "9", code=1)
+    assert "d1 has no terminal, at which `hil step` types" in place.hil("step", "d1", "9", code=1)
     assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=2)
     assert "no device 'm2'" in place.hil("plot", "m2", code=2)
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)

@@ -107,7 +107,7 @@ def test_with_a_name_a_file_is_carried_out_at_most_once(place: Place) -> None:
     changed = place.write(run("again", {"move_by": {"m1": 40.0}}), "changed.yaml")
     said = place.cli("run", str(changed), *where, code=1)
     assert said == "hil: the run shift-7 has another text, and is done: give this one another name\n"
-    said = place.cli("run", str(file), "--name", "No Name", "--runtime-dir", str(place.runtime), code=1)
+    said = place.cli("run", str(file), "--name", "No Name", "--runtime-dir", str(place.runtime), code=2)
     assert "no name of a run: 'No Name'" in said
     assert [row["run"] for row in server.ask("runs", name="")] == ["shift-7"]
 
@@ -131,7 +131,7 @@ def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
     assert place.cli("runs", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
     place.cli("runs", "cancel", "far", "--at-once", *where)
     assert ended(server, "far")["why"] == "it was cancelled with an immediate stop"
-    said = place.cli("runs", "cancel", "fa", *where, code=1)
+    said = place.cli("runs", "cancel", "fa", *where, code=2)
     assert (
         said
         == "hil: there is no run 'fa'; did you mean \"far\"? there are far, far-2; `hil runs` lists them\n"

@@ -13,13 +13,13 @@ from device_profiles.sac.network import DC1, DC2
 from device_profiles.sac.terminal import PROMPT
 from device_profiles.sac.typed_text import WORD, f_of
 from hil.vocab.dialogue import (
+    BoardRefusal,
     Dialogue,
     DialogueError,
     Heard,
     Listen,
     Progress,
     Refusal,
-    RefusedNow,
     Send,
     Step,
 )
@@ -167,11 +167,11 @@ def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialog
     """Check that the motor stands.
 
     Raises:
-        RefusedNow: the motor runs.
+        BoardRefusal: the motor runs.
     """
     lines = yield from terminal.ask("vd", timeout_ns)
     if lines[:1] != ["0\t0"]:
-        raise RefusedNow("the motor runs; stop it first (S): the queue must not change while it runs")
+        raise BoardRefusal("the motor runs; stop it first (S): the queue must not change while it runs")
 
 
 def _listing(terminal: BoardTerminal) -> Dialogue[list[Row]]:

@@ -22,13 +22,13 @@ from hil.cli.command_classes import Below, OneCommand
 from hil.cli.interrupts import noted
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import (
+    BoardRefusal,
     Dialogue,
     DialogueError,
     Heard,
     Listen,
     Progress,
     Refusal,
-    RefusedNow,
     Result,
     Send,
     Task,
@@ -108,7 +108,7 @@ def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Ca
         try:
             _carry_out(function(**arguments), profile, usual_baud, **target)
         except Refusal as error:
-            raise fail(str(error), 1 if isinstance(error, RefusedNow) else 2) from None
+            raise fail(str(error), 1 if isinstance(error, BoardRefusal) else 2) from None
         except DialogueError as error:
             raise fail(f"hil: {error}") from None
 
@@ -172,9 +172,9 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
         )
     row = rows[name]
     if row["address"] is None:
-        raise RefusedNow(f"{name} has no serial port")
+        raise BoardRefusal(f"{name} has no serial port")
     if row["clients"] and not row["address"].startswith("socket://"):
-        raise RefusedNow(
+        raise BoardRefusal(
             f"another program has {row['address']} open, and would get some of the answers; close it"
         )
     return port_of(row["address"], bench, runtime_dir), float(status["speed"])

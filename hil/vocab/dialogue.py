@@ -57,7 +57,7 @@ class Refusal(Exception):
     """Refusal of a dialogue, which sent nothing: a line for each reason."""
 
 
-class RefusedNow(Refusal):
+class BoardRefusal(Refusal):
     """Refusal because of what the board is or does now: what was asked for is right as it is written."""
 
 

@@ -13,7 +13,7 @@ from device_profiles.sac.companion_files import (
     write_queue,
 )
 from hil.testing import Bench
-from hil.vocab.dialogue import DialogueError, Heard, Listen, Progress, Refusal, RefusedNow, Send
+from hil.vocab.dialogue import BoardRefusal, DialogueError, Heard, Listen, Progress, Refusal, Send
 
 # Rows of a file that the companion program saved, and others in its form.
 FORM = [
@@ -188,7 +188,7 @@ def test_a_turning_motor_is_left_alone():
     bench = board()
     bench.port("s1").write(b"m\r")
     bench.run(ms=500)
-    with pytest.raises(RefusedNow, match="the motor runs"):
+    with pytest.raises(BoardRefusal, match="the motor runs"):
         bench.talk("s1", companion.load(read_queue(FILE, "q.txt"), store=False))
 
 

@@ -59,7 +59,7 @@ def test_its_boards_answer_at_once(bench: ServedBench) -> None:
 def test_commands_and_verbs_reach_it(bench: ServedBench) -> None:
     assert "bench t" in bench.hil("status")
     assert bench.ask("do", device="m1", name="enable", parameters={})["effective_at_ns"] > 4e9
-    with pytest.raises(LiveError, match="exit code 1\nhil: no device 'm2'"):
+    with pytest.raises(LiveError, match="exit code 2\nhil: no device 'm2'"):
         bench.hil("monitor", "m2")
     with pytest.raises(LiveError, match="'m2'"):
         bench.ask("reset", device="m2")
