@@ -107,7 +107,7 @@ ROW_3 = [  # a bad third row, and what is said of it
 ]
 BAD = [(f"q.txt:{message}", changed(3, as_saved(row))) for row, message in ROW_3] + [
     ("q.txt:1:1: no row for position 1, 2, 3", b""),
-    ("q.txt:2:3: this is not text", FILE.replace(b" 2 , 6", b" 2\xff, 6")),
+    ("q.txt:2:3: the byte 0xff is not UTF-8 text", FILE.replace(b" 2 , 6", b" 2\xff, 6")),
     ("q.txt:1:1: 100,001 bytes", b"1" * 100_001),
 ]
 
