@@ -33,6 +33,8 @@ FILES = {
 }
 CASES: dict[str, tuple[int, str]] = {
     "list": (Exit.DONE, "bench t "),
+    "list -b t": (Exit.DONE, "bench t "),
+    "list -b nowhere": (Exit.FAILED, "bench 'nowhere' is not running here; running: t"),
     "check right.yaml": (Exit.DONE, "no problems"),
     "status --bench nowhere": (Exit.FAILED, "running: t"),
     "check wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),

@@ -69,17 +69,22 @@ def found(runtime_dir: Path | None) -> "Found":
     return here
 
 
+def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
+    """Benches that are meant, at least one, or say what is wrong and end the command."""
+    if not here.benches:
+        raise fail("hil: no bench is running here")
+    if not (meant := here.meant(bench)):
+        names = ", ".join(here.called(each) for each in here.benches)
+        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
+    return meant
+
+
 def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
     """Find the bench that is meant, or say what is wrong and end the command."""
     here = found(runtime_dir)
-    meant = here.meant(bench)
+    meant = benches_meant(bench, here)
     if len(meant) == 1:
         return meant[0]
-    if not here.benches:
-        raise fail("hil: no bench is running here")
-    if not meant:
-        names = ", ".join(here.called(each) for each in here.benches)
-        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
     lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
     names = ", ".join(each.name for each in meant)
     raise fail("\n".join([f"hil: several benches are running ({names}): choose one with --bench", *lines]), 2)

@@ -8,22 +8,23 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, found
+from hil.cli.ask import Bench, RuntimeDir, ask_bench, benches_meant, fail, found
 from hil.cli.serve_command import StateDir
 from hil.cli.told import AsJson, CommandAnswer
 
 
-def list_benches(runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
-    """List running benches with their ports.
+def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
+    """List running benches with their ports; with --bench that one alone.
 
     Example: hil list
     """
     from hil.net.control_client import ControlError, ask
 
+    here = found(runtime_dir)
     benches = []
-    for here in found(runtime_dir).benches:
+    for each in here.benches if bench is None else benches_meant(bench, here):
         try:
-            benches.append(ask(here.socket, "list"))
+            benches.append(ask(each.socket, "list"))
         except ControlError:
             continue  # the bench ended just now, or the socket is nobody's
     if as_json:

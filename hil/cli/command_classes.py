@@ -74,6 +74,12 @@ class Quick:
             self.format_commands(ctx, formatter)
 
 
+_PASSED_ON = {"bench": "--bench", "runtime_dir": "--runtime-dir", "as_json": "--json"}
+"""Options that are taken before a command's name, too, by their parameters."""
+_WITHOUT = {"bench": "asks no running bench; leave out --bench", "as_json": "has no --json"}
+"""Words for a command that such an option is not for. --runtime-dir is for all benches: it does no harm."""
+
+
 def _suggest(error: Any, near: list[str]) -> None:
     """Add the words that may be meant to the error of a wrong one."""
     if near:
@@ -82,11 +88,21 @@ def _suggest(error: Any, near: list[str]) -> None:
 
 
 class OneCommand(Quick, TyperCommand):
-    """Command."""
+    """Command. What was said before its name, as in ``hil -b lab --json status``, is an option of it."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        said = _said_before(ctx)
+        for name, why in _WITHOUT.items():
+            if name in said and name not in _names(self):
+                raise USAGE_ERROR(f"`{ctx.command_path}` {why}", ctx)
+        return super().parse_args(ctx, [*_own_words(self, said), *args])
 
 
 class Below(Quick, TyperGroup):
     """Group of commands below one of ``hil``, as `hil fault`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        return super().parse_args(ctx, [*_own_words(self, _said_before(ctx)), *args])
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands with their whole summaries."""
@@ -94,6 +110,26 @@ class Below(Quick, TyperGroup):
             formatter.write_dl(
                 [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
             )
+
+
+def _said_before(ctx: Any) -> dict[str, list[str]]:
+    """Words of the options that stand before a command's name, by their parameters; the nearest ones hold."""
+    said: dict[str, list[str]] = {}
+    while (ctx := ctx.parent) is not None:
+        for name, flag in _PASSED_ON.items():
+            source = ctx.get_parameter_source(name)
+            if source is not None and source.name == "COMMANDLINE" and name not in said:
+                value = ctx.params[name]
+                said[name] = [flag] if value is True else [flag, str(value)]
+    return said
+
+
+def _own_words(command: Any, said: dict[str, list[str]]) -> list[str]:
+    return [word for name in said if name in _names(command) for word in said[name]]
+
+
+def _names(command: Any) -> set[str]:
+    return {each.name for each in command.params}
 
 
 def summary(command: Any) -> str:

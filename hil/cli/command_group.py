@@ -3,7 +3,6 @@
 import os
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,7 +12,7 @@ from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import OneCommand, Quick, summary
 from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, CommandRow
-from hil.cli.told import telling
+from hil.cli.told import AsJson, telling
 
 _NOT_THIS_BENCH = {"zenoh keys"}
 """Commands whose --bench is not a running one."""
@@ -83,16 +82,17 @@ def _options(
     ] = False,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
 ) -> None:
-    given = {"bench": bench or os.environ.get("HIL_BENCH") or None, "runtime_dir": runtime_dir}
-    given = {name: value for name, value in given.items() if value is not None}
-    if given and (name := context.invoked_subcommand):
+    # What was said here are words of the command itself: see `OneCommand`.
+    bench = os.environ.get("HIL_BENCH")
+    if bench and (name := context.invoked_subcommand):
         command: Any = context.command
-        context.default_map = {name: _defaults(command.get_command(context, name), name, given)}
+        context.default_map = {name: _defaults(command.get_command(context, name), name, {"bench": bench})}
 
 
-def _defaults(command: Any, path: str, given: dict[str, str | Path | None]) -> dict[str, Any]:
-    """Defaults of a command's options that were given before it, and of those below it."""
+def _defaults(command: Any, path: str, given: dict[str, str]) -> dict[str, Any]:
+    """Defaults of a command's options from the environment, and of those below it."""
     below = getattr(command, "commands", {})
     if path in _NOT_THIS_BENCH:
         return {}

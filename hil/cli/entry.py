@@ -21,7 +21,7 @@ def main() -> None:
 
         give_streams()
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")  # hil has none: a look for them takes 4 %
-    is_serving = sys.argv[1:2] == ["serve"]
+    is_serving = _verb(sys.argv[1:]) == "serve"
     if is_serving:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
@@ -49,6 +49,13 @@ def main() -> None:
         gc.freeze()  # memory ends with the process: a last look for garbage takes a sixth of `hil check`
         if not is_serving:  # nothing is left to be ended in order, and a traceback of the exit helps nobody
             signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _verb(words: list[str]) -> str:
+    """First word that is no option, and no value of one."""
+    while words and words[0].startswith("-"):
+        words = words[2 if words[0] in ("-b", "--bench", "--runtime-dir") else 1 :]
+    return words[0] if words else ""
 
 
 def _answer_in_json(app: Any) -> None:

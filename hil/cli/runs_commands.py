@@ -1,7 +1,6 @@
 """``hil runs``: the runs of a bench, one of them, and the end of one."""
 
 import json
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -39,7 +38,6 @@ def runs(
     context: typer.Context, as_json: AsJson = False, bench: Bench = None, runtime_dir: RuntimeDir = None
 ) -> None:
     if context.invoked_subcommand is not None:
-        context.obj = (bench, runtime_dir)
         return
     rows = ask_bench(bench, runtime_dir, "runs", name="")
     if as_json:
@@ -52,20 +50,17 @@ def runs(
 
 
 @runs_app.command()
-def show(
-    context: typer.Context, name: RunName, bench: Bench = None, runtime_dir: RuntimeDir = None
-) -> CommandAnswer:
+def show(name: RunName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
     """Show a run: its state, its axes, their following errors.
 
     Example: hil runs show square
     """
-    progress = run_named(*_meant(context, bench, runtime_dir), name)
+    progress = run_named(bench, runtime_dir, name)
     return CommandAnswer(progress, run_report(progress))
 
 
 @runs_app.command()
 def cancel(
-    context: typer.Context,
     name: RunName,
     at_once: Annotated[
         bool, typer.Option("--at-once", help="Stop its axes immediately, not on their ramps.")
@@ -80,14 +75,6 @@ def cancel(
     Example: hil runs cancel square --at-once
     """
     how = "prejudice" if at_once else "grace"
-    progress = ask_bench(*_meant(context, bench, runtime_dir), "cancel_run", name=name, how=how)
+    progress = ask_bench(bench, runtime_dir, "cancel_run", name=name, how=how)
     stops = f"{name}: its axes stop; `hil runs show {name}` says where"
     return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
-
-
-def _meant(
-    context: typer.Context, bench: str | None, runtime_dir: Path | None
-) -> tuple[str | None, Path | None]:
-    """Bench and folder, said before the command's name or after it."""
-    before = context.obj or (None, None)
-    return bench or before[0], runtime_dir or before[1]

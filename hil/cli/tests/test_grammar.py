@@ -13,6 +13,7 @@ import typer
 from typer.testing import CliRunner
 
 from hil.cli.cli import app
+from hil.cli.command_classes import USAGE_ERROR
 from hil.cli.command_group import panel_of
 from hil.cli.command_table import COMMANDS, PANELS
 from hil.cli.commands import CliCommand, commands
@@ -29,13 +30,19 @@ TELL_NOTHING = {
 HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()"]
 
 
-def parsed(words: list[str]) -> None:
-    """Parse a command line, and carry nothing out. Raises what the command line raises."""
+def parsed(words: list[str]) -> Any:
+    """Parse a command line, and carry nothing out; answers the values of the command's parameters. Raises
+    what the command line raises."""
     command: Any = typer.main.get_command(app)
     context = command.make_context("hil", words)
     while hasattr(command, "commands"):
         name, command, words = command.resolve_command(context, [*context._protected_args, *context.args])
         context = command.make_context(name, words, parent=context)
+    return context.params
+
+
+def example_of(command: CliCommand) -> list[str]:
+    return shlex.split(re.split(r" [|>] ", EXAMPLE.findall(command.about)[0])[0])
 
 
 @pytest.mark.parametrize("command", LEAVES, ids=lambda each: each.name)
@@ -46,6 +53,28 @@ def test_each_command_has_an_example_that_parses(command: CliCommand) -> None:
         words = shlex.split(re.split(r" [|>] ", line)[0])
         assert tuple(words[: len(command.path)]) == command.path
         parsed(words)
+
+
+@pytest.mark.parametrize("command", LEAVES, ids=lambda each: " ".join(each.path))
+@pytest.mark.parametrize(("name", "words"), [("bench", ["-b", "x"]), ("as_json", ["--json"])])
+def test_options_that_stand_before_the_verb(command: CliCommand, name: str, words: list[str]) -> None:
+    """They are the command's own, or refused: none is ignored."""
+    line = [*words, *example_of(command)]
+    if name in {each.name for each in command.options}:
+        own = parsed(example_of(command))[name]  # a word behind the verb holds
+        assert parsed(line)[name] == (own or {"bench": "x", "as_json": True}[name])
+    else:
+        with pytest.raises(USAGE_ERROR, match="asks no running bench|has no --json"):
+            parsed(line)
+
+
+def test_options_between_a_group_and_its_command_hold() -> None:
+    assert (
+        parsed(["-b", "x", "runs", "--json", "-b", "y", "show", "a"]).items()
+        >= {"as_json": True, "bench": "y"}.items()
+    )
+    assert parsed(["-b", "x", "runs", "show", "a", "-b", "z"])["bench"] == "z"
+    assert parsed(["runs", "--runtime-dir", "/r", "cancel", "a"])["runtime_dir"] == Path("/r")
 
 
 def test_help_shows_all_commands_in_groups_with_whole_summaries() -> None:
