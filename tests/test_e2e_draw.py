@@ -3,9 +3,14 @@
 import csv
 import itertools
 import re
+import sys
 from pathlib import Path
 
+import pytest
 from e2e_support import Place, config, until
+from typer.testing import CliRunner
+
+from hil.cli.cli import app
 
 HOLDING = {"m1": {}}
 
@@ -57,18 +62,22 @@ def test_a_step_into_a_pulse_train_is_no_success(place: Place) -> None:
     place.hil("axis", "m1", "enable")
     place.hil("drive", "m1", "--steps", "100000", "--rate", "100")
     text = place.hil("step", "m1", "45", code=1)
-    assert "another motion is under way; end it (`hil drive m1 --stop`" in text
+    assert f"another motion is under way; end it (`hil --runtime-dir {place.runtime} drive m1 --stop`" in text
     assert "settled" not in text
 
 
 def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     others = {"s1": {"profile": "sac", "flash": {}}, "d1": {"profile": "modbus_drive", "port": None}}
     place.serve(config(speed=4, devices={"m1": {"flash": {"table": "empty"}}, **others})).ready()
-    assert "`hil step` is for boards with a servo loop" in place.hil("step", "s1", "9", code=1)
-    assert "d1 has no terminal, at which `hil step` types" in place.hil("step", "d1", "9", code=1)
-    assert "did you mean" in place.hil("plot", "m1", "--signals", "yv", code=2)
+    assert "step` is for boards with a servo loop" in place.hil("step", "s1", "9", code=1)
+    assert "d1 has no terminal, at which " in place.hil("step", "d1", "9", code=1)
+    said = place.hil("plot", "m1", "--signals", "yv", code=2)
+    assert re.search(
+        r"no signal 'yv'; did you mean "\w+"\? there are position_deg, .*, yw, .*, following\n", said
+    )
     assert "no device 'm2'" in place.hil("plot", "m2", code=2)
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
+    assert "there is no folder" in place.hil("plot", "m1", "-o", str(tmp_path / "no" / "x.csv"), code=2)
     assert "write 50000 or more" in place.hil("plot", "m1", "--interval", "0.001", code=2)
     assert "give one of" in place.hil("drive", "m1", code=2)
     assert "a rate of 1000000 Hz" in place.hil("drive", "m1", "--steps", "1", "--rate", "1e6", code=2)
@@ -76,7 +85,19 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     train.write_text("at_s,steps,duration_s\n1,1,1\n1.5,1,1\n2,0.5,1\n")
     text = place.hil("drive", "m1", "--file", str(train), code=2)
     assert [line.split(": ")[0] for line in text.splitlines()] == [f"{train}:3", f"{train}:4"]
-    assert "hil: the shaft did not follow: is m1 calibrated" in place.hil("step", "m1", "90", code=1)
+    said = place.hil("step", "m1", "90", code=1)  # and no drawing
+    assert said == "hil: the look-up table is empty; calibrate it first\n"
+
+
+@pytest.mark.parametrize("words", [["plot", "m1"], ["step", "m1", "9"], ["drive", "m1", "--stop"]])
+def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_moves(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No bench runs here: the refusal comes before one is looked for."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = CliRunner().invoke(app, [*words, "--runtime-dir", str(tmp_path), "-o", str(tmp_path / "x.png")])
+    assert done.exit_code == 2
+    assert "pip install matplotlib, or name a file .csv" in done.output
 
 
 def test_the_control_socket_refuses_bad_trains_and_watches(place: Place) -> None:

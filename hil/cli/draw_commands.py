@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
+from hil.cli.hints import pasteable
 from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
 from hil.cli.told import CommandAnswer, wants_json
@@ -40,7 +41,7 @@ Signals = Annotated[
     str,
     typer.Option(
         "--signals",
-        help="Fields of the axis, with commas between; the reference lists them. [default: the main ones]",
+        help="Fields of the axis, with commas between; a wrong one lists them. [default: the main ones]",
     ),
 ]
 Interval = Annotated[float, typer.Option("--interval", help="Simulated milliseconds between samples.")]
@@ -107,7 +108,8 @@ def step(
             f"hil: {device} has no set-point that could step: `hil step` is for boards with a servo loop, as"
             f" a Mechaduino; `hil axis {device}` lists what else turns it"
         )
-    if "type" not in (row["verb"] for row in ask_bench(bench, runtime_dir, "verbs", device=device)):
+    verbs = {row["verb"] for row in ask_bench(bench, runtime_dir, "verbs", device=device)}
+    if "type" not in verbs:
         raise fail(
             f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
             f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that"
@@ -121,6 +123,9 @@ def step(
     with _watching(bench, runtime_dir, device, names, interval_ms) as (_, more):
         sent_ns = send("xy")
         on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
+        if "move_rel" in verbs:  # a move by nothing: what keeps the board from moving is its own refusal
+            still = {"device": device, "name": "move_rel", "parameters": {"angle_deg": 0.0}}
+            ask_bench(bench, runtime_dir, "do", **still)
         still_ns = recording.rows[on][0] + _SETTLE_NS
         start = recording.rows[_until(more, recording, lambda row: row[0] >= still_ns, device)][1]
         sent_ns = send(f"r{start + degrees:.2f}\n")
@@ -140,7 +145,7 @@ def step(
     text = _shown(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
         typer.echo(text, err=wants_json())
-        raise fail(f"hil: the shaft did not follow: is {device} calibrated (c at its main menu)?")
+        raise fail(f"hil: the shaft of {device} did not follow: is its load too large?")
     return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text)
 
 
@@ -196,7 +201,7 @@ def drive(
             _until(watched[1], recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
     except KeyboardInterrupt:
         if answer and train:
-            typer.echo(f"the train goes on; `hil drive {device} --stop` ends it", err=True)
+            typer.echo(pasteable(f"the train goes on; `hil drive {device} --stop` ends it"), err=True)
         raise
     worst = max(abs(row[3]) for row in recording.rows)
     notes = f"largest following error {worst:.3f} deg"
@@ -288,10 +293,21 @@ def _until(
 
 
 def _check_output(output: Path | None) -> None:
-    from hil.telemetry.picture import FORMATS
+    """Check, before anything moves or is recorded, that a file can be written."""
+    from hil.telemetry import picture
 
-    if output and output.suffix.lower() not in (*FORMATS, ".csv"):
-        raise fail(f"hil: {output}: write a name that ends in {', '.join(FORMATS)} or .csv", 2)
+    if output is None:
+        return
+    suffix = output.suffix.lower()
+    if suffix not in (*picture.FORMATS, ".csv"):
+        raise fail(f"hil: {output}: write a name that ends in {', '.join(picture.FORMATS)} or .csv", 2)
+    if not output.parent.is_dir():
+        raise fail(f"hil: {output}: there is no folder {output.parent}", 2)
+    if suffix in picture.FORMATS:
+        try:
+            picture.check_can_draw()
+        except picture.PictureError as error:
+            raise fail(f"hil: {error}", 2) from None
 
 
 def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> str:

@@ -13,6 +13,7 @@ from hil.daemon import Serving
 from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
 from hil.host.paths import runtime_base
+from hil.net.benches_here import find
 from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
 
@@ -38,6 +39,8 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         for name, address in serving.live.places.addresses():
             lines.append(f"{name} at {address}")
         return lines
+    options = _options(runtime, config.bench)
+    axis = shlex.join(["hil", *options, "axis"])
     for name, session in serving.live.places.uarts.items():
         address, twin = session.port.address, session.end.device.name
         device = config.devices[twin]
@@ -53,8 +56,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         head = f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
         keys = first_keys(profile.greeting)
         lines.append(f"{head}, then is silent until you {keys}" if keys else head)
-        if not address.startswith("rfc2217:"):
-            lines.append(f"  {_monitor(name, runtime)}")
+        lines.append(f"  {shlex.join([_hil(), *options, 'monitor', name])}")
         if "://" not in address:
             lines.append(f"  picocom -b {baud} {address}")
         client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
@@ -64,7 +66,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         )
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
-            lines.append(f"\n{name}: {each.profile}, without a serial port; hil axis {name}")
+            lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")
     for name, tap in serving.live.places.taps.items():
         lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.speed}")
     for name, bus in serving.live.sim.buses.items():
@@ -78,7 +80,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     for name, control in serving.live.places.drives.items():
         link = control.drive.link
         away = "" if link.is_there else f" ({link.state}, tried again)"
-        lines.append(f"\n{name}: the drive at {control.drive.address}{away}; hil axis {name}")
+        lines.append(f"\n{name}: the drive at {control.drive.address}{away}; {axis} {name}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
         doors = ", ".join([*status["listen"], *status["connect"]])
@@ -91,11 +93,11 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     return lines
 
 
-def _monitor(name: str, runtime: Path | None) -> str:
-    """Command line of ``hil monitor``, as it works in this folder."""
+def _options(runtime: Path | None, bench: str) -> list[str]:
+    """Options with which commands ask this bench, as long as no other one is started."""
     default = runtime_base(None, None, os.environ)
-    where = ["--runtime-dir", str(runtime)] if runtime not in (None, default) else []
-    return shlex.join([_hil(), "monitor", name, *where])
+    other = None if runtime == default else runtime
+    return find(other, os.environ).running().options((runtime or default) / bench, other, os.environ)
 
 
 def _hil() -> str:

@@ -15,6 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
+from hil.cli.hints import pasteable
+
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 _PROBLEM = re.compile(r"([^\n:]+):(\d+):(\d+): (.*) \((.*)\)")
 _OPTION = "--json"
@@ -41,7 +43,7 @@ def telling(command: Any) -> Any:
         if as_json:
             typer.echo(json.dumps(told.answer))
         elif told.text:
-            typer.echo(told.text)
+            typer.echo(pasteable(told.text))
         if told.exit_code:
             raise typer.Exit(told.exit_code)
 

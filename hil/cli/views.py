@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hil.cli.bus_views import bus_tables
+from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
 from hil.cli.shown_numbers import fixed, shown_number
 from hil.vocab.axis import CONTROL_MODES
@@ -96,7 +97,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
-        under_way.append(Text(f"and {more} more runs wait; see `hil runs`"))
+        under_way.append(Text(pasteable(f"and {more} more runs wait; see `hil runs`")))
     remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
     drives = [
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row

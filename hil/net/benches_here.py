@@ -70,6 +70,15 @@ class Found:
                 return said
         return str(bench.folder)
 
+    def options(self, folder: Path, runtime_dir: Path | None, env: Mapping[str, str]) -> list[str]:
+        """Options with which a command that is typed now asks the bench of this folder; ``runtime_dir``: the
+        option with which these were found."""
+        words = ["--runtime-dir", str(runtime_dir)] if runtime_dir else []
+        if [each.folder for each in self.meant(env.get("HIL_BENCH") or None)] == [folder]:
+            return words
+        called = [self.called(each) for each in self.benches if each.folder == folder]
+        return [*words, "-b", *(called or [str(folder)])]
+
 
 def find(option: Path | None, env: Mapping[str, str]) -> Found:
     """Find the control sockets below the folder of ``--runtime-dir``, or the user's and the services'."""

@@ -3,9 +3,15 @@
 import os
 import socket
 import termios
+import threading
 import tty
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+
+_PIECE = 4096
+_LAST_S = 1.0
+_ESCAPE = b"\xff"
+"""Telnet's character that begins a command, and stands twice where it is data (RFC 854)."""
 
 
 class PortUnreachable(Exception):
@@ -21,10 +27,14 @@ def opened_port(address: str) -> Iterator[int]:
     """
     with ExitStack() as resources:
         try:
-            if address.startswith("socket://"):
-                host, _, number = address.removeprefix("socket://").rpartition(":")
+            scheme, is_url, place = address.rpartition("://")
+            if is_url and scheme in ("socket", "rfc2217"):
+                host, _, number = place.rpartition(":")
                 connection = socket.create_connection((host.strip("[]"), int(number)))
-                port = resources.enter_context(connection).fileno()
+                connection = resources.enter_context(connection)
+                if scheme == "rfc2217":
+                    connection = resources.enter_context(_unescaped(connection))
+                port = connection.fileno()
             else:
                 port = os.open(address, os.O_RDWR | os.O_NOCTTY)
                 resources.callback(os.close, port)
@@ -32,3 +42,47 @@ def opened_port(address: str) -> Iterator[int]:
         except (OSError, ValueError, termios.error) as error:
             raise PortUnreachable(f"{address}: {error}") from error
         yield port
+
+
+@contextmanager
+def _unescaped(port: socket.socket) -> Iterator[socket.socket]:
+    """Socket with the bytes of a connection to a port of RFC 2217: threads double and undouble its escapes.
+
+    Nothing is negotiated. So the port has no baud of this client, and sends no command by itself.
+    """
+    ours, theirs = socket.socketpair()
+
+    def send() -> None:
+        _carry(theirs, port, lambda data: data.replace(_ESCAPE, 2 * _ESCAPE))
+
+    def receive() -> None:
+        held = b""
+
+        def undoubled(data: bytes) -> bytes:
+            nonlocal held
+            data = held + data
+            held = _ESCAPE if (len(data) - len(data.rstrip(_ESCAPE))) % 2 else b""
+            return data[: len(data) - len(held)].replace(2 * _ESCAPE, _ESCAPE)
+
+        _carry(port, theirs, undoubled)
+
+    threads = [threading.Thread(target=each, daemon=True) for each in (send, receive)]
+    with ours, theirs:
+        for thread in threads:
+            thread.start()
+        try:
+            yield ours
+        finally:
+            with suppress(OSError):
+                ours.shutdown(socket.SHUT_WR)
+            threads[0].join(_LAST_S)  # what was written goes out first, if the board takes it
+            with suppress(OSError):
+                port.shutdown(socket.SHUT_RDWR)
+
+
+def _carry(source: socket.socket, sink: socket.socket, change: Callable[[bytes], bytes]) -> None:
+    """Carry changed bytes until the source has ended, which ends the sink, or the sink has gone."""
+    with suppress(OSError):
+        while data := source.recv(_PIECE):
+            sink.sendall(change(data))
+        sink.shutdown(socket.SHUT_WR)

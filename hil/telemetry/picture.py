@@ -13,6 +13,16 @@ class PictureError(Exception):
     """Error of a picture that cannot be made: ``str(error)`` says why and what to do."""
 
 
+def check_can_draw() -> None:
+    """Check that pictures can be made here. Raises PictureError: matplotlib is not installed."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError:
+        raise PictureError(
+            "pictures need matplotlib, which is not installed: pip install matplotlib, or name a file .csv"
+        ) from None
+
+
 def draw(recordings: dict[str, Recording], path: Path, title: str = "", notes: str = "") -> None:
     """Draw panels as ``Recording.panels``, one line for each signal and recording; the format by the suffix.
 
@@ -36,10 +46,9 @@ def drawn(recordings: dict[str, Recording], suffix: str, title: str = "", notes:
     Raises:
         PictureError: matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise PictureError("pictures need matplotlib: pip install matplotlib") from None
+    check_can_draw()
+    from matplotlib.figure import Figure
+
     panels = next(iter(recordings.values())).panels()
     figure = Figure(figsize=(8, 1.2 + 2.2 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 from hil.core import FIELDS, AxisKind
-from hil.vocab.near_words import did_you_mean
+from hil.vocab.near_words import meant
 
 
 def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
@@ -18,10 +17,8 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
         raise ValueError("no signals; name at least one")
     for name in signals:
         if name not in kind.fields or name == "at_ns":
-            near = get_close_matches(name, kind.fields, 3, 0.5)
-            raise ValueError(
-                f"an axis has no signal {name!r}; " + (did_you_mean(*near) or "`hil reference` lists them")
-            )
+            known = [each for each in kind.fields if each != "at_ns"]
+            raise ValueError(f"an axis of this kind has no signal {name!r}; {meant(name, known)}")
     return tuple(dict.fromkeys(signals))
 
 

@@ -64,7 +64,7 @@ def test_options_that_stand_before_the_verb(command: CliCommand, name: str, word
         own = parsed(example_of(command))[name]  # a word behind the verb holds
         assert parsed(line)[name] == (own or {"bench": "x", "as_json": True}[name])
     else:
-        with pytest.raises(USAGE_ERROR, match="asks no running bench|has no --json"):
+        with pytest.raises(USAGE_ERROR, match=r"asks no running bench|has no --json"):
             parsed(line)
 
 
