@@ -6,10 +6,12 @@ Each says in ``told`` where it has put what; ``is_live`` of one whose user waits
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
@@ -22,6 +24,9 @@ from hil.wire.pcapng import CaptureError, Interface
 
 DISSECTOR = "wireshark/sac_packets.lua"
 _PATIENCE_S = 2
+_NO_DISPLAY = re.compile(r"could not connect to display|cannot open display|no Qt platform plugin")
+"""What Qt says, by way of Wireshark, where it has no screen."""
+_SHOWN_BYTES = 4000
 
 
 class LinesTarget:
@@ -126,8 +131,12 @@ class WiresharkTarget:
 
     def begin(self, interfaces: Sequence[Interface]) -> int:
         command = [self._program, "-k", "-i", "-", *chosen_dissectors(interfaces)]
+        # No pipe: Wireshark goes on when this command has ended, and writes on.
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed in ``told``
         # In a session of its own: Ctrl-C in this terminal ends the capture, and not Wireshark.
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stderr=self._said, start_new_session=True
+        )
         assert self._process.stdin
         self._stream = Stream(self._process.stdin, self.name)  # type: ignore[arg-type]
         return self._process.stdin.fileno()
@@ -142,11 +151,20 @@ class WiresharkTarget:
         """Raises typer.Exit: Wireshark has failed."""
         if self._process is None:
             return ""
-        with suppress(subprocess.TimeoutExpired):
+        with self._said, suppress(subprocess.TimeoutExpired):
             if code := self._process.wait(self._patience_s):
-                how = f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
-                raise fail(f"hil: wireshark ended {how}; what it said stands above")
+                raise fail(f"hil: {self._failure(code)}")
         return f"; {self._stream.told()}"
+
+    def _failure(self, code: int) -> str:
+        said = os.pread(self._said.fileno(), _SHOWN_BYTES, 0).decode("utf-8", "replace").strip()
+        if _NO_DISPLAY.search(said):
+            return (
+                "wireshark has no display to show itself on: call this in a graphical session (over ssh with"
+                " -X), or write a file with -w FILE and open it where there is a display"
+            )
+        how = f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
+        return f"wireshark ended {how}" + (f"; it said:\n{said}" if said else "")
 
 
 def chosen_dissectors(interfaces: Sequence[Interface]) -> list[str]:

@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
-from hil.cli.capture_run import capture_run, described
-from hil.cli.capture_targets import FileTarget, LinesTarget, chosen_dissectors
+from hil.cli.capture_run import Target, capture_run, described
+from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.socketcan import pack_frame
 from hil.wire.modbus_rtu.frame import encode
@@ -24,9 +25,7 @@ LINES = [
 PACKET = b"\2\x55\1y\3\x64\0"
 
 
-def run(
-    sent: bytes, target: LinesTarget | FileTarget, count: int | None = None, *, ends: bool = True
-) -> None:
+def run(sent: bytes, target: Target, count: int | None = None, *, ends: bool = True) -> None:
     """Run a capture of what a bench sends, which then ends the connection or is silent."""
     ours, theirs = socket.socketpair()
     with ours, theirs:
@@ -91,6 +90,36 @@ def test_wireshark_is_told_of_the_dissector_and_of_canopen() -> None:
     assert Path(options[1].removeprefix("lua_script:")).is_file()
     assert len(options) == 2
     assert chosen_dissectors(LINES)[2:] == ["-d", "can.subdissector,canopen"]
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        (
+            "[GUI ERROR] -- no Qt platform plugin could be initialized",
+            "hil: wireshark has no display to show",
+        ),
+        ("it is broken", "hil: wireshark ended with exit code 3; it said:\nit is broken\n"),
+        ("", "hil: wireshark ended with exit code 3\n"),
+    ],
+)
+def test_why_wireshark_has_not_started(
+    said: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    program = tmp_path / "wireshark"
+    program.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(typer.Exit) as ended:
+        run(header("t", LINES), WiresharkTarget(), ends=False)
+    assert ended.value.exit_code == 1
+    told = capfd.readouterr().err.partition("ends it\n")[2]
+    assert told.startswith(message)
+    assert "Qt" not in told
 
 
 def test_a_full_disk_is_said(tmp_path: Path) -> None:
