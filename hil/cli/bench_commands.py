@@ -37,11 +37,9 @@ def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: A
     if not benches:
         typer.echo("No bench is running here.")
         return
-    from rich.console import Console
+    from hil.cli.views import device_table, long_lines
 
-    from hil.cli.views import device_table
-
-    console = Console(soft_wrap=True, markup=False)
+    console = long_lines()
     for listed, words in zip(benches, options, strict=True):
         console.print(device_table(all_pasteable(listed, words)))
 
@@ -65,7 +63,7 @@ def status(
 
     from hil.cli import interrupts as signals
     from hil.cli.hints import all_pasteable
-    from hil.cli.views import status_view
+    from hil.cli.views import long_lines, status_view
 
     def answers() -> Iterator[dict[str, Any]]:
         yield ask_bench(bench, runtime_dir, "status")
@@ -76,14 +74,14 @@ def status(
     def shown(answer: dict[str, Any]) -> RenderableType:
         return status_view(all_pasteable(answer))
 
-    console = Console(soft_wrap=True, markup=False)
+    console = long_lines()
     with suppress(KeyboardInterrupt):
         if as_json or not watch or not console.is_terminal:
             for answer in answers():
                 typer.echo(json.dumps(answer)) if as_json else console.print(shown(answer))
             return
         views = map(shown, answers())
-        with Live(next(views), console=console, screen=True) as live, suppress(typer.Exit):
+        with Live(next(views), console=Console(markup=False), screen=True) as live, suppress(typer.Exit):
             for view in views:
                 live.update(view)
         if not signals.came:
@@ -149,10 +147,8 @@ def doctor(
     if as_json:
         typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
     else:
-        from rich.console import Console
+        from hil.cli.views import doctor_view, long_lines
 
-        from hil.cli.views import doctor_view
-
-        Console(soft_wrap=True, markup=False).print(doctor_view(findings))
+        long_lines().print(doctor_view(findings))
     if not healthy(findings):
         raise typer.Exit(1)

@@ -17,7 +17,7 @@ def bus_tables(rows: list[dict[str, Any]]) -> Iterator[RenderableType]:
         buses.add_column(column, justify="left" if column in ("bus", "errors") else "right")
     for column in ("node", *_OF_NODES):
         is_text = column in ("node", "state", "drive")
-        nodes.add_column(column, justify="left" if is_text else "right", no_wrap=True)
+        nodes.add_column(column, justify="left" if is_text else "right", overflow="fold")
     for row in rows:
         load = f"{row['load_percent']:.1f}%"
         buses.add_row(row["bus"], str(row["bit_rate"]), load, str(row["frames"]), _errors(row["errors"]))

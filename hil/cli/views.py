@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -36,15 +36,23 @@ _WORDS: dict[str, Callable[[int], str]] = {
     "motion_state": lambda code: MOTION_STATES[code],
 }
 """Words for the values of fields that are codes."""
+_WIDEST = 10_000
 _BAR = "▁▂▃▄▅▆▇█"
 _HEALTH_STYLE = {"ok": "green", "late": "yellow"}
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
 
+def long_lines() -> Console:
+    """Console for tables and sentences with names, paths and addresses, which have to be whole to be copied:
+    a terminal that is narrower wraps their lines."""
+    return Console(soft_wrap=True, markup=False, width=_WIDEST)
+
+
 def device_table(listed: dict[str, Any]) -> RenderableType:
-    table = Table(title=f"bench {listed['bench']} (process {listed['pid']})", title_justify="left", box=None)
+    head = Text(f"bench {listed['bench']} (process {listed['pid']})", style="italic")
+    table = Table(box=None)
     for column in ("device", "profile", "port", "address", "clients"):
-        table.add_column(column, no_wrap=column == "address", overflow="fold")
+        table.add_column(column)
     for row in listed["devices"]:
         profile = f"{row['profile']} {row['hardware']}"
         clients = str(row["clients"]) if row["address"] else ""
@@ -56,7 +64,7 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
     for row in listed["nodes"]:
         table.add_row(row["node"], f"node {row['id']} on {row['bus']}", "", "", "")
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
-    return Group(table, *_remarks(stopped))
+    return Group(head, table, *_remarks(stopped))
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
@@ -74,7 +82,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     table = Table(box=None, collapse_padding=True)
     for column in ("device", "clients", "in", "out", "dropped", *MOTION, "state"):
         justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
-        table.add_column(column, justify=justify, no_wrap=True)
+        table.add_column(column, justify=justify, overflow="fold")
     for row in status["devices"]:
         shot = row["snapshot"]
         of_port = ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")
@@ -184,7 +192,7 @@ def doctor_view(findings: list["Diagnosis"]) -> RenderableType:
     """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
     table = Table(box=None)
     for column in ("verdict", "what", "found"):
-        table.add_column(column, no_wrap=column != "found", overflow="fold")
+        table.add_column(column)
     for finding in findings:
         verdict = Text(finding.verdict, style=_VERDICT_STYLE[finding.verdict])
         table.add_row(verdict, finding.name, Text(finding.found))
