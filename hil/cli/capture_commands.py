@@ -11,7 +11,8 @@ from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
 from hil.cli.told import AsJson, CommandAnswer
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+    from mmap import mmap
 
     from hil.cli.decoded_item import DecodedItem
     from hil.cli.decoding import Decoder
@@ -88,19 +89,21 @@ def _capture(
 ) -> None:
     from hil.cli.capture_run import capture_run
     from hil.cli.exit_codes import exit_of
+    from hil.cli.time_order import WINDOW_NS
     from hil.net.control_client import ControlError, ask, begin
     from hil.wire.pcapng import CaptureError
 
     socket = bench_meant(bench, runtime_dir).socket
     try:
         is_waiting = count is not None or target.is_live
-        idle_s = _IDLE_S / min(1, max(_SLOWEST, ask(socket, "status")["speed"])) if is_waiting else None
+        speed = max(_SLOWEST, ask(socket, "status")["speed"])
+        idle_s = _IDLE_S / min(1, speed) if is_waiting else None
         client, _ = begin(socket, "capture", ports=sources)
     except ControlError as error:
         raise fail(f"hil: {error}", exit_of(error)) from None
     with client:
         try:
-            capture_run(client, target, count, idle_s)
+            capture_run(client, target, count, idle_s, round(WINDOW_NS * max(1, speed)))
         except OSError as error:
             raise fail(f"hil: {target.name}: {error.strerror or error}") from None
         except CaptureError as error:
@@ -134,31 +137,36 @@ def decode(
     from hil.cli.interrupts import ended_by
     from hil.wire.pcapng import CaptureError
 
-    decoder = Decoder(dict(map(_eds, eds or [])))
-    target = LinesTarget(as_json=as_json)
+    names = dict(map(_eds, eds or []))
+    target, first_ns = LinesTarget(as_json=as_json), None
     try:
         # In a pipeline Ctrl-C ends the capture, too: what it has sent before is still to come.
         with target.open(), suppress(KeyboardInterrupt), ended_by(lambda: None):
-            for item in _items(file, decoder):
-                target.show([item], decoder.first_ns or 0)
+            for item in _items(file, lambda: Decoder(names)):
+                first_ns = item.at_ns if first_ns is None else first_ns
+                target.show([item], first_ns)
     except CaptureError as error:
-        raise fail(f"hil: {file}: {error}", 2) from None
+        raise fail(f"hil: {'the standard input' if file == Path('-') else file}: {error}", 2) from None
     except OSError as error:
         raise fail(f"hil: {target.name}: {error.strerror}") from None
 
 
-def _items(file: Path, decoder: "Decoder") -> "Iterator[DecodedItem]":
-    """Items of a file, or of the standard input as they come."""
+def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
+    """Items of a file in the order of their times, or of the standard input as they come. ``new``: makes a
+    decoder."""
     from hil.cli.capture_files import is_log, read_log
     from hil.cli.capture_input import any_form
     from hil.cli.decoding import decoded, decoded_log
     from hil.cli.live_input import LiveInput
+    from hil.cli.time_order import in_order
 
     if file == Path("-"):
-        return any_form(LiveInput(sys.stdin.fileno(), _IDLE_S, sys.stdout.fileno()), decoder)
+        return any_form(LiveInput(sys.stdin.fileno(), _IDLE_S, sys.stdout.fileno()), new())
     if is_log(file.name):
-        return decoded_log(read_log(file.suffix.lower(), _content(file)), decoder)
-    return decoded(_content(file), decoder)
+        log = _content(file)
+        return in_order(lambda: decoded_log(read_log(file.suffix.lower(), log), new()))
+    capture = _mapped(file)
+    return in_order(lambda: decoded(capture, new()))
 
 
 def _eds(text: str) -> tuple[int, Any]:
@@ -171,6 +179,20 @@ def _eds(text: str) -> tuple[int, Any]:
         return int(node), read_eds(_content(Path(name)).decode("utf-8", "replace"), int(node))
     except EdsError as error:
         raise fail(f"hil: {name}: {error}", 2) from None
+
+
+def _mapped(file: Path) -> "bytes | mmap":
+    """Content of a file that may be large: its pages come as they are read. A pipe is read whole."""
+    from mmap import ACCESS_READ, mmap
+
+    try:
+        with file.open("rb") as opened:
+            try:
+                return mmap(opened.fileno(), 0, access=ACCESS_READ)
+            except (OSError, ValueError):  # a pipe, or empty
+                return opened.read()
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
 
 
 def _content(file: Path) -> bytes:

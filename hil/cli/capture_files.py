@@ -15,7 +15,7 @@ from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_lines
 from hil.wire.can.socketcan import ERROR as ERROR_FLAG
 from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, from_word, unpack
-from hil.wire.pcapng import CaptureError, Record, header_length, read, split_blocks, whole_blocks
+from hil.wire.pcapng import CaptureError, Record, cut_off, header_length, read, split_blocks, whole_blocks
 
 LOG_ENDINGS = (".log", ".asc", ".blf")
 _SHOWN = 200
@@ -278,7 +278,7 @@ def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:
     Raises:
         CaptureError: it is none, or cut off where it has to end with a block.
     """
-    held, is_first = b"", True
+    held, is_first, at = b"", True, 0
     while (data := receive(65536)) != b"":
         if data is None:
             yield b""
@@ -290,5 +290,6 @@ def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:
         if size := whole_blocks(held):
             yield held[:size]
             held = held[size:]
+            at += size
     if held and has_end:
-        raise CaptureError("cut off in the middle of a block")
+        raise CaptureError(cut_off(at))

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from hil.cli.capture_files import MAGIC, Receive, read_candump, read_log, records_of
 from hil.cli.decoded_item import DecodedItem
-from hil.cli.decoding import Decoder, decoded, decoded_log
+from hil.cli.decoding import Decoder, decoded_live, decoded_log
+from hil.cli.time_order import in_window
 from hil.wire.pcapng import CaptureError
 
 _BLF, _CANDUMP, _ASC = b"LOGG", b"(", (b"date", b"base", b"//")
@@ -23,7 +24,7 @@ def any_form(receive: Receive, decoder: Decoder) -> Iterator[DecodedItem]:
         raise CaptureError("there is nothing in it")
     again = _with_head(head, receive)
     if head.startswith(MAGIC):
-        return decoded(records_of(again), decoder)
+        return in_window(decoded_live(records_of(again), decoder))
     if head.startswith(_BLF):
         return decoded_log(read_log(".blf", _all(again)), decoder)
     if head.lstrip().startswith(_CANDUMP):

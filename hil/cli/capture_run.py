@@ -3,16 +3,19 @@
 import socket
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from functools import partial
+from itertools import islice
 
+from hil.cli.ask import fail
 from hil.cli.capture_files import Records, blocks_of
 from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget
+from hil.cli.counted_blocks import CountedBlocks
 from hil.cli.decoded_item import DecodedItem, DecodedKind, printable
 from hil.cli.decoding import Decoder
 from hil.cli.interrupts import ended_by
 from hil.cli.live_input import LiveInput
+from hil.cli.time_order import WINDOW_NS, TimeWindow
 from hil.host.journal import say
 from hil.wire.pcapng import RAW, Interface, interfaces_in, split_blocks
 
@@ -53,52 +56,107 @@ def _counted(number: int, word: str) -> str:
     return f"{number} {first}{'s' * (number != 1)}{f' {rest}' if rest else ''}"
 
 
-def capture_run(client: socket.socket, target: Target, count: int | None, idle_s: float | None) -> None:
+def capture_run(
+    client: socket.socket,
+    target: Target,
+    count: int | None,
+    idle_s: float | None,
+    window_ns: int = WINDOW_NS,
+) -> None:
     """Carry a capture to a target until it ends, ``count`` items have come, a signal comes, or nobody takes
     anything any more; says on the standard error what it captures, and at the end how much. ``idle_s``: pause
-    after which what is held is shown.
+    after which what is held is shown; ``window_ns``: time by which items may come out of order.
 
     Raises:
         OSError: the target cannot be written.
         CaptureError: what comes is no capture, or none for this target.
+        typer.Exit: the bench has ended.
     """
-    tally, decoder = Tally(), Decoder()
-    with suppress(KeyboardInterrupt), target.open(), ended_by(partial(_hang_up, client)):
-        for items in _carried(client, target, idle_s, decoder, is_by_block=count is not None):
-            shown = items if count is None else items[: count - tally.total]
-            for item in shown:
-                tally.add(item)
-            target.show(shown, decoder.first_ns or 0)
-            if tally.total == count:
+    run = _Run(client, target, count, idle_s, window_ns)
+    with suppress(KeyboardInterrupt), target.open(), ended_by(run.hang_up):
+        run.carry()
+    told = f"{run.tally.told(run.decoder.lost)}{target.told()}"
+    if run.has_bench_ended:
+        raise fail(f"hil: the bench has ended, and with it the capture: {told}")
+    say(f"hil: {told}", sys.stderr)
+
+
+class _Run:
+    """Run of a capture, with what it has counted."""
+
+    def __init__(
+        self, client: socket.socket, target: Target, count: int | None, idle_s: float | None, window_ns: int
+    ) -> None:
+        self._client, self._target, self._count = client, target, count
+        self._receive = LiveInput(client.fileno(), idle_s)
+        self._records, self._window = Records(), TimeWindow(window_ns)
+        self._interfaces: list[Interface] = []
+        self._counted = CountedBlocks()
+        self._first_ns: int | None = None
+        self._is_hung_up = False
+        self.tally, self.decoder = Tally(), Decoder()
+        self.has_bench_ended = False
+
+    def hang_up(self) -> None:
+        """Shut the connection down; what has come already can still be read."""
+        self._is_hung_up = True
+        with suppress(OSError):  # the connection has ended by itself
+            self._client.shutdown(socket.SHUT_RDWR)
+
+    def carry(self) -> None:
+        """Carry what comes to the target, in the order of time, until there is no more or enough."""
+        for blocks in blocks_of(self._receive):
+            if blocks:
+                self._take(blocks)
+            else:
+                self._show(self._silence())
+            if self._has_enough():
                 break
-    say(f"hil: {tally.told(decoder.lost)}{target.told()}", sys.stderr)
+        else:
+            self._show(self._silence())
+            self.has_bench_ended = not self._is_hung_up and not self._has_enough()
+        if self._interfaces:
+            self._target.take(self._counted.rest(self._interfaces))
 
+    def _begin(self, blocks: bytes) -> None:
+        self._interfaces = interfaces_in(blocks)
+        self._receive.watch(self._target.begin(self._interfaces))
+        say(f"hil: capturing {described(self._interfaces)}; Ctrl-C ends it", sys.stderr)
 
-def _hang_up(client: socket.socket) -> None:
-    """Shut the connection down; what has come already can still be read."""
-    with suppress(OSError):  # the connection has ended by itself
-        client.shutdown(socket.SHUT_RDWR)
+    def _take(self, blocks: bytes) -> None:
+        if not self._interfaces:
+            self._begin(blocks)
+        for piece in split_blocks(blocks) if self._count else (blocks,):
+            self._take_piece(piece)
 
+    def _take_piece(self, blocks: bytes) -> None:
+        """Take whole blocks; where items are counted, one."""
+        records = list(self._records.take(blocks))
+        if not self._count or not records:
+            self._target.take(blocks)
+        for record in records:
+            items = list(self.decoder.take(record))
+            if self._count:
+                self._counted.put(blocks, record, self.decoder.stream_of(record))
+            self._show(self._window.put(items))
 
-def _carried(
-    client: socket.socket, target: Target, idle_s: float | None, decoder: Decoder, *, is_by_block: bool
-) -> Iterator[list[DecodedItem]]:
-    """Give what comes to the target; answers the items of it. ``is_by_block``: of each block alone."""
-    records, receive = Records(), LiveInput(client.fileno(), idle_s)
-    has_begun = False
-    for blocks in blocks_of(receive):
-        if not blocks:
-            yield list(decoder.silence())
-            continue
-        if not has_begun:
-            has_begun = True
-            interfaces = interfaces_in(blocks)
-            receive.watch(target.begin(interfaces))
-            say(f"hil: capturing {described(interfaces)}; Ctrl-C ends it", sys.stderr)
-        for piece in split_blocks(blocks) if is_by_block else (blocks,):
-            target.take(piece)
-            yield [item for record in records.take(piece) for item in decoder.take(record)]
-    yield list(decoder.silence())
+    def _silence(self) -> Iterator[DecodedItem]:
+        """Items that are complete, and in order, as nothing follows."""
+        yield from self._window.put(self.decoder.silence())
+        yield from self._window.rest()
+
+    def _show(self, items: Iterable[DecodedItem]) -> None:
+        left = None if self._count is None else self._count - self.tally.total
+        shown = list(islice(items, left))
+        for item in shown:
+            self.tally.add(item)
+            self._first_ns = item.at_ns if self._first_ns is None else self._first_ns
+        if self._count:
+            self._target.take(self._counted.count(shown))
+        self._target.show(shown, self._first_ns or 0)
+
+    def _has_enough(self) -> bool:
+        return self._count is not None and self.tally.total >= self._count
 
 
 def described(interfaces: Sequence[Interface]) -> str:

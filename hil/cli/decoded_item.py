@@ -1,6 +1,6 @@
 """Items of a capture, in words and for programs: packets, frames, bytes and events, each a line."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -47,6 +47,8 @@ class DecodedItem:
     error: str = ""
     data: bytes = b""
     can_id: int | None = None
+    stream: Hashable = None
+    """Whose bytes ``data`` are, one item after the other: what splits them, or the record that this is."""
 
     def line(self, first_ns: int, *, colours: bool = False) -> str:
         """Format for people: seconds since ``first_ns``, source, words; with an error in red."""

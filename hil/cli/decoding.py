@@ -1,7 +1,8 @@
 """Captures in words: each packet by the framing that the capture names, each frame of CAN with what it says
 by CANopen, bytes of a terminal by lines."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from mmap import mmap
 
 from hil.cli.capture_files import logged
 from hil.cli.decoded_item import DecodedItem, DecodedKind
@@ -50,6 +51,7 @@ class _Line:
             destination,
             item.fault,
             item.raw,
+            stream=self,
         )
 
 
@@ -64,14 +66,20 @@ class _Buses:
         self._eds = eds
         self._words: dict[str, CanOpenWords] = {}
 
-    def decoded(self, each: LoggedFrame, comment: str = "") -> DecodedItem:
-        """Decode a frame or an error; ``comment``: who sent or found it."""
+    def decoded(self, each: LoggedFrame, comment: str = "", record: Record | None = None) -> DecodedItem:
+        """Decode a frame or an error; ``comment``: who sent or found it; ``record``: which this is."""
         by = f" ({comment})" if comment else ""
         frame = each.frame
         if not isinstance(frame, CanFrame):
             error = str(frame)
             return DecodedItem(
-                each.at_ns, each.bus, DecodedKind.EVENT, lambda: f"{error}{by}", comment or None, error=error
+                each.at_ns,
+                each.bus,
+                DecodedKind.EVENT,
+                lambda: f"{error}{by}",
+                comment or None,
+                error=error,
+                stream=record,
             )
         return DecodedItem(
             each.at_ns,
@@ -81,6 +89,7 @@ class _Buses:
             comment or None,
             data=frame.data,
             can_id=frame.id,
+            stream=record,
         )
 
     def _of(self, bus: str) -> CanOpenWords:
@@ -113,7 +122,7 @@ class Decoder:
         self.lost += record.lost
         yield from self._silent(record.at_ns)
         if record.line.is_can:
-            yield self._buses.decoded(logged(record), record.comment)
+            yield self._buses.decoded(logged(record), record.comment, record)
         elif record.event not in (RecordKind.TX, RecordKind.RX):
             yield _event(record)
         elif record.line.framing == RAW:
@@ -122,6 +131,12 @@ class Decoder:
             yield from self._terminals[record.line].take(record)
         else:
             yield from self._line(record).packets(record.data, record.at_ns)
+
+    def stream_of(self, record: Record) -> Hashable:
+        """Whose bytes those of a record are, as its items have it in ``stream``; after ``take``."""
+        if record.line.is_can or record.event not in (RecordKind.TX, RecordKind.RX):
+            return record
+        return self._terminals[record.line] if record.line.framing == RAW else self._line(record)
 
     def take_logged(self, frame: LoggedFrame) -> Iterator[DecodedItem]:
         """Take a frame of a log of CAN."""
@@ -163,6 +178,7 @@ def _event(record: Record) -> DecodedItem:
         lambda: f"{name}{about}{data}",
         error=name,
         data=record.data,
+        stream=record,
     )
 
 
@@ -176,16 +192,25 @@ def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[Dec
         yield from decoder.take_logged(each)
 
 
-def decoded(capture: bytes | Iterable[Record | None], decoder: Decoder) -> Iterator[DecodedItem]:
-    """Decode a capture, or its records as they come; None: nothing has come for a while.
+def decoded(capture: bytes | mmap, decoder: Decoder) -> Iterator[DecodedItem]:
+    """Decode a capture.
 
     Raises:
         CaptureError: after all that is whole, as ``hil.wire.pcapng.read``; or a framing that is not here.
     """
+    return (item for item in decoded_live(read(capture), decoder) if item)
+
+
+def decoded_live(records: Iterable[Record | None], decoder: Decoder) -> Iterator[DecodedItem | None]:
+    """Decode records as they come. None, of both: nothing has come for a while.
+
+    Raises:
+        CaptureError: as ``decoded``.
+    """
     error: CaptureError | None = None
     try:
-        for record in read(capture) if isinstance(capture, bytes) else capture:
-            yield from decoder.take(record) if record else decoder.silence()
+        for record in records:
+            yield from decoder.take(record) if record else (*decoder.silence(), None)
     except CaptureError as caught:
         error = caught
     yield from decoder.silence()  # follows the last record

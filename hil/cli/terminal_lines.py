@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from hil.cli.decoded_item import DecodedItem, DecodedKind
 from hil.wire.pcapng import Record, RecordKind
 
-APART_NS = 20_000_000
-"""Bytes that come so long after others are a line of their own."""
+APART_NS = 100_000_000
+"""Bytes that come so long after others are a line of their own. Of a bench at speed 20 they come in steps of
+20 ms."""
 LONGEST = 1024
 """Bytes after which a line is given, whatever follows."""
 _CLIENT, _BOARD = "client", "board"
@@ -55,4 +56,5 @@ class TerminalLines:
             lambda: f"{sides[0]} -> {sides[1]} {repr(raw)[1:]}",
             *sides,
             data=raw,
+            stream=self,
         )

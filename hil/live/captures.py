@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hil import __version__
+from hil.live.clock import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
@@ -18,11 +19,13 @@ BACKLOG_BYTES = 8 * 1024 * 1024
 
 
 class Capture:
-    """Capture for one reader. ``sources`` are ports, segments and CAN buses."""
+    """Capture for one reader. ``sources`` are ports, segments and CAN buses. All records have simulated time,
+    counted from the wall's at 0, so that they can be compared at any speed of the bench."""
 
-    def __init__(self, sources: Sequence[Interface], epoch_ns: int) -> None:
+    def __init__(self, sources: Sequence[Interface], clock: WallClock) -> None:
         self.sources = sources
-        self._epoch_ns = epoch_ns
+        self._clock = clock
+        self._epoch_ns = clock.epoch_ns
         self._writer: asyncio.StreamWriter | None = None
         self._lost = 0
 
@@ -35,7 +38,8 @@ class Capture:
         self, source: int, event: RecordKind, data: bytes = b"", comment: str = "", at_ns: int = -1
     ) -> None:
         """Write a record of a serial line; ``at_ns``: simulated time, else now."""
-        time_ns = time.time_ns() if at_ns < 0 else self._epoch_ns + at_ns
+        sim_ns = self._clock.sim_ns(time.time_ns()) if at_ns < 0 else at_ns
+        time_ns = self._epoch_ns + sim_ns
         if writer := self._writer_now(source, time_ns):
             writer.write(record(source, time_ns, event, data, comment))
 

@@ -106,7 +106,7 @@ class LookingOn:
             known = (segments, self._sim.buses, self._places, self._sim.nodes)
             if not any(name in each for each in known):
                 raise self._no_place(name)
-        capture = Capture([self._interface(name) for name in ports], self._clock.epoch_ns)
+        capture = Capture([self._interface(name) for name in ports], self._clock)
         ends = [self._captured(capture, index, name) for index, name in enumerate(ports)]
 
         def end() -> None:

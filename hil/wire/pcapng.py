@@ -10,6 +10,7 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from mmap import mmap
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 
@@ -128,7 +129,7 @@ class CaptureError(Exception):
     """Error of a file that is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
 
 
-def read(data: bytes) -> Iterator[Record]:
+def read(data: bytes | mmap) -> Iterator[Record]:
     """The records of a capture that ``header`` and ``record`` wrote, or that has the same link type.
 
     Raises:
@@ -141,7 +142,7 @@ def read(data: bytes) -> Iterator[Record]:
     at, order, lines, units = 0, "<", list[Interface](), list[int]()
     while at < len(data):
         if len(data) - at < 12:
-            raise CaptureError(f"cut off in the middle of a block at byte {at}")
+            raise CaptureError(cut_off(at))
         if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
             order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
             lines, units = [], []
@@ -149,7 +150,7 @@ def read(data: bytes) -> Iterator[Record]:
         if size < 12 or size % 4 or size > _BLOCK_MAX:
             raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")
         if at + size > len(data):
-            raise CaptureError(f"cut off in the middle of a block at byte {at}")
+            raise CaptureError(cut_off(at))
         body = data[at + 8 : at + size - 4]
         if kind == _INTERFACE:
             if len(body) < 8:
@@ -164,6 +165,11 @@ def read(data: bytes) -> Iterator[Record]:
         elif kind == _PACKET and len(body) >= 20:
             yield _record(body, order, lines, units, at)
         at += size
+
+
+def cut_off(at: int) -> str:
+    """Say of a capture that its last block, which begins at this byte, is not whole."""
+    return f"cut off in the middle of a block at byte {at}: what is whole ends there"
 
 
 def whole_blocks(data: bytes) -> int:

@@ -4,6 +4,7 @@ import json
 import socket
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ import typer
 
 from hil.cli.capture_run import Target, capture_run, described
 from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
+from hil.cli.decoding import Decoder, decoded
+from hil.cli.time_order import in_order
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.socketcan import pack_frame
 from hil.wire.modbus_rtu.frame import encode
@@ -26,13 +29,14 @@ PACKET = b"\2\x55\1y\3\x64\0"
 
 
 def run(sent: bytes, target: Target, count: int | None = None, *, ends: bool = True) -> None:
-    """Run a capture of what a bench sends, which then ends the connection or is silent."""
+    """Run a capture of what a bench sends, which then ends the connection or is silent: the one fails."""
     ours, theirs = socket.socketpair()
     with ours, theirs:
         theirs.sendall(sent)
         if ends:
             theirs.shutdown(socket.SHUT_WR)
-        capture_run(ours, target, count, 0.01)
+        with pytest.raises(typer.Exit) if ends and count is None else nullcontext():
+            capture_run(ours, target, count, 0.01)
 
 
 def test_what_passes_is_printed_and_counted(capfd: pytest.CaptureFixture[str]) -> None:
@@ -51,7 +55,8 @@ def test_what_passes_is_printed_and_counted(capfd: pytest.CaptureFixture[str]) -
     ]
     assert said.splitlines() == [
         f"hil: capturing {described(LINES)}; Ctrl-C ends it",
-        "hil: 3 packets, 1 frame, 1 line of bytes, 1 with errors; 3 lost",
+        "hil: the bench has ended, and with it the capture: "
+        "3 packets, 1 frame, 1 line of bytes, 1 with errors; 3 lost",
     ]
     assert described(LINES[1:]) == "bus1 (modbus_rtu, 9600 baud), can0 (CAN, 1000000 bit/s), m1 (bytes)"
 
@@ -75,6 +80,51 @@ def test_it_ends_after_so_many(capfd: pytest.CaptureFixture[str], tmp_path: Path
     assert len(list(read(file.read_bytes()))) == 4
     said = capfd.readouterr().err
     assert said.endswith(f"hil: 4 packets; none lost; {file.stat().st_size} bytes in {file}\n")
+
+
+TALK = [
+    (3, 0, RecordKind.TX, b"p\r"),
+    (3, 1, RecordKind.RX, b"one\r\ntw"),
+    (0, 2, RecordKind.RX, PACKET[:3]),
+    (3, 3, RecordKind.RX, b"o\r\nthr"),
+    (0, 4, RecordKind.RX, PACKET[3:] + PACKET[:2]),
+    (0, 5, RecordKind.LOST, b""),
+    (3, 6, RecordKind.RX, b"ee\r\n"),
+    (0, 7, RecordKind.RX, PACKET[2:]),
+]
+"""Lines and packets whose beginnings and ends share records: interface, milliseconds, kind, bytes."""
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+def test_a_file_ends_with_the_last_item_that_counts(count: int, tmp_path: Path) -> None:
+    sent = header("t", LINES)
+    sent += b"".join(record(line, 10**6 * at, kind, data) for line, at, kind, data in TALK)
+    file = tmp_path / "a.pcapng"
+    with pytest.raises(typer.Exit) if count == 8 else nullcontext():  # there are seven
+        run(sent, FileTarget(str(file), 0, 1), count)
+    items = in_order(lambda: decoded(file.read_bytes(), Decoder()))
+    all_of_it = [item.line(0) for item in in_order(lambda: decoded(sent, Decoder()))]
+    assert [item.line(0) for item in items] == all_of_it[:count]
+    assert len(all_of_it) == 7
+
+
+def test_items_come_in_the_order_of_time(capfd: pytest.CaptureFixture[str]) -> None:
+    """A line that began first ends last; and one record comes long after its time."""
+    rows = [
+        (3, 0, b"be"),
+        (0, 10, PACKET),
+        (3, 20, b"gun\n"),
+        (0, 15, PACKET),
+        (0, 900, PACKET),
+        (0, 30, PACKET),
+    ]
+    sent = header("t", LINES) + b"".join(
+        record(line, 10**6 * at, RecordKind.RX, data) for line, at, data in rows
+    )
+    run(sent, LinesTarget(as_json=False))
+    lines = capfd.readouterr().out.splitlines()
+    assert [float(line.split()[0]) for line in lines] == [0, 0.01, 0.015, 0.03, 0.9]
+    assert lines[0].endswith(r"board -> client 'begun\n'")
 
 
 def test_a_file_is_whole_where_a_bench_has_ended_in_the_middle(tmp_path: Path) -> None:

@@ -89,8 +89,8 @@ def test_bytes_of_a_terminal_by_lines_sides_and_pauses() -> None:
         (1_000_000, RecordKind.RX, b"step"),
         (2_000_000, RecordKind.RX, b"Number\r"),
         (3_000_000, RecordKind.RX, b"\nrest"),
-        (30_000_000, RecordKind.RX, b"later"),
-        (31_000_000, RecordKind.TX, b"\xff" * 1500),
+        (130_000_000, RecordKind.RX, b"later"),
+        (131_000_000, RecordKind.TX, b"\xff" * 1500),
     ]
     capture = header("test", [Interface("m1", RAW)]) + b"".join(record(0, *row) for row in rows)
     items = list(decoded(capture, Decoder()))
@@ -99,9 +99,9 @@ def test_bytes_of_a_terminal_by_lines_sides_and_pauses() -> None:
         "0.000000 m1 client -> board 'p'",
         "0.001000 m1 board -> client 'stepNumber\\r\\n'",
         "0.003000 m1 board -> client 'rest'",
-        "0.030000 m1 board -> client 'later'",
-        "0.031000 m1 client -> board '" + "\\xff" * 4 + "\\",
-        "0.031000 m1 client -> board '" + "\\xff" * 4 + "\\",
+        "0.130000 m1 board -> client 'later'",
+        "0.131000 m1 client -> board '" + "\\xff" * 4 + "\\",
+        "0.131000 m1 client -> board '" + "\\xff" * 4 + "\\",
     ]
 
 

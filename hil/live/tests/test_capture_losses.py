@@ -3,6 +3,7 @@
 from typing import Any
 
 from hil.live.captures import BACKLOG_BYTES, Capture
+from hil.live.clock import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
 from hil.wire.can.socketcan import CanError, unpack
@@ -30,7 +31,9 @@ class SlowWriter:
 def test_how_many_were_lost_is_told_by_the_next_record() -> None:
     for line in (Interface("bus0", "sac"), Interface("can0", is_can=True)):
         writer: Any = SlowWriter()
-        capture = Capture([Interface("bus0", "sac"), line], 0)
+        no_bench: Any = None
+        clock = WallClock(no_bench, 1.0, 0)
+        capture = Capture([Interface("bus0", "sac"), line], clock)
         capture.begin(writer)
         writer.waiting = BACKLOG_BYTES + 1
         for at_ns in range(3):
