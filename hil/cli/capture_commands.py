@@ -36,7 +36,7 @@ def capture(
         ),
     ] = None,
     count: Annotated[
-        int | None, typer.Option("--count", "-c", help="End after so many packets, frames or lines.", min=1)
+        int | None, typer.Option("--count", "-c", help="End after just so many packets, frames or lines.", min=1)
     ] = None,
     wireshark: Annotated[
         bool, typer.Option("--wireshark", help="Show it live in Wireshark, with hil's dissector.")
@@ -52,7 +52,9 @@ def capture(
     """Show what passes on segments, CAN buses and at ports, or write it to a file, until Ctrl-C.
 
     A line is a packet, a frame of CAN, or a line of bytes at a terminal: seconds since the first, where, from
-    whom to whom, what. On the standard error is what is captured, and at the end how much it was.
+    whom to whom, what. They are in the order of time, for which each waits half a second at most while others
+    pass. On the standard error is what is captured, and at the end how much it was. Exits with 1 if the bench
+    ends.
 
     Example: hil capture bus0 -c 10
 
@@ -125,6 +127,8 @@ def decode(
     as_json: AsJson = False,
 ) -> None:
     """Print a capture's packets and frames as text: time, place, sender, receiver, contents.
+
+    They are in the order of time: exactly of a file, within half a second as they come.
 
     Live: hil capture can0 -w - | hil decode -
 

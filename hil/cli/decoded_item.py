@@ -9,7 +9,7 @@ from hil.vocab.framing import Party
 
 KEYS: dict[str, str] = {
     "at_ns": "when it began, in nanoseconds since 1970; in logs as their writer counted",
-    "time_s": "seconds since the first record",
+    "time_s": "seconds since the first of them",
     "source": "the segment, CAN bus, node, tap or port",
     "kind": "`packet`, `frame` (of CAN), `bytes` (at a terminal), or `event`: what was wrong on a line or a"
     " bus, or what the capture has lost",

@@ -21,7 +21,8 @@ class Exit(IntEnum):
 EXIT_CODES: dict[int, str] = {
     Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
     Exit.FAILED: "failure: no bench answers, the bench or the board refused"
-    f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem",
+    f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem;"
+    " of `hil capture`: the bench ended before it",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
     " which are listed; of `hil serve`: something it needs is refused or in use",

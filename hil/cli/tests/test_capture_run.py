@@ -1,6 +1,7 @@
 """Captures as they come: lines, files, their ends, and what is said of them."""
 
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -179,3 +180,12 @@ def test_a_full_disk_is_said(tmp_path: Path) -> None:
     with open("/dev/full", "w") as full:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (1, "hil: the standard output: No space left on device\n")
+
+
+def test_pcapng_is_refused_for_a_terminal() -> None:
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-c", "from hil.cli.entry import main; main()", "capture", "a", "b", "-w", "-"]
+    with os.fdopen(ours), os.fdopen(theirs):
+        done = subprocess.run(command, stdout=theirs, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert "name a file, or write it to a program, as in `hil capture a b -w - | hil decode -`" in done.stderr

@@ -1,6 +1,9 @@
-"""Captures whose reader is too slow."""
+"""Captures whose reader is too slow, and the times of what they have."""
 
+import time
 from typing import Any
+
+import pytest
 
 from hil.live.captures import BACKLOG_BYTES, Capture
 from hil.live.clock import WallClock
@@ -49,3 +52,14 @@ def test_how_many_were_lost_is_told_by_the_next_record() -> None:
         else:
             assert lost.event == RecordKind.LOST
         assert [each.lost for each in rest] == [0, 0]
+
+
+def test_ports_and_segments_have_the_same_time_at_any_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    no_bench: Any = None
+    writer: Any = SlowWriter()
+    capture = Capture([Interface("m1", "raw"), Interface("bus0", "sac")], WallClock(no_bench, 20.0, 10**18))
+    capture.begin(writer)
+    monkeypatch.setattr(time, "time_ns", lambda: 10**18 + 7 * 10**9)
+    capture.passed(0, "board", b"p")
+    capture.heard(1, SegmentEvent(SimTimeNs(140 * 10**9), b"x", "s1"))
+    assert [each.at_ns - 10**18 for each in read(writer.got)] == [140 * 10**9] * 2
