@@ -218,7 +218,7 @@ complete -c hil -n '__hil_in \'plot\'' -l runtime-dir -x -a '(__fish_complete_di
 complete -c hil -n '__hil_in \'plot\'' -s h -l help -d 'Show a summary and exit.'
 complete -c hil -n '__hil_at \'plot\' -eq 0' -x -a '(__hil_names axes)'
 complete -c hil -n '__hil_in \'capture\'' -l write -s w -r -F -d 'Write pcapng to this file, and print nothing; - is the standard output.'
-complete -c hil -n '__hil_in \'capture\'' -l count -s c -x -d 'End after just so many packets, frames or lines.'
+complete -c hil -n '__hil_in \'capture\'' -l count -s c -x -d 'End after so many packets, frames or lines.'
 complete -c hil -n '__hil_in \'capture\'' -l wireshark -d 'Show it live in Wireshark, with hil\'s dissector.'
 complete -c hil -n '__hil_in \'capture\'' -l rotate -x -d 'Begin a new file after so many megabytes.'
 complete -c hil -n '__hil_in \'capture\'' -l files -x -d 'How many files to keep with --rotate.'

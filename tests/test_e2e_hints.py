@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from e2e_support import HIL, PATIENCE_S, Place, Server, config
 
-from hil.cli.hints import all_pasteable, pasteable
+from hil.cli.cli import app
+from hil.cli.hints import all_pasteable, begin, pasteable
 from hil.net.benches_here import Found, Here
 
 
@@ -57,6 +59,7 @@ def test_what_errors_and_tables_name(benches: tuple[Place, Server, Server]) -> N
 
 
 def test_only_what_asks_a_bench_has_options() -> None:
+    begin(typer.main.get_command(app))
     words = ["-b", "u"]
     text = (
         "`hil reset m1`, `hil doctor`, `hil zenoh keys`, `hil fault kinds`, `hil fault list`, `hil -b x list`"

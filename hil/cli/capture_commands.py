@@ -12,10 +12,10 @@ from hil.cli.told import AsJson, CommandAnswer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from mmap import mmap
 
     from hil.cli.decoded_item import DecodedItem
     from hil.cli.decoding import Decoder
+    from hil.wire.pcapng import CaptureBytes
 
 _IDLE_S = 0.2
 """Pause after which what is held is shown, where only silence ends a packet; of a bench in real time."""
@@ -36,7 +36,8 @@ def capture(
         ),
     ] = None,
     count: Annotated[
-        int | None, typer.Option("--count", "-c", help="End after just so many packets, frames or lines.", min=1)
+        int | None,
+        typer.Option("--count", "-c", help="End after so many packets, frames or lines.", min=1),
     ] = None,
     wireshark: Annotated[
         bool, typer.Option("--wireshark", help="Show it live in Wireshark, with hil's dissector.")
@@ -185,7 +186,7 @@ def _eds(text: str) -> tuple[int, Any]:
         raise fail(f"hil: {name}: {error}", 2) from None
 
 
-def _mapped(file: Path) -> "bytes | mmap":
+def _mapped(file: Path) -> "CaptureBytes":
     """Content of a file that may be large: its pages come as they are read. A pipe is read whole."""
     from mmap import ACCESS_READ, mmap
 

@@ -15,7 +15,7 @@ from hil.cli.decoded_item import DecodedItem, DecodedKind, printable
 from hil.cli.decoding import Decoder
 from hil.cli.interrupts import ended_by
 from hil.cli.live_input import LiveInput
-from hil.cli.time_order import WINDOW_NS, TimeWindow
+from hil.cli.time_order import WINDOW_NS, ReorderWindow
 from hil.host.journal import say
 from hil.wire.pcapng import RAW, Interface, interfaces_in, split_blocks
 
@@ -89,7 +89,7 @@ class _Run:
     ) -> None:
         self._client, self._target, self._count = client, target, count
         self._receive = LiveInput(client.fileno(), idle_s)
-        self._records, self._window = Records(), TimeWindow(window_ns)
+        self._records, self._window = Records(), ReorderWindow(window_ns)
         self._interfaces: list[Interface] = []
         self._counted = CountedBlocks()
         self._first_ns: int | None = None

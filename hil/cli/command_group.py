@@ -11,12 +11,10 @@ from typer.core import TyperGroup
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import OneCommand, Quick, summary
-from hil.cli.command_table import BOARD, COMMANDS, OF_BRIDGES, PANELS, CommandRow
-from hil.cli.hints import ask_with
+from hil.cli.command_table import BOARD, COMMANDS, NOT_RUNNING, OF_BRIDGES, PANELS, CommandRow
+from hil.cli.hints import begin
 from hil.cli.told import AsJson, telling
 
-NOT_THIS_BENCH = {"zenoh keys"}
-"""Commands whose --bench is not a running one."""
 _HELP = {"help_option_names": ["--help", "-h"]}
 
 
@@ -86,7 +84,7 @@ def _options(
     as_json: AsJson = False,
 ) -> None:
     # What was said here are words of the command itself: see `OneCommand`.
-    ask_with([])
+    begin(context.command)
     bench = os.environ.get("HIL_BENCH")
     if bench and (name := context.invoked_subcommand):
         command: Any = context.command
@@ -96,7 +94,7 @@ def _options(
 def _defaults(command: Any, path: str, given: dict[str, str]) -> dict[str, Any]:
     """Defaults of a command's options from the environment, and of those below it."""
     below = getattr(command, "commands", {})
-    if path in NOT_THIS_BENCH:
+    if path in NOT_RUNNING:
         return {}
     return {**given, **{name: _defaults(each, f"{path} {name}", given) for name, each in below.items()}}
 

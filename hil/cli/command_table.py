@@ -57,5 +57,7 @@ _ROWS = (
     CommandRow("arduino-monitor", SERVICE, "arduino_commands:monitor", is_hidden=True),
 )
 COMMANDS = {row.name: row for row in _ROWS}
+NOT_RUNNING = {"zenoh keys"}
+"""Commands whose --bench is not a running one."""
 OF_BRIDGES = {"modbus": WIRE, "zenoh": SERVICE}
 """Groups of the commands of bridges; those of boards are below ``BOARD``."""

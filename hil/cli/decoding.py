@@ -2,7 +2,6 @@
 by CANopen, bytes of a terminal by lines."""
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from mmap import mmap
 
 from hil.cli.capture_files import logged
 from hil.cli.decoded_item import DecodedItem, DecodedKind
@@ -15,7 +14,7 @@ from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
 from hil.wire.canopen.canopen_words import CanOpenWords
 from hil.wire.canopen.eds_names import EdsObjects
-from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind, read
+from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureBytes, CaptureError, Interface, Record, RecordKind, read
 
 LINE_BAUD = 38400
 """Speed of a line whose capture does not say it."""
@@ -192,7 +191,7 @@ def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[Dec
         yield from decoder.take_logged(each)
 
 
-def decoded(capture: bytes | mmap, decoder: Decoder) -> Iterator[DecodedItem]:
+def decoded(capture: CaptureBytes, decoder: Decoder) -> Iterator[DecodedItem]:
     """Decode a capture.
 
     Raises:

@@ -5,8 +5,17 @@ import re
 import shlex
 from typing import Any
 
+from hil.cli.command_table import NOT_RUNNING
+
 _HINT = re.compile(r"`hil ([a-z][^`]*)`")
 _words: list[str] = []
+_root: list[Any] = []
+"""The command `hil`, once its line is read."""
+
+
+def begin(root: Any) -> None:
+    """Begin a command line of ``root``, which asks no bench yet."""
+    _root[:], _words[:] = [root], []
 
 
 def ask_with(words: list[str]) -> None:
@@ -34,15 +43,11 @@ def all_pasteable(answer: Any, words: list[str] | None = None) -> Any:
 
 
 def _asks_a_bench(line: str) -> bool:
-    import typer
-
-    from hil.cli.cli import app
-    from hil.cli.command_group import NOT_THIS_BENCH
-
-    command: Any = typer.main.get_command(app)
-    path: list[str] = []
+    if not _root:
+        return False
+    command, path = _root[0], list[str]()
     for word in line.split():
         if not (below := hasattr(command, "commands") and command.get_command(None, word)):
             break
         command, path = below, [*path, word]
-    return " ".join(path) not in NOT_THIS_BENCH and "bench" in {each.name for each in command.params}
+    return " ".join(path) not in NOT_RUNNING and "bench" in {each.name for each in command.params}

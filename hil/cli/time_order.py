@@ -15,7 +15,7 @@ WINDOW_NS = 500_000_000
 """Time by which items are held back live: longer than nearly all of them take."""
 
 
-class TimeWindow:
+class ReorderWindow:
     """Order of items as they come: each is held until one is there that is later by ``window_ns``. What is
     later complete than that comes at once, behind later ones."""
 
@@ -46,7 +46,7 @@ def in_window(items: Iterable[DecodedItem | None]) -> Iterator[DecodedItem]:
     Raises:
         CaptureError: after all items, where they end with it.
     """
-    window = TimeWindow()
+    window = ReorderWindow()
     error: CaptureError | None = None
     try:
         for item in items:

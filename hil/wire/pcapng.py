@@ -10,7 +10,7 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from mmap import mmap
+from typing import Protocol
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 
@@ -125,11 +125,19 @@ class Record:
         return self.line.name
 
 
+class CaptureBytes(Protocol):
+    """Bytes of a capture, in memory or in a file that is mapped."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, part: slice, /) -> bytes: ...
+
+
 class CaptureError(Exception):
     """Error of a file that is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
 
 
-def read(data: bytes | mmap) -> Iterator[Record]:
+def read(data: CaptureBytes) -> Iterator[Record]:
     """The records of a capture that ``header`` and ``record`` wrote, or that has the same link type.
 
     Raises:
@@ -146,7 +154,7 @@ def read(data: bytes | mmap) -> Iterator[Record]:
         if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
             order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
             lines, units = [], []
-        kind, size = struct.unpack_from(f"{order}II", data, at)
+        kind, size = struct.unpack(f"{order}II", data[at : at + 8])
         if size < 12 or size % 4 or size > _BLOCK_MAX:
             raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")
         if at + size > len(data):

@@ -6,7 +6,7 @@ from itertools import islice
 import pytest
 
 from hil.cli.decoded_item import DecodedItem, DecodedKind
-from hil.cli.time_order import TimeWindow, in_order, in_window
+from hil.cli.time_order import ReorderWindow, in_order, in_window
 from hil.wire.pcapng import CaptureError
 
 
@@ -56,7 +56,7 @@ def test_what_is_whole_comes_before_the_error(order: object) -> None:
 
 
 def test_a_window_holds_until_it_is_later_or_silent() -> None:
-    window = TimeWindow(10)
+    window = ReorderWindow(10)
     assert times(window.put(map(item, [5, 3, 12]))) == []
     assert times(window.put([item(14)])) == [3]
     assert times(window.put([item(24)])) == [5, 12, 14]
