@@ -52,8 +52,8 @@ def reference(app: typer.Typer) -> str:
 
 _GRAMMAR = """\
 `hil VERB OBJECT`. `--bench` (`-b`), `--runtime-dir` and `--json` stand before the verb or behind it. A
-command without `--bench` or `--json` refuses it. `HIL_BENCH` is a bench for all commands. Names of verbs are taken
-with - and with _: `move-abs`, `move_abs`. `-h` is `--help`.
+command without `--bench` or `--json` refuses it. `HIL_BENCH` is a bench for all commands. Names of verbs are
+taken with - and with _: `move-abs`, `move_abs`. `-h` is `--help`.
 
 With `--json` a command prints one line of JSON on its standard output: what it answers, with the names of the
 control socket's answers; or, of one that fails, `{"error": {"message": "...", "exit_code": 2}}`, with the
