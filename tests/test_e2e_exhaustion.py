@@ -15,7 +15,7 @@ import pytest
 from e2e_support import Place, config, until
 
 MOST_PTYS = 3
-VANISHED_S = 45.0
+VANISHED_S = 120.0
 """25 s of silence, the 5 s between two looks, and time for a machine that is busy."""
 needs_root = pytest.mark.skipif(
     os.getuid() != 0 or not shutil.which("unshare") or not shutil.which("ip"),

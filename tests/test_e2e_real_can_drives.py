@@ -66,7 +66,8 @@ class CanPair:
         query = "&" if "?" in self.at else "?"
         at = f"{self.at}{query}node={node}{self.master}"
         # Three periods without a SYNC are a loss to the twin: on a busy computer its daemon hears them late.
-        return DRIVE | {"at": at, "setpoint_rate_Hz": 4}
+        # Its answers take longer there, too.
+        return DRIVE | {"at": at, "setpoint_rate_Hz": 4, "line_delay_ms": 800}
 
     def configure(self) -> str:
         """Write the near bench's configuration, and return it."""

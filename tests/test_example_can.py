@@ -7,6 +7,7 @@ from pathlib import Path
 
 from e2e_support import PATIENCE_S, Place
 
+PATIENT = Path(__file__).with_name("patient_master.py")
 FOLDER = Path(__file__).parents[1] / "examples" / "can"
 
 
@@ -18,7 +19,13 @@ def test_four_axes_stand_where_the_program_says(tmp_path: Path) -> None:
         place.serve((FOLDER / "bench.yaml").read_text(), bench="four").ready()
         eds = tmp_path / "drive.eds"
         eds.write_text(place.hil("can", "eds", "m1", "--runtime-dir", str(place.runtime)))
-        command = [sys.executable, str(program), str(place.runtime / "four" / "can0.slcan0"), str(eds)]
+        command = [
+            sys.executable,
+            str(PATIENT),
+            str(program),
+            str(place.runtime / "four" / "can0.slcan0"),
+            str(eds),
+        ]
         done = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S, check=False)
     assert done.stderr == ""
     said, wanted = (text.splitlines() for text in (done.stdout, program.with_suffix(".txt").read_text()))

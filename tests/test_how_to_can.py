@@ -10,6 +10,7 @@ from e2e_support import PATIENCE_S, Place
 from markdown_blocks import block
 
 NAME = "docs/how-to/can.md"
+PATIENT = Path(__file__).with_name("patient_master.py")
 TITLE = "Drives on a CAN bus: CANopen"
 
 
@@ -25,6 +26,6 @@ def test_the_program_prints_what_the_page_shows(place: Place, tmp_path: Path) ->
     path, eds = tmp_path / "master.py", tmp_path / "drive.eds"
     path.write_text(program)
     eds.write_text(place.hil("can", "eds", "m1", "--runtime-dir", str(place.runtime)))
-    command = [sys.executable, str(path), str(place.runtime / "cell" / "can0.slcan0"), str(eds)]
+    command = [sys.executable, str(PATIENT), str(path), str(place.runtime / "cell" / "can0.slcan0"), str(eds)]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S, check=False)
     assert (ran.stdout, ran.stderr) == (shown, "")
