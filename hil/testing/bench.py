@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
 from hil.compose.replay import MemoryOptions
@@ -15,6 +15,7 @@ from hil.sim.given_fault import fault_refusal
 from hil.sim.segment_tap import Tap
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
+from hil.testing.given_config import GivenConfig, path_of, unreadable
 from hil.testing.named_things import NamedThings, NoSuchName, no_such
 from hil.vocab.address import address_of, no_part
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
@@ -51,18 +52,20 @@ class Bench:
     same configuration, seed and calls give the same bytes.
 
     Raises:
-        ConfigError: with every problem of the configuration.
+        ConfigError: with every problem of the configuration, or its file cannot be read.
+        TypeError: ``config`` is no path, no text and no dict.
         ValueError: a device is a real board.
     """
 
     def __init__(
         self,
-        config: str | Path | Mapping[str, Any],
+        config: GivenConfig,
         seed: int = 0,
         *,
         store: Store = MEMORY_STORE,
         around: Around = VIRTUAL,
     ) -> None:
+        __tracebackhide__ = True
         self.config, folder = read_config(config)
         if self.config.real:
             names = ", ".join(self.config.real)
@@ -244,18 +247,23 @@ def _tap_face(runtime: BenchRuntime, tap: ClientTap) -> TapFace:
     return CanTapFace(runtime, tap)
 
 
-def read_config(config: str | Path | Mapping[str, Any]) -> tuple[BenchConfig, Path]:
+def read_config(config: GivenConfig) -> tuple[BenchConfig, Path]:
     """Read a configuration from a path, YAML text or a dict; answers it with the folder its files are looked
     up from.
 
     Raises:
-        ConfigError: with every problem.
-        FileNotFoundError: there is no such file.
+        ConfigError: with every problem, or the file cannot be read.
+        TypeError: it is no path, no text and no dict.
     """
+    __tracebackhide__ = True
+    path = path_of(config)
     catalogue = find_catalogue({"memory": MemoryOptions})
+    if path:
+        try:
+            text = read_text(path)
+        except (OSError, ValueError) as error:
+            raise unreadable(path, error) from None
+        return parse(text, str(path), catalogue), path.parent
     if isinstance(config, Mapping):
         return from_dict(config, catalogue), Path()
-    if isinstance(config, str) and ("\n" in config or ":" in config):
-        return parse(config, "<text>", catalogue), Path()
-    path = Path(config)
-    return parse(read_text(path), str(path), catalogue), path.parent
+    return parse(str(config), "<text>", catalogue), Path()

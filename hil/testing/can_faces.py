@@ -7,7 +7,9 @@ from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.can.can_tap import CanTap
+from hil.testing.checked_bytes import checked_bytes
 from hil.testing.faces import TapFace
+from hil.testing.named_things import NamedThings
 from hil.testing.sdo_client import SdoClient
 from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
@@ -75,7 +77,8 @@ class CanBusFace:
         self, can_id: int, data: bytes = b"", *, at_ms: float | None = None, is_extended: bool = False
     ) -> None:
         """Send a frame now, or at a simulated time in ms."""
-        frame = CanFrame(can_id, bytes(data), is_extended)
+        __tracebackhide__ = True
+        frame = CanFrame(can_id, checked_bytes(data), is_extended)
         self.send_frame(frame, at_ms=at_ms)
 
     def send_frame(self, frame: CanFrame, *, at_ms: float | None = None) -> None:
@@ -131,16 +134,16 @@ class CanBusFace:
 
     def drive(self, axis: str) -> "DriveFace":
         """CANopen drive of an axis, by the axis's address. Raises KeyError: it has no node here."""
-        node = self._runtime.can_nodes[f"{axis}.{CANOPEN}"]
-        if node.of.name != self.name:
-            raise KeyError(f"{axis} is on {node.of.name}")
-        return DriveFace(self, axis, node)
+        __tracebackhide__ = True
+        return DriveFace(self, axis, NamedThings(f"{self.name} drive", self._cards())[axis])
 
     def drives(self) -> "list[DriveFace]":
         """All drives on the bus, in the order of the configuration."""
+        return [DriveFace(self, axis, card) for axis, card in self._cards().items()]
+
+    def _cards(self) -> "dict[str, CanOpenCard]":
         nodes = self._runtime.can_nodes.values()
-        axes = [node.name.removesuffix(f".{CANOPEN}") for node in nodes if node.of.name == self.name]
-        return [self.drive(axis) for axis in axes]
+        return {node.name.removesuffix(f".{CANOPEN}"): node for node in nodes if node.of.name == self.name}
 
     # ---- hil.wire.can.can_bus_protocol.CanListener ----
 
@@ -168,8 +171,9 @@ class DriveFace:
 
     def nmt(self, command: str) -> None:
         """Command a state: ``operational``, ``stopped``, ``pre-operational``, ``reset`` or
-        ``reset_communication``."""
-        self.canbus.send(0, bytes((NMT[command], self.node_id)))
+        ``reset_communication``. Raises KeyError: there is no such command."""
+        __tracebackhide__ = True
+        self.canbus.send(0, bytes((NamedThings("NMT command", NMT)[command], self.node_id)))
 
     def read(self, index: int, subindex: int = 0, *, is_signed: bool = False) -> int:
         """Read an object that is a whole number.

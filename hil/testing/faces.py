@@ -14,7 +14,9 @@ from hil.sim.segment_tap import Tap
 from hil.sim.settable import ANGLE, setting_problem
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
-from hil.vocab.address import no_input, pin_of
+from hil.testing.checked_bytes import checked_bytes
+from hil.testing.named_things import NoSuchName
+from hil.vocab.address import no_input, no_part, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
@@ -44,7 +46,8 @@ class PortFace:
 
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
-        self._runtime.give(self._device, Bytes(bytes(data), client_baud, self._uart))
+        __tracebackhide__ = True
+        self._runtime.give(self._device, Bytes(checked_bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
         """Read everything the device has sent since the last call."""
@@ -90,7 +93,8 @@ class TapFace:
 
     def write(self, data: bytes) -> None:
         """Send bytes on the wire, now, or when what was written before has gone out."""
-        self._runtime.give(self._tap, Bytes(bytes(data)))
+        __tracebackhide__ = True
+        self._runtime.give(self._tap, Bytes(checked_bytes(data)))
 
     def read(self) -> bytes:
         """Read what was complete on the wire since the last call."""
@@ -270,9 +274,10 @@ class PinFace:
         self._name = name.replace(" ", "_")
         self._inputs = device.axes[axis].pins if device.axes else {}
         pins = [*self._inputs, *outputs.names]
+        __tracebackhide__ = True
         if self._name not in pins:
             address = device.axes.label(device.name, axis)
-            raise KeyError(f"{address} has no pin {name!r}; {meant(name, pins)}")
+            raise NoSuchName(f"{address} has no pin {name!r}; {meant(name, pins)}")
 
     def set(self, level: int) -> None:
         """Drive an input, now."""
@@ -338,9 +343,12 @@ class DeviceFace:
         Raises:
             KeyError: the board has no such pin.
         """
+        __tracebackhide__ = True
         if name not in self._pins:
             axis, pin_name = pin_of(name)
             axis = axis or self._device.axes.first
+            if axis not in self._outputs:
+                raise NoSuchName(no_part(self._device.name, "axis", axis, self._device.axes))
             outputs = self._outputs[axis]
             self._pins[name] = PinFace(self._runtime, self._device, axis, outputs, pin_name)
         pin = self._pins[name]

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.can_faces import CanBusFace, DriveFace
     from hil.testing.faces import FaultFace
+    from hil.testing.given_config import GivenConfig
     from hil.testing.served_bench import ServedBench
 
 NODE = "sac"
@@ -27,7 +28,7 @@ def bench() -> "Iterator[Callable[..., Bench]]":
 
     made: list[Bench] = []
 
-    def make(config: str | Path | Mapping[str, Any], seed: int = 0) -> Bench:
+    def make(config: "GivenConfig", seed: int = 0) -> Bench:
         __tracebackhide__ = True
         try:
             made.append(Bench(config, seed))
@@ -44,14 +45,16 @@ def bench() -> "Iterator[Callable[..., Bench]]":
 def live_bench(tmp_path: Path) -> "Iterator[Callable[..., ServedBench]]":
     """Run benches in processes of their own, in real time, until the test's end: ``live_bench("bench.yaml")``
     answers when its boards do. Options as of ``hil.testing.live``. Logs and captures stay in ``tmp_path``."""
+    from hil.testing.given_config import path_of
     from hil.testing.served_bench import LiveError, live
 
     with ExitStack() as stack:
         number = 0
 
-        def run(config: "str | Path | Mapping[str, Any]", **options: Any) -> "ServedBench":
+        def run(config: "GivenConfig", **options: Any) -> "ServedBench":
             __tracebackhide__ = True
             nonlocal number
+            path_of(config)  # refused here, without the frames of contexts
             number += 1
             keep = tmp_path / f"live_bench{number}"
             try:

@@ -19,6 +19,8 @@ from typing import IO, Any
 import serial
 
 from hil.net.control_client import ControlError, ask
+from hil.testing.checked_bytes import checked_bytes
+from hil.testing.given_config import GivenConfig, as_json, path_of, unreadable
 from hil.testing.live_capture import ANSWER_S, LiveCapture
 from hil.testing.named_things import NamedThings
 
@@ -90,8 +92,9 @@ class ServedBench:
 
     def type(self, name: str, *lines: bytes, until: bytes, timeout_s: float = ANSWER_S) -> bytes:
         """Send lines to a port, and read after each up to ``until``; answers all that came. Raises LiveError:
-        it did not come in time."""
+        it did not come in time; TypeError: something is not bytes."""
         __tracebackhide__ = True
+        lines, until = tuple(map(checked_bytes, lines)), checked_bytes(until)
         heard, address = b"", self.port(name)
         baud = self.info["bauds"][name] or 115200
         with serial.serial_for_url(address, baud, timeout=timeout_s) as port:
@@ -124,7 +127,7 @@ _HIL = (sys.executable, "-P", "-c", _MAIN)
 
 @contextmanager
 def live(
-    config: str | Path | Mapping[str, Any],
+    config: GivenConfig,
     *,
     options: tuple[str, ...] = (),
     capture: bool = True,
@@ -140,6 +143,7 @@ def live(
     Raises:
         LiveError: the configuration has problems, which it lists, or the boards did not answer within
             ``timeout_s``.
+        TypeError: ``config`` is no path, no text and no dict.
     """
     __tracebackhide__ = True
     with ExitStack() as stack:
@@ -159,7 +163,7 @@ def live(
 
 @contextmanager
 def _served(
-    config: str | Path | Mapping[str, Any],
+    config: GivenConfig,
     options: tuple[str, ...],
     folder: Path,
     kept: Path,
@@ -216,19 +220,24 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.stdout.close()
 
 
-def _config_file(config: str | Path | Mapping[str, Any], folder: Path) -> Path:
-    if isinstance(config, Path) or (isinstance(config, str) and "\n" not in config and ":" not in config):
-        return Path(config)
+def _config_file(config: GivenConfig, folder: Path) -> Path:
+    __tracebackhide__ = True
+    if given := path_of(config):
+        try:
+            given.stat()  # the daemon reads it, and says whatever else is wrong with it
+        except (OSError, ValueError) as error:
+            raise LiveError(str(unreadable(given, error))) from None
+        return given
     path = folder / "bench.yaml"
-    path.write_text(config if isinstance(config, str) else json.dumps(config))  # YAML has JSON in it
+    path.write_text(as_json(config) if isinstance(config, Mapping) else str(config))
     return path
 
 
-def _without_our_file(said: str, config: str | Path | Mapping[str, Any], path: Path) -> str:
+def _without_our_file(said: str, config: GivenConfig, path: Path) -> str:
     """Name a configuration in a message as its writer knows it: a dict has no lines."""
     if isinstance(config, Mapping):
         return re.sub(re.escape(str(path)) + r"(:\d+:\d+)?", "<dict>", said)
-    return said if path == Path(config) else said.replace(str(path), "<text>")
+    return said if path == path_of(config) else said.replace(str(path), "<text>")
 
 
 def _short_folder() -> str:

@@ -53,11 +53,6 @@ def test_all_problems_of_a_configuration_are_told_at_once() -> None:
     assert "mechaduino" in str(caught.value)
 
 
-def test_a_missing_file_is_an_error_of_its_own(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        Bench(tmp_path / "none.yaml")
-
-
 def test_no_option_is_taken_by_the_memory_port() -> None:
     with pytest.raises(ConfigError):
         Bench({"bench": "kit", "devices": {"m1": DEVICE | {"port": {"kind": "memory", "size": 3}}}})

@@ -1,6 +1,7 @@
 """The ``bench`` fixture, in a pytest of its own."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +21,13 @@ def test_it_answers(bench):
 def test_it_says_what_is_wrong(bench):
     bench({"bench": "b", "devices": {"m1": {"profile": "nothing", "port": "memory"}}})
 """
+
+CLONE = Path(__file__).parents[3]
+
+
+def test_tests_in_a_folder_of_the_clone_need_the_kit_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "hypothesis", None)  # as with `.[testing]` alone
+    runpy.run_path(str(CLONE / "conftest.py"))
 
 
 @pytest.mark.long

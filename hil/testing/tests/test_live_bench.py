@@ -67,6 +67,10 @@ def test_commands_and_verbs_reach_it(bench: ServedBench) -> None:
         bench.port("s11")
     with pytest.raises(KeyError, match='did you mean "s1"'):
         bench.type("s11", b"\r", until=b">")
+    with pytest.raises(TypeError, match="a port carries bytes: b'v', not 'v'"):
+        bench.type("s1", "v", until=b">")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="a port carries bytes: b'>', not '>'"):
+        bench.type("s1", b"v", until=">")  # type: ignore[arg-type]
     assert str(wrong.value) == "there is no port 's11'; did you mean \"s1\"? there are m1, s1"
     with pytest.raises(LiveError, match=r"s1 did not answer b'nothing' to b'\\r' in 0.2 s: b'"):
         bench.type("s1", b"\r", until=b"nothing", timeout_s=0.2)
