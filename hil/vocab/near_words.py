@@ -19,7 +19,7 @@ def nearest_or_begun(word: str, known: Collection[str]) -> list[str]:
 
 
 def did_you_mean(*words: str | None) -> str:
-    """``did you mean "a" or "b"?``; nothing without a word."""
+    """``did you mean "a" or "b"?``; empty if none is given."""
     quoted = [f'"{word}"' for word in words if word]
     return f"did you mean {' or '.join(quoted)}?" if quoted else ""
 
