@@ -6,6 +6,7 @@ import logging
 import resource
 import socket
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -52,6 +53,10 @@ class Codec(Protocol):
 
     baud: int | None
 
+    @property
+    def hello(self) -> bytes:
+        """Bytes that a client is sent when it comes."""
+
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
         """Decode bytes of the line, never more than came, and what to answer the client."""
 
@@ -63,6 +68,7 @@ class Plain:
     """Codec that changes nothing."""
 
     baud: int | None = None
+    hello = b""
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
         return data, b""
@@ -211,7 +217,11 @@ class TcpPort:
     def _take(self, connection: socket.socket) -> None:
         client = Client(connection, self._loop, self._traffic, self._client_drained, self._forget)
         self._clients[connection.fileno()] = client
-        self._codecs[client] = self._last_codec = self._make_codec()
+        self._codecs[client] = self._last_codec = codec = self._make_codec()
+        with suppress(
+            OSError
+        ):  # uncounted: nothing of the device; a client that has gone is found by reading
+            connection.send(codec.hello)
         if self._reading:
             self._read_from(client)
         if self._look_timer is None:

@@ -1,14 +1,23 @@
 """Server's side of RFC 2217 (Telnet Com Port Control Option) for one client. Pure: bytes in, bytes out.
 
-Sources: RFC 854 (Telnet), RFC 856 (binary), RFC 858 (suppress go ahead), RFC 2217. A client's setting is
-answered with the value in force then: the baud as asked; data bits, parity and stop bits always 8, none, 1.
+Sources: RFC 854 (Telnet), RFC 856 (binary), RFC 857 (echo), RFC 858 (suppress go ahead), RFC 2217. A client's
+setting is answered with the value in force then: the baud as asked; data bits, parity and stop bits always 8,
+none, 1.
+
+A client is offered what lets a person's `telnet` send each key at once, as it is, and show no key twice: the
+board echoes, or does not.
 """
 
+from collections import Counter
 from enum import Enum, auto
 
 IAC, DONT, DO, WONT, WILL, SB, SE = 255, 254, 253, 252, 251, 250, 240
 BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT = 0, 1, 3, 44
 _AGREED = (BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT)
+_OFFERED = ((WILL, ECHO), (WILL, SUPPRESS_GO_AHEAD), (WILL, BINARY), (DO, BINARY))
+"""What each client is offered; without BINARY the Enter key of most sends a 0, too (RFC 854, page 11)."""
+_MOST_AGREED = 8
+"""Maximum number of times that one option is agreed to, so that no client's answers go round for ever."""
 (SIGNATURE, SET_BAUD, SET_DATA_SIZE, SET_PARITY, SET_STOP_SIZE, SET_CONTROL) = range(6)
 NOTIFY_MODEM_STATE, SET_LINE_MASK, SET_MODEM_MASK, PURGE = 7, 10, 11, 12
 FROM_SERVER = 100
@@ -44,7 +53,13 @@ class Telnet:
         self._state = _State.DATA
         self._verb = 0
         self._sub = bytearray()
-        self._said: dict[tuple[int, int], bool] = {}
+        self._said: dict[tuple[bool, int], bool] = {}
+        self._agreed: Counter[tuple[bool, int]] = Counter()
+        self._offered = {(verb == WILL, option) for verb, option in _OFFERED}
+
+    @property
+    def hello(self) -> bytes:
+        return b"".join(bytes((IAC, verb, option)) for verb, option in _OFFERED)
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
         """Decode bytes of the line, and what to answer. A break is a 0, as a UART reads it."""
@@ -90,13 +105,16 @@ class Telnet:
             self._state = _State.SUB
 
     def _negotiate(self, verb: int, option: int) -> bytes:
-        """Accept known options and refuse the rest; answer each once, so that answers do not loop."""
+        """Accept known options and refuse the rest; answer each once, so that answers do not loop. What is
+        said to an offer is an answer itself."""
         is_ours = verb in (DO, DONT)  # it is about what we do
-        agrees = option in _AGREED and verb in (DO, WILL)
         key = (is_ours, option)
-        if self._said.get(key) == agrees:
+        agrees = option in _AGREED and verb in (DO, WILL) and self._agreed[key] < _MOST_AGREED
+        is_known, self._said[key] = self._said.get(key) == agrees, agrees
+        if key in self._offered or is_known:
+            self._offered.discard(key)
             return b""
-        self._said[key] = agrees
+        self._agreed[key] += agrees
         answer = bytes((IAC, (WILL if agrees else WONT) if is_ours else (DO if agrees else DONT), option))
         if key == (True, COM_PORT) and agrees:
             answer += self._sub_answer(NOTIFY_MODEM_STATE, bytes((MODEM_LINES,)))

@@ -6,13 +6,17 @@ from hil.testing import check_port
 from hil.testing.checks.port_ends import FileClient
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.rfc2217.port import Options, make
+from virtual_ports.rfc2217.telnet import Telnet
+
+HELLO = Telnet("").hello
 
 
 class Plain:
-    """Client that agrees to nothing, and doubles each 255."""
+    """Client that overhears what it is offered, and doubles each 255."""
 
     def __init__(self, port: Port) -> None:
         self._line = FileClient.of(port)
+        self._offered = HELLO
 
     def send(self, data: bytes) -> int:
         """Send whole bytes: the socket takes these few at once."""
@@ -22,7 +26,11 @@ class Plain:
         return len(data) if sent else 0
 
     def read(self) -> bytes:
-        return self._line.read().replace(b"\xff\xff", b"\xff")
+        data = self._line.read()
+        offered, data = data[: len(self._offered)], data[len(self._offered) :]
+        assert self._offered.startswith(offered)
+        self._offered = self._offered[len(offered) :]
+        return data.replace(b"\xff\xff", b"\xff")
 
     def close(self) -> None:
         self._line.close()

@@ -1,6 +1,10 @@
 """RFC 2217 port, against pyserial's own client over a real socket, and its codec byte by byte."""
 
 import asyncio
+import os
+import shutil
+import subprocess
+import termios
 import threading
 from itertools import pairwise
 from pathlib import Path
@@ -13,14 +17,24 @@ from hypothesis import strategies as st
 from hil.testing.ports import RecordingHost, run_port, until
 from hil.vocab.ports import PortContext
 from virtual_ports.rfc2217.port import Options, make
-from virtual_ports.rfc2217.telnet import Telnet
+from virtual_ports.rfc2217.telnet import DO, DONT, ECHO, WILL, WONT, Telnet
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
 ALL = bytes(range(256))
+LOCAL_FLAGS = 3
+VERBS = (DO, DONT, WILL, WONT)
+NEGOTIATING = [bytes((255, verb)) for verb in VERBS]
 
 
 def made():
     return make(Options(), PortContext("b", "s1", Path("/nowhere")))
+
+
+def read_some(fd):
+    try:
+        return os.read(fd, 4096)
+    except BlockingIOError:
+        return b""
 
 
 def with_client(script, answer=lambda data: b""):
@@ -57,6 +71,34 @@ def test_every_byte_passes_both_ways():
     host = with_client(script, answer=lambda data: data)
     assert host.got == ALL
     assert set(host.bauds) == {38400}
+
+
+@pytest.mark.skipif(shutil.which("telnet") is None, reason="no telnet here")
+def test_a_persons_telnet_sends_each_key_at_once_and_shows_it_once():
+    port = made()
+
+    async def scenario(port, host):
+        host.answer = lambda data: b"answer to " + data
+        ours, its = os.openpty()
+        try:
+            command = ["telnet", *port.address.removeprefix("rfc2217://").split(":")]
+            telnet = subprocess.Popen(command, stdin=its, stdout=its, stderr=its, start_new_session=True)
+            try:
+                await until(lambda: not termios.tcgetattr(its)[LOCAL_FLAGS] & (termios.ICANON | termios.ECHO))
+                os.write(ours, b"p")
+                os.set_blocking(ours, False)
+                shown = bytearray()
+                await until(lambda: b"answer to p" in shown or shown.extend(read_some(ours)))
+                assert host.got == b"p"
+                assert shown.endswith(b"\nanswer to p")
+            finally:
+                telnet.kill()
+                telnet.wait()
+        finally:
+            os.close(ours)
+            os.close(its)
+
+    run_port(port, scenario)
 
 
 def test_baud_break_and_modem_lines():
@@ -106,6 +148,71 @@ def test_negotiations_end():
     assert telnet.decode(b"\xff\xfb\x63") == (b"", b"\xff\xfe\x63")
     assert telnet.decode(b"\xff\xfc\x63") == (b"", b"")
     assert telnet.decode(b"\xff\xfe\x2c") == (b"", b"\xff\xfc\x2c")
+
+
+def commands(data: bytes) -> list[tuple[int, int]]:
+    """Verbs and options of what a client is sent, without requests."""
+    return [
+        (data[at + 1], data[at + 2]) for at in range(0, len(data) - 2) if data[at : at + 2] in NEGOTIATING
+    ]
+
+
+def test_a_client_is_offered_to_send_each_key_at_once_and_to_show_none_twice():
+    telnet = Telnet("x")
+    assert telnet.hello == b"\xff\xfb\x01\xff\xfb\x03\xff\xfb\x00\xff\xfd\x00"
+    agreed = b"\xff\xfd\x01\xff\xfd\x03\xff\xfd\x00\xff\xfb\x00"
+    assert telnet.decode(agreed + b"p\r\x00") == (b"p\r\x00", b"")
+    refused = agreed.replace(b"\xfd", b"\xfe").replace(b"\xfb", b"\xfc")
+    assert Telnet("x").decode(refused) == (b"", b"")
+
+
+@given(
+    st.sets(st.sampled_from((0, 1, 3, 44))), st.lists(st.tuples(st.sampled_from(VERBS), st.integers(0, 255)))
+)
+def test_a_client_that_keeps_to_rfc_854_is_answered_once(wants, asked):
+    """It agrees to what it wants, refuses the rest, and answers what changes alone."""
+    telnet = Telnet("x")
+    is_on = dict.fromkeys((is_ours, option) for is_ours in (True, False) for option in range(256))
+    sent = telnet.decode(b"".join(bytes((255, *each)) for each in asked))[1]
+    waiting, rounds = telnet.hello + sent, 0
+    while waiting:
+        rounds += 1
+        assert rounds < 4
+        answers = b""
+        for verb, option in commands(waiting):
+            key = (verb in (WILL, WONT), option)
+            agrees = verb in (WILL, DO) and option in wants
+            if is_on[key] != agrees:
+                is_on[key] = agrees
+                answers += bytes(
+                    (255, (DO if agrees else DONT) if key[0] else (WILL if agrees else WONT), option)
+                )
+        waiting = telnet.decode(answers)[1]
+
+
+@given(st.data(), st.integers(0, 255))
+def test_no_answers_go_round_for_ever_whatever_a_client_makes_of_them(data, option):
+    """It answers each answer with one of its choice, as the one that always wants the contrary."""
+    telnet, answered = Telnet("x"), 0
+    reply = b"\xff" + bytes((DO, option))
+    contrary = {WILL: DONT, WONT: DO, DO: WONT, DONT: WILL}
+    pick = data.draw(st.sampled_from([contrary, dict.fromkeys(VERBS, DO), dict.fromkeys(VERBS, WILL), None]))
+    while reply := telnet.decode(reply)[1]:
+        answered += 1
+        assert answered < 50
+        verb, its = commands(reply)[0]
+        reply = bytes((255, pick[verb] if pick else data.draw(st.sampled_from(VERBS)), its))
+
+
+def test_the_one_that_always_wants_the_contrary_is_refused_in_the_end():
+    telnet, said = Telnet("x"), [WILL]
+    assert telnet.decode(bytes((255, DONT, ECHO))) == (b"", b"")  # the offer is refused
+    asked = DO
+    while reply := telnet.decode(bytes((255, asked, ECHO)))[1]:
+        said.append(reply[1])
+        asked = DONT if reply[1] == WILL else DO
+    assert said[-1] == WONT
+    assert 3 < said.count(WILL) < 10  # a person may change her mind
 
 
 @pytest.mark.parametrize(
